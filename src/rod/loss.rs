@@ -6,9 +6,11 @@
 //! does not accumulate over many waves. The rotation of second order, ½ ∫ F × dF, accumulates: for a ripple that
 //! rotates it is a twist. Derivation: `docs/method.md`, "Merging".
 
+use std::sync::OnceLock;
+
 use nalgebra::Vector3;
 
-use crate::numerics::quadrature::{legendre, rule};
+use crate::numerics::quadrature::{legendre, legendre_sequence, rule};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 
 /// The angle F that is lost in an element, by its mean square and the only moments that further merging needs. The
@@ -31,48 +33,69 @@ pub(crate) struct Part<'a> {
     pub difference: [Vector3<f64>; MAX_POINTS],
 }
 
+/// Place in an element at which the integrals of a loss are evaluated.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    x: f64,
+    /// Weight of the quadrature.
+    weight: f64,
+    /// Weights of the Gauss points in an integral up to the place, and in the value there.
+    upto: [f64; MAX_POINTS],
+    at: [f64; MAX_POINTS],
+    /// (2k + 1) Pk(2x − 1) for k = p − 1 and p.
+    coefficients: [f64; 2],
+}
+
+/// The Gauss points of the integrals in an element, computed once for each order.
+fn places(reference: &ReferenceElement) -> &'static [Place; 8] {
+    static PLACES: [OnceLock<[Place; 8]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
+    PLACES[reference.p - 1].get_or_init(|| {
+        let (points, weights) = rule::<8>();
+        std::array::from_fn(|i| {
+            let x = points[i];
+            let coefficient = |k: usize| (2 * k + 1) as f64 * legendre(k, 2.0 * x - 1.0).0;
+            Place {
+                x,
+                weight: weights[i],
+                upto: reference.integral_upto(x),
+                at: reference.at_points(x),
+                coefficients: [reference.p - 1, reference.p].map(coefficient),
+            }
+        })
+    })
+}
+
 impl Loss {
     /// The loss in the element that is merged from two, and the decrease of its rotation to second order, a
     /// rotation vector (rad).
     pub fn merged(reference: &ReferenceElement, parts: [Part; 2]) -> (Self, Vector3<f64>) {
-        let p = reference.p;
         let total = parts[0].length + parts[1].length;
-        let (points, weights) = rule::<8>();
-        let polynomial = |k: usize, x: f64| legendre(k, 2.0 * x - 1.0).0;
         let (mut merged, mut turn) = (Self::default(), Vector3::zeros());
         // G = ∫ (P₁f − P₂f) ds from the first end of the merged element, at the first end of the part.
         let (mut before, mut from) = (Vector3::zeros(), 0.0);
+        let whole = reference.within(1.0);
         for Part { loss, length, difference } in parts {
             let share = length / total;
             merged.mean_square += share * loss.mean_square;
-            let upto = |x: f64| {
-                let each = difference.iter().zip(reference.integral_upto(x));
-                before + each.fold(Vector3::zeros(), |sum, (d, w)| sum + d * (w * length))
+            let sum = |weights: &[f64; MAX_POINTS]| {
+                difference.iter().zip(weights).fold(Vector3::zeros(), |sum, (d, w)| sum + d * *w)
             };
-            for (x, w) in points.iter().zip(weights) {
-                let (g, w) = (upto(*x), w * share);
+            for Place { x, weight, upto, at, coefficients } in places(reference) {
+                let (g, w) = (before + sum(upto) * length, weight * share);
                 merged.mean_square += w * g.norm_squared();
                 // ½ ∫ F × dF grows by ∫ F₁ × dG + ½ ∫ G × dG. Only the moment of degree p − 1
                 // of F₁ contributes.
-                let rate =
-                    difference.iter().zip(reference.at_points(*x)).fold(Vector3::zeros(), |sum, (d, w)| sum + d * w);
-                let moment = loss.moments[0] * ((2 * p - 1) as f64 * polynomial(p - 1, *x));
-                turn += (moment + g * 0.5).cross(&rate) * (w * total);
-                for (n, k) in [p - 1, p].into_iter().enumerate() {
-                    // F has this moment and no lower one: ∫ F · G dx is that of their coefficients.
-                    let coefficient = (2 * k + 1) as f64 * polynomial(k, *x);
-                    merged.mean_square += 2.0 * w * coefficient * loss.moments[n].dot(&g);
-                    // The merged element's polynomials over F, by their coefficients in the part's, and over G.
-                    for (m, merged_k) in [p - 1, p].into_iter().enumerate() {
-                        let of_merged = polynomial(merged_k, from + share * x);
-                        merged.moments[m] += loss.moments[n] * (w * coefficient * of_merged);
-                        if n == 0 {
-                            merged.moments[m] += g * (w * of_merged);
-                        }
-                    }
+                turn += (loss.moments[0] * coefficients[0] + g * 0.5).cross(&sum(at)) * (w * total);
+                // F has these moments and no lower one: ∫ F · G dx is that of their coefficients.
+                let f = loss.moments[0] * coefficients[0] + loss.moments[1] * coefficients[1];
+                merged.mean_square += 2.0 * w * f.dot(&g);
+                // The merged element's polynomials over F, by their coefficients in the part's, and over G.
+                let polynomials = legendre_sequence(2.0 * (from + share * x) - 1.0).skip(reference.p - 1);
+                for (moment, polynomial) in merged.moments.iter_mut().zip(polynomials) {
+                    *moment += (f + g) * (w * polynomial);
                 }
             }
-            (before, from) = (upto(1.0), from + share);
+            (before, from) = (before + sum(&whole) * length, from + share);
         }
         // Rounding of a difference.
         merged.mean_square = merged.mean_square.max(0.0);

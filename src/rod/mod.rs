@@ -12,7 +12,7 @@ pub(crate) mod tissue;
 
 pub use check::RodError;
 pub(crate) use lengths::UNEVEN;
-pub(crate) use remesh::{LARGEST_INSIDE, merge_rotations, part_weights, split_rotations};
+pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
 pub use tissue::MaterialPoint;
 pub(crate) use tissue::Tissue;

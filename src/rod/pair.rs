@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::loss::{Loss, Part};
 use super::{MaterialPoint, Rod};
-use crate::numerics::quadrature::legendre;
+use crate::numerics::quadrature::legendre_sequence;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 
 /// Two elements that may be merged.
@@ -15,6 +15,8 @@ pub(super) struct Pair<'a> {
     lengths: [f64; 2],
     /// Coordinate of every point in the merged element by arc length, and its weight.
     places: [(f64, f64); 2 * MAX_POINTS],
+    /// Weights of the points of the merged element for the value at each point.
+    interpolation: [[f64; MAX_POINTS]; 2 * MAX_POINTS],
 }
 
 impl<'a> Pair<'a> {
@@ -32,7 +34,8 @@ impl<'a> Pair<'a> {
                 places[side * p + g] = ((start + s) / total, reference.weights[g] * points[g].jacobian / total);
             }
         }
-        Self { reference, source: &rod.points[e * p..(e + 2) * p], lengths, places }
+        let interpolation = places.map(|(x, _)| reference.at_points(x));
+        Self { reference, source: &rod.points[e * p..(e + 2) * p], lengths, places, interpolation }
     }
 
     /// Length of the merged element, m.
@@ -53,16 +56,18 @@ impl<'a> Pair<'a> {
     /// Weights of the points of both elements for the values at the points of the merged element: the L² projection
     /// onto its polynomials.
     fn projection(&self) -> [[f64; 2 * MAX_POINTS]; MAX_POINTS] {
-        let polynomial = |k: usize, x: f64| legendre(k, 2.0 * x - 1.0).0;
-        let mut weights = [[0.0; 2 * MAX_POINTS]; MAX_POINTS];
-        for k in 0..self.reference.p {
-            let mut share = [0.0; 2 * MAX_POINTS];
-            for (share, (_, x, w)) in share.iter_mut().zip(self.each()) {
-                *share = (2 * k + 1) as f64 * w * polynomial(k, x);
+        let p = self.reference.p;
+        let polynomials = |x: f64| legendre_sequence(2.0 * x - 1.0).zip(0..p);
+        let mut shares = [[0.0; 2 * MAX_POINTS]; MAX_POINTS];
+        for (i, (_, x, w)) in self.each().enumerate() {
+            for (value, k) in polynomials(x) {
+                shares[k][i] = (2 * k + 1) as f64 * w * value;
             }
-            for (weights, x) in weights.iter_mut().zip(&self.reference.points) {
-                let value = polynomial(k, *x);
-                weights.iter_mut().zip(share).for_each(|(weight, share)| *weight += value * share);
+        }
+        let mut weights = [[0.0; 2 * MAX_POINTS]; MAX_POINTS];
+        for (weights, x) in weights.iter_mut().zip(&self.reference.points) {
+            for (value, k) in polynomials(*x) {
+                weights.iter_mut().zip(shares[k]).for_each(|(weight, share)| *weight += value * share);
             }
         }
         weights
@@ -81,20 +86,15 @@ impl<'a> Pair<'a> {
         self.projection().map(|weights| sum(&weights))
     }
 
-    /// A quantity of the merged element at a place.
-    fn at(&self, new: &[MaterialPoint], x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
-        new.iter().zip(self.reference.at_points(x)).map(|(point, w)| w * f(point)).sum()
-    }
-
     /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting
     /// decrease of the rotation along the merged element (rad).
     pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> (Loss, Vector3<f64>) {
         let p = self.reference.p;
         let parts = [0, 1].map(|side| {
             let mut difference = [Vector3::zeros(); MAX_POINTS];
-            for (to, (point, x, _)) in difference.iter_mut().zip(self.each().skip(side * p).take(p)) {
-                let weights = self.reference.at_points(x);
-                *to = new.iter().zip(weights).fold(point.intrinsic, |sum, (new, w)| sum - new.intrinsic * w);
+            let points = self.source.iter().zip(&self.interpolation).skip(side * p).take(p);
+            for (to, (point, weights)) in difference.iter_mut().zip(points) {
+                *to = new.iter().zip(weights).fold(point.intrinsic, |sum, (new, w)| sum - new.intrinsic * *w);
             }
             Part { loss: &losses[side], length: self.lengths[side], difference }
         });
@@ -104,9 +104,12 @@ impl<'a> Pair<'a> {
     /// The largest relative change of a semi-axis at the points of both elements.
     pub fn change_of_section(&self, new: &[MaterialPoint]) -> f64 {
         let axes: [fn(&MaterialPoint) -> f64; 2] = [|point| point.section.along_d1, |point| point.section.along_d2];
-        let changes = self
-            .each()
-            .flat_map(|(point, x, _)| axes.map(|axis| (self.at(new, x, axis) - axis(point)).abs() / axis(point)));
+        let changes = self.source.iter().zip(&self.interpolation).flat_map(|(point, weights)| {
+            axes.map(|axis| {
+                let merged: f64 = new.iter().zip(weights).map(|(point, w)| w * axis(point)).sum();
+                (merged - axis(point)).abs() / axis(point)
+            })
+        });
         largest(changes)
     }
 

@@ -9,8 +9,11 @@ use super::{MaterialPoint, Rod, weighted};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::so3;
 
-/// Weights of the values at the points of an element for the values at the points of its part [from, to].
-pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> [[f64; MAX_POINTS]; MAX_POINTS] {
+/// Weights of the values at the points of an element for the values at the points of a part of it.
+pub(crate) type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
+
+/// The weights for the part [from, to].
+fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> PartWeights {
     let mut weights = [[0.0; MAX_POINTS]; MAX_POINTS];
     for g in 0..reference.p {
         weights[g] = reference.at_points(from + (to - from) * reference.points[g]);
@@ -38,8 +41,8 @@ fn permitting(loss: f64) -> f64 {
 
 impl Rod {
     /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the
-    /// element and do not change.
-    pub(crate) fn split(&mut self, e: usize, x: f64) {
+    /// element and do not change. Returns the weights of their values for those in both parts.
+    pub(crate) fn split(&mut self, e: usize, x: f64) -> [PartWeights; 2] {
         let reference = self.reference();
         let p = reference.p;
         let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
@@ -55,8 +58,9 @@ impl Rod {
         };
         let middle_distance = place(x).0;
         let mut new = [old[0]; 2 * MAX_POINTS];
+        let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
-            for (g, weights) in part_weights(reference, from, to).iter().enumerate().take(p) {
+            for (g, weights) in parts[side].iter().enumerate().take(p) {
                 let at = from + (to - from) * reference.points[g];
                 let (apex_distance, jacobian) = place(at);
                 new[side * p + g] = MaterialPoint {
@@ -69,25 +73,25 @@ impl Rod {
         }
         if self.yields() {
             let old = &self.line_strains[e * p..(e + 1) * p];
-            let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
             let new: Vec<_> = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(old, weights)).collect();
             self.line_strains.splice(e * p..(e + 1) * p, new);
         }
         let middle = self.frame_within(e, x);
-        split_rotations(reference, &mut self.rotations, e, x);
+        split_rotations(reference, [&mut self.rotations], e, x);
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);
         self.node_distance.insert(e + 1, middle_distance);
         self.kept.insert(e + 1, false);
         let loss = self.loss[e];
         self.loss.splice(e..=e, [loss.of_part(x), loss.of_part(1.0 - x)]);
-        if !growing {
+        if growing {
+            for e in [e, e + 1] {
+                self.set_element_length(e, self.node_distance[e] - self.node_distance[e + 1]);
+            }
+        } else {
             self.first_growing += 1;
-            return;
         }
-        for e in [e, e + 1] {
-            self.set_element_length(e, self.node_distance[e] - self.node_distance[e + 1]);
-        }
+        parts
     }
 
     /// Divides every element into `parts` that are equal in its coordinate.
@@ -142,7 +146,7 @@ impl Rod {
             self.line_strains.splice(e * p..(e + 2) * p, new[..p].iter().copied());
         }
         self.points.splice(e * p..(e + 2) * p, new[..p].iter().copied());
-        merge_rotations(reference, &mut self.rotations, e, share);
+        merge_rotations(reference, [&mut self.rotations], e, share);
         self.frames.remove(e + 1);
         self.node_distance.remove(e + 1);
         self.kept.remove(e + 1);
@@ -155,35 +159,55 @@ impl Rod {
     }
 }
 
-/// Divides element `e` of a list of rotation vectors at `x`.
-pub(crate) fn split_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, x: f64) {
+/// Divides element `e` at `x` in lists of rotation vectors.
+pub(crate) fn split_rotations<'a>(
+    reference: &ReferenceElement,
+    lists: impl IntoIterator<Item = &'a mut Vec<Vector3<f64>>>,
+    e: usize,
+    x: f64,
+) {
     let p = reference.p;
-    let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
-    let at = |x: f64| weighted(&old[..p], &reference.at_nodes(x));
-    let back = so3::exp(&at(x)).inverse();
-    let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
-    for k in 0..p {
-        let node = reference.nodes[k + 1];
-        new[k] = at(x * node);
-        new[p + k] = so3::log(&(back * so3::exp(&at(x + (1.0 - x) * node))));
+    let middle = reference.at_nodes(x);
+    let parts = [0.0, x].map(|from| {
+        let share = if from == 0.0 { x } else { 1.0 - x };
+        std::array::from_fn::<_, MAX_POINTS, _>(|k| reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)]))
+    });
+    for rotations in lists {
+        let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
+        let at = |weights: &[f64; MAX_POINTS]| weighted(&old[..p], weights);
+        let back = so3::exp(&at(&middle)).inverse();
+        let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
+        for k in 0..p {
+            new[k] = at(&parts[0][k]);
+            new[p + k] = so3::log(&(back * so3::exp(&at(&parts[1][k]))));
+        }
+        rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
     }
-    rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
 }
 
-/// Merges elements `e` and `e` + 1 of a list of rotation vectors. The first one is a `share` of the merged element.
-pub(crate) fn merge_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, share: f64) {
+/// Merges elements `e` and `e` + 1 in lists of rotation vectors. The first one is a `share` of the merged element.
+pub(crate) fn merge_rotations<'a>(
+    reference: &ReferenceElement,
+    lists: impl IntoIterator<Item = &'a mut Vec<Vector3<f64>>>,
+    e: usize,
+    share: f64,
+) {
     let p = reference.p;
-    let middle = so3::exp(&rotations[(e + 1) * p - 1]);
-    let mut new = [Vector3::zeros(); MAX_POINTS];
-    for k in 0..p {
-        let x = reference.nodes[k + 1];
-        new[k] = if x <= share {
-            weighted(&rotations[e * p..(e + 1) * p], &reference.at_nodes(x / share))
-        } else {
-            let second =
-                weighted(&rotations[(e + 1) * p..(e + 2) * p], &reference.at_nodes((x - share) / (1.0 - share)));
-            so3::log(&(middle * so3::exp(&second)))
-        };
+    let weights: [_; MAX_POINTS] = std::array::from_fn(|k| {
+        let x = reference.nodes[(k + 1).min(p)];
+        reference.at_nodes(if x <= share { x / share } else { (x - share) / (1.0 - share) })
+    });
+    for rotations in lists {
+        let middle = so3::exp(&rotations[(e + 1) * p - 1]);
+        let mut new = [Vector3::zeros(); MAX_POINTS];
+        for k in 0..p {
+            new[k] = if reference.nodes[k + 1] <= share {
+                weighted(&rotations[e * p..(e + 1) * p], &weights[k])
+            } else {
+                let second = weighted(&rotations[(e + 1) * p..(e + 2) * p], &weights[k]);
+                so3::log(&(middle * so3::exp(&second)))
+            };
+        }
+        rotations.splice(e * p..(e + 2) * p, new[..p].iter().copied());
     }
-    rotations.splice(e * p..(e + 2) * p, new[..p].iter().copied());
 }

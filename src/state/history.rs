@@ -1,18 +1,16 @@
 //! The laws' variables, their rates and the stimuli at the material points of the growth zone, at several times.
 
+mod elements;
+
 use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::error::ParameterError;
-use crate::reference_element::MAX_POINTS;
 
 /// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables
 /// are collocated at this number of points. Between two levels the variables are cubic. Three levels would give
 /// third order; five levels would still give the fourth order of the cubic.
 pub(crate) const ORDER: usize = 4;
-
-/// Weights that map the values at the points of an element to the values at the points of a part of it.
-type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
 
 /// History of the growth zone at several times, the levels, oldest first. Two levels of the same time mark a
 /// discontinuity of the rates.
@@ -31,7 +29,8 @@ pub(crate) struct History {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Level {
     time: f64,
-    /// One row for each point: the variables, their rates and the stimuli.
+    /// One row for each point: the variables, their rates and the stimuli. The row of the point at the apex is the
+    /// first, so that those that leave the growth zone are at the end.
     rows: Vec<f64>,
 }
 
@@ -123,8 +122,11 @@ impl History {
         2 * self.variables + self.stimuli
     }
 
-    fn row(&self, point: usize) -> Range<usize> {
-        point * self.width()..(point + 1) * self.width()
+    /// Places of the numbers of a point at a level with `numbers` numbers.
+    #[inline]
+    fn row(&self, numbers: usize, point: usize) -> Range<usize> {
+        let end = numbers - point * self.width();
+        end - self.width()..end
     }
 
     /// Number of points.
@@ -135,18 +137,20 @@ impl History {
     /// Variables of a point at a level.
     #[inline]
     pub fn variables(&self, level: usize, point: usize) -> &[f64] {
-        &self.levels[level].rows[self.row(point)][..self.variables]
+        let rows = &self.levels[level].rows;
+        &rows[self.row(rows.len(), point)][..self.variables]
     }
 
     /// Stimuli of a point at a level.
     #[inline]
     pub fn stimuli(&self, level: usize, point: usize) -> &[f64] {
-        &self.levels[level].rows[self.row(point)][2 * self.variables..]
+        let rows = &self.levels[level].rows;
+        &rows[self.row(rows.len(), point)][2 * self.variables..]
     }
 
     /// Mutable row of a point at a level.
     pub fn at_mut(&mut self, level: usize, point: usize) -> RecordMut<'_> {
-        let row = self.row(point);
+        let row = self.row(self.levels[level].rows.len(), point);
         RecordMut::of(&mut self.levels[level].rows[row], self.variables)
     }
 
@@ -158,7 +162,7 @@ impl History {
     /// Mutable rows of all points at the last level.
     pub fn each_present(&mut self) -> impl Iterator<Item = RecordMut<'_>> {
         let (width, variables) = (self.width().max(1), self.variables);
-        let rows = self.levels.back_mut().into_iter().flat_map(move |level| level.rows.chunks_exact_mut(width));
+        let rows = self.levels.back_mut().into_iter().flat_map(move |level| level.rows.chunks_exact_mut(width).rev());
         rows.map(move |row| RecordMut::of(row, variables))
     }
 
@@ -169,7 +173,7 @@ impl History {
         (column(variable), column(self.variables + variable))
     }
 
-    /// Calls `visit` with the data of a step at every point: the variables at the last level but one, the
+    /// Calls `visit` with the data of a step at every point from `first` on: the variables and rates at the last level but one, the
     /// stimuli at `levels`, which end with the last level, and the variables and rates at the last level, to be
     /// written.
     ///
@@ -177,25 +181,29 @@ impl History {
     /// The first point for which `visit` returns false.
     pub fn each_step(
         &mut self,
-        levels: &Nodes,
-        mut visit: impl FnMut(&[f64], &[&[f64]; ORDER], &mut [f64], &mut [f64]) -> bool,
+        (levels, first): (&Nodes, usize),
+        mut visit: impl FnMut([&[f64]; 2], &[&[f64]; ORDER], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
         let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
         let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
+        let numbers = last.rows.len();
         let before = self.levels.back().map_or(&[][..], |level| &level.rows);
         let mut rows: [&[f64]; ORDER] = [&[]; ORDER];
         for (to, level) in rows.iter_mut().zip(&levels[..known]) {
             *to = &self.levels[*level].rows;
         }
-        let failed = last.rows.chunks_exact_mut(width.max(1)).enumerate().position(|(point, now)| {
-            let row = point * width..(point + 1) * width;
+        let mut points = last.rows.chunks_exact_mut(width.max(1)).rev().enumerate().skip(first);
+        let failed = points.find_map(|(point, now)| {
+            let row = numbers - (point + 1) * width..numbers - point * width;
             let mut stimuli: [&[f64]; ORDER] = [&[]; ORDER];
             for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
                 *to = &rows[row.clone()][2 * variables..];
             }
             let now = RecordMut::of(now, variables);
             stimuli[known] = now.stimuli;
-            !visit(&before[row][..variables], &stimuli, now.variables, now.rates)
+            let (start, rates) = before[row].split_at(variables);
+            let succeeded = visit([start, &rates[..variables]], &stimuli, now.variables, now.rates);
+            (!succeeded).then_some(point)
         });
         self.levels.push_back(last);
         failed.map_or(Ok(()), Err)
@@ -286,42 +294,33 @@ impl History {
     /// Interpolates the variables of a point.
     #[inline]
     pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
-        let (row, v, w) = (self.row(point), self.variables, at.weights);
-        let (old, new) = (&self.levels[at.level].rows[row.clone()], &self.levels[at.level + 1].rows[row]);
-        let old = old[..v].iter().zip(&old[v..2 * v]);
-        let new = new[..v].iter().zip(&new[v..2 * v]);
+        let ([old, new], w) = (self.rows_at(at, point), at.weights);
+        let [old, new] = [old, new].map(|row| row.split_at(self.variables));
+        let (old, new) = (old.0.iter().zip(old.1), new.0.iter().zip(new.1));
         old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
     }
 
-    /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two parts, at
-    /// every level.
-    pub fn split(&mut self, first: usize, p: usize, parts: [&PartWeights; 2]) {
-        let width = self.width();
-        let (at, size) = (first * width, p * width);
-        for level in &mut self.levels {
-            let rows = &mut level.rows;
-            let end = rows.len();
-            rows.resize(end + size, 0.0);
-            rows.copy_within(at + size..end, at + 2 * size);
-            for column in 0..width {
-                let old: [f64; MAX_POINTS] =
-                    std::array::from_fn(|g| if g < p { rows[at + g * width + column] } else { 0.0 });
-                for (part, weights) in parts.iter().enumerate() {
-                    for g in 0..p {
-                        let value = weights[g].iter().zip(old).map(|(w, v)| w * v).sum();
-                        rows[at + (part * p + g) * width + column] = value;
-                    }
-                }
+    /// Interpolates some of the variables of consecutive points from point `first` on, and writes them to `to`, which
+    /// has numbers for all variables of each point.
+    pub fn read_some(&self, at: &Reading, first: usize, variables: &[usize], to: &mut [f64]) {
+        let ([old, new], w) = ([at.level, at.level + 1].map(|level| &self.levels[level].rows[..]), at.weights);
+        let (width, number) = (self.width(), self.variables);
+        let [old, new] = [old, new].map(|rows| rows.rchunks_exact(width.max(1)).skip(first));
+        for ((to, old), new) in to.chunks_exact_mut(number.max(1)).zip(old).zip(new) {
+            let ((y0, rate0), (y1, rate1)) = (old.split_at(number), new.split_at(number));
+            for &k in variables {
+                to[k] = w[0] * y0[k] + w[1] * rate0[k] + w[2] * y1[k] + w[3] * rate1[k];
             }
         }
     }
 
-    /// Drops the first `points` points at every level. They have left the growth zone.
-    pub fn drain(&mut self, points: usize) {
-        let gone = points * self.width();
-        for level in &mut self.levels {
-            level.rows.drain(..gone);
-        }
+    /// Rows of a point at both levels of an interpolation: the variables and their rates.
+    #[inline]
+    fn rows_at(&self, at: &Reading, point: usize) -> [&[f64]; 2] {
+        [at.level, at.level + 1].map(|level| {
+            let rows = &self.levels[level].rows;
+            &rows[self.row(rows.len(), point)][..2 * self.variables]
+        })
     }
 
     /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since

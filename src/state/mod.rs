@@ -21,10 +21,10 @@ pub(crate) use predictor::{Predictor, intrinsic_moments};
 pub(crate) use saved::check_format;
 
 use crate::error::ParameterError;
-use crate::rod::{MaterialPoint, Rod, part_weights};
+use crate::rod::{MaterialPoint, Rod};
 
 /// Number of the format of serialised states. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 9;
+pub(crate) const FORMAT: u32 = 10;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
@@ -178,13 +178,12 @@ impl State {
 
     /// Divides an element at its coordinate `x`, with its history and its earlier equilibria.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
-        let reference = self.rod.reference();
+        let (growing, p) = (e.checked_sub(self.rod.first_growing()), self.rod.order().points());
         self.predictor.split(&self.rod, e, x);
-        if e >= self.rod.first_growing() {
-            let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
-            self.history.split((e - self.rod.first_growing()) * reference.p, reference.p, [&parts[0], &parts[1]]);
+        let parts = self.rod.split(e, x);
+        if let Some(growing) = growing {
+            self.history.split(growing * p, p, &parts);
         }
-        self.rod.split(e, x);
     }
 
     /// Merges the mature elements `e` and `e` + 1 if the loss is at most `tolerance` (rad), and returns the

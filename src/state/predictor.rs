@@ -201,16 +201,14 @@ impl Predictor {
 
     /// Divides element `e` of `rod` at its coordinate `x`, in every earlier equilibrium.
     pub fn split(&mut self, rod: &Rod, e: usize, x: f64) {
-        for earlier in &mut self.earlier {
-            split_rotations(rod.reference(), &mut earlier.rotations, e, x);
-        }
+        let lists = self.earlier.iter_mut().map(|earlier| &mut earlier.rotations);
+        split_rotations(rod.reference(), lists, e, x);
     }
 
     /// Merges elements `e` and `e` + 1 in every earlier equilibrium. `share` is the fraction of their length
     /// that element `e` has.
     pub fn merge(&mut self, rod: &Rod, e: usize, share: f64) {
-        for earlier in &mut self.earlier {
-            merge_rotations(rod.reference(), &mut earlier.rotations, e, share);
-        }
+        let lists = self.earlier.iter_mut().map(|earlier| &mut earlier.rotations);
+        merge_rotations(rod.reference(), lists, e, share);
     }
 }

@@ -14,6 +14,7 @@ forward_pointers!(TropismLaw {
     fn size() -> Size;
     fn sense(site: &Site, stimuli: &mut [f64]);
     fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+    fn coupled_rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
     fn steady(stimuli: &[f64], variables: &mut [f64]);
     fn initial(stimuli: &[f64], variables: &mut [f64]);
     fn next_discontinuity(t: f64) -> f64;
@@ -56,19 +57,8 @@ macro_rules! composition {
                 stimuli.fill(f64::NAN);
             }
         }
-        #[inline]
-        fn rates(&$self, mut variables: &[f64], mut stimuli: &[f64], rates: &mut [f64]) {
-            let mut rest = &mut *rates;
-            $(for law in $laws {
-                let Size { variables: v, stimuli: x, .. } = law.size();
-                let own = (variables.split_off(..v), stimuli.split_off(..x), rest.split_off_mut(..v));
-                let (Some(variables), Some(stimuli), Some(own)) = own else { return rates.fill(f64::NAN) };
-                law.rates(variables, stimuli, own);
-            })*
-            if !(variables.is_empty() && stimuli.is_empty()) {
-                rates.fill(f64::NAN);
-            }
-        }
+        composition!(@rates rates $self: $($laws),*);
+        composition!(@rates coupled_rates $self: $($laws),*);
         composition!(@state steady $self: $($laws),*);
         composition!(@state initial $self: $($laws),*);
         fn next_discontinuity(&$self, t: f64) -> f64 {
@@ -92,6 +82,21 @@ macro_rules! composition {
                 law.check()?;
             })*
             Ok(())
+        }
+    };
+    (@rates $method:ident $self:ident: $($laws:expr),*) => {
+        #[inline]
+        fn $method(&$self, mut variables: &[f64], mut stimuli: &[f64], rates: &mut [f64]) {
+            let mut rest = &mut *rates;
+            $(for law in $laws {
+                let Size { variables: v, stimuli: x, .. } = law.size();
+                let own = (variables.split_off(..v), stimuli.split_off(..x), rest.split_off_mut(..v));
+                let (Some(variables), Some(stimuli), Some(own)) = own else { return rates.fill(f64::NAN) };
+                law.$method(variables, stimuli, own);
+            })*
+            if !(variables.is_empty() && stimuli.is_empty()) {
+                rates.fill(f64::NAN);
+            }
         }
     };
     (@state $method:ident $self:ident: $($laws:expr),*) => {

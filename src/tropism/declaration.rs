@@ -54,6 +54,10 @@ pub struct Variable {
     pub remembers: Source,
     /// Transformation under a rotation of the directors about d3.
     pub rotation: Rotation,
+    /// Whether the rates of other variables may depend on this variable. It concerns linear memories: an uncoupled one
+    /// is integrated after the variables that are coupled. [`rates`](TropismLaw::rates) may then be called with NaN in
+    /// its place, and its own rate is ignored there. A declared memory of a memory does not couple them.
+    pub coupled: bool,
 }
 
 impl Variable {
@@ -68,7 +72,13 @@ impl Variable {
     #[must_use]
     #[inline]
     pub fn unread() -> Self {
-        Self { delay: None, time_constant: f64::INFINITY, remembers: Source::Computed, rotation: Rotation::Undeclared }
+        Self {
+            delay: None,
+            time_constant: f64::INFINITY,
+            remembers: Source::Computed,
+            rotation: Rotation::Undeclared,
+            coupled: true,
+        }
     }
 
     /// The variable with a time constant (s).
@@ -172,9 +182,21 @@ impl Declaration {
     /// first.
     #[inline(always)]
     pub fn memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
+        self.add_memories(number, of, time_constant, (delay, true))
+    }
+
+    /// Declares [memories](Self::memories) on which only the gradient and further memories depend, and no other rate:
+    /// they are not [coupled](Variable::coupled). Their integration costs less.
+    #[inline(always)]
+    pub fn uncoupled_memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
+        self.add_memories(number, of, time_constant, (delay, false))
+    }
+
+    #[inline(always)]
+    fn add_memories(&mut self, number: usize, of: Source, time: f64, (delay, coupled): (Option<f64>, bool)) -> Source {
         self.add_variables(number, |to, k| {
             let remembers = of.offset(k);
-            Variable { delay, time_constant, remembers, rotation: to.rotation(remembers) }
+            Variable { delay, time_constant: time, remembers, rotation: to.rotation(remembers), coupled }
         })
     }
 

@@ -192,6 +192,13 @@ pub trait TropismLaw {
         rates.fill(f64::NAN);
     }
 
+    /// Writes the rates of the [coupled](Variable::coupled) variables and of those that are not declared memories. It
+    /// may omit the others, which are NaN in `variables`. The default writes all [`rates`](Self::rates). Integrators
+    /// call it several times in a step.
+    fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        self.rates(variables, stimuli, rates);
+    }
+
     /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant stimuli.
     /// The default is [`initial`](Self::initial), which is a steady state only if the rates are zero there, for
     /// example if they do not depend on the stimuli. The module [`stability`](crate::stability) and

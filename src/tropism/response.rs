@@ -71,7 +71,8 @@ impl<R: Response> Remembered<R> {
     #[inline(always)]
     fn declare_memories(&self, to: &mut Declaration, delay: Option<f64>) -> Source {
         let signal = self.response.perception().declare(to);
-        to.memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, delay)
+        // A perception receives only its own variables, so that its rates do not depend on the memories.
+        to.uncoupled_memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, delay)
     }
 }
 
@@ -168,6 +169,12 @@ impl<R: Response> TropismLaw for Remembered<R> {
     #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         Perception::rates(self, variables, stimuli, rates);
+    }
+
+    #[inline]
+    fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        let own = Self::perceiving(variables);
+        self.response.perception().rates(&variables[..own], stimuli, &mut rates[..own]);
     }
 
     #[inline]

@@ -53,8 +53,9 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
     assert_eq!(declared.size(), all_laws().size());
     assert!(!declared.reads_position());
     let component = |rotation| Variable::unread().relaxing_in(120.0).turning(rotation);
-    let memory =
-        |remembers, rotation| Variable { remembers, rotation, ..Variable::read_after(720.0).relaxing_in(720.0) };
+    // No rate depends on the memories of these laws.
+    let read = Variable { coupled: false, ..Variable::read_after(720.0).relaxing_in(720.0) };
+    let memory = |remembers, rotation| Variable { remembers, rotation, ..read };
     let expected = [
         component(Rotation::First),
         component(Rotation::Second),

@@ -143,8 +143,8 @@ mod written {
 
     #[test]
     fn messages_name_the_damaged_part() {
-        let message = refusal(|state| state["format"] = 10.into());
-        assert!(message.contains("format 10; this version reads format 9"), "{message}");
+        let message = refusal(|state| state["format"] = 11.into());
+        assert!(message.contains("format 11; this version reads format 10"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());

@@ -4,6 +4,7 @@
 use super::{IntegrationError, Outcome, Step, Stepper};
 use crate::growth::{GrowthLaw, zone_elongation};
 use crate::model::Model;
+use crate::rod::MaterialPoint;
 use crate::shoot::Shoot;
 
 impl Stepper {
@@ -20,17 +21,15 @@ impl Stepper {
         let Step { leaving, growth: [from, to], .. } = step;
         let rod = &mut shoot.state.rod;
         let (zone, first, p) = (rod.zone(), rod.first_growing(), rod.order().points());
-        for (i, point) in rod.points_mut()[zone].iter_mut().enumerate() {
-            let mut end = to;
-            if i < leaving * p {
-                // These points leave the zone before the node that is on the boundary at the end of the step.
-                end = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
-                point.exit_time = end;
-            }
-            let (distance, stretch) = growth.flow(point.apex_distance, from, end);
-            point.apex_distance = distance;
-            point.jacobian *= stretch;
+        let points = &mut rod.points_mut()[zone];
+        let (leaving_points, staying) = points.split_at_mut((leaving * p).min(points.len()));
+        for point in leaving_points {
+            // These points leave the zone before the node that is on the boundary at the end of the step.
+            point.exit_time = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
+            let exit_time = point.exit_time;
+            stretch(growth, std::slice::from_mut(point), from, exit_time);
         }
+        stretch(growth, staying, from, to);
         // The length of a leaving element is a difference of distances beyond the boundary. A difference of
         // distances from the apex would lose digits.
         let mut before = None;
@@ -56,6 +55,15 @@ impl Stepper {
             before = beyond;
         }
         Ok(())
+    }
+}
+
+/// Moves points of the zone, and stretches their tissue.
+fn stretch(growth: &impl GrowthLaw, points: &mut [MaterialPoint], from: f64, to: f64) {
+    for point in points {
+        let (distance, stretch) = growth.flow(point.apex_distance, from, to);
+        point.apex_distance = distance;
+        point.jacobian *= stretch;
     }
 }
 

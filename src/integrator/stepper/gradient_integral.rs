@@ -23,12 +23,13 @@ pub(super) struct GradientIntegral {
     readings: Vec<Reading>,
     /// Distinct delays of the variables, s.
     delays: Vec<f64>,
-    /// Index of the delay of each variable; `None` for a variable on which the gradient does not depend.
-    delay_of: Vec<Option<usize>>,
+    /// The variables with each delay.
+    delayed: Vec<Vec<usize>>,
     /// Levels through which the present stimuli are interpolated.
     levels: Nodes,
     /// Start of the step and ends of the pieces, s.
     ends: Vec<f64>,
+    /// Delayed variables of each point.
     past: Vec<f64>,
     present: Vec<f64>,
 }
@@ -51,21 +52,21 @@ impl GradientIntegral {
         self.ends.extend([from, to]);
         let variables = laws.variables();
         let size = laws.size();
-        // Variables without a delay stay zero.
-        self.past.clear();
-        self.past.resize(size.variables, 0.0);
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
         self.delays.clear();
-        self.delay_of.clear();
-        for variable in variables {
-            let place = variable.delay.map(|delay| {
-                self.delays.iter().position(|known| *known == delay).unwrap_or_else(|| {
-                    self.ends.extend(history.passings(delay, from, to));
-                    self.delays.push(delay);
-                    self.delays.len() - 1
-                })
+        self.delayed.iter_mut().for_each(Vec::clear);
+        for (k, variable) in variables.iter().enumerate() {
+            let Some(delay) = variable.delay else { continue };
+            let known = self.delays.iter().position(|known| *known == delay);
+            let place = known.unwrap_or_else(|| {
+                self.ends.extend(history.passings(delay, from, to));
+                self.delays.push(delay);
+                self.delays.len() - 1
             });
-            self.delay_of.push(place);
+            if place == self.delayed.len() {
+                self.delayed.push(Vec::new());
+            }
+            self.delayed[place].push(k);
         }
         self.ends.sort_unstable_by(f64::total_cmp);
         let mut times = [0.0; ORDER];
@@ -94,38 +95,38 @@ impl GradientIntegral {
         }
     }
 
-    /// Returns the change of the intrinsic strain of a point of the zone over the interval, 1/m. `distance` is
-    /// the distance of the point from the apex (m) at the time `start` (s).
-    pub fn of(
+    /// Adds to `sums` the changes of the intrinsic strain over the interval (1/m) of consecutive points of the zone,
+    /// from point `first` on, with their distances from the apex (m) at the time `start` (s).
+    // The loop over the times is outside, so that parts of laws that depend only on time are evaluated once for each.
+    pub fn add(
         &mut self,
-        growth: &impl GrowthLaw,
-        tropism: &impl TropismLaw,
+        (growth, tropism): (&impl GrowthLaw, &impl TropismLaw),
         history: &History,
-        point: usize,
-        section: Section,
-        (distance, start): (f64, f64),
-    ) -> Vector3<f64> {
-        let moves = growth.elongates();
-        let mut sum = Vector3::zeros();
-        for (i, node) in self.nodes.iter().enumerate() {
+        (first, start): (usize, f64),
+        points: &[(Section, f64)],
+        sums: &mut [Vector3<f64>],
+    ) {
+        let (moves, size) = (growth.elongates(), history.size().0);
+        // Variables without a delay stay zero.
+        self.past.clear();
+        self.past.resize(points.len() * size, 0.0);
+        for (i, &node) in self.nodes.iter().enumerate() {
             let delays = self.delays.len();
-            for (d, reading) in self.readings[i * delays..(i + 1) * delays].iter().enumerate() {
-                let places = self.past.iter_mut().zip(&self.delay_of);
-                for ((past, delay), value) in places.zip(history.read(reading, point)) {
-                    if *delay == Some(d) {
-                        *past = value;
-                    }
+            let readings = &self.readings[i * delays..(i + 1) * delays];
+            for (reading, variables) in readings.iter().zip(&self.delayed) {
+                history.read_some(reading, first, variables, &mut self.past);
+            }
+            for (k, ((section, distance), sum)) in points.iter().zip(sums.iter_mut()).enumerate() {
+                for (m, value) in self.present.iter_mut().enumerate() {
+                    let levels = self.levels.iter().zip(node.interpolation);
+                    *value = levels.map(|(level, w)| w * history.stimuli(*level, first + k)[m]).sum();
                 }
+                let apex_distance = if moves { growth.flow(*distance, start, node.time).0 } else { *distance };
+                let at = Growing::new(node.time, *section, apex_distance);
+                let rate = growth.regr(apex_distance, node.time);
+                *sum +=
+                    tropism.gradient(&at, &self.past[k * size..(k + 1) * size], &self.present) * (rate * node.weight);
             }
-            for (m, value) in self.present.iter_mut().enumerate() {
-                let levels = self.levels.iter().zip(node.interpolation);
-                *value = levels.map(|(level, w)| w * history.stimuli(*level, point)[m]).sum();
-            }
-            let apex_distance = if moves { growth.flow(distance, start, node.time).0 } else { distance };
-            let at = Growing::new(node.time, section, apex_distance);
-            let rate = growth.regr(apex_distance, node.time);
-            sum += tropism.gradient(&at, &self.past, &self.present) * (rate * node.weight);
         }
-        sum
     }
 }

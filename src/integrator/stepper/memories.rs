@@ -3,76 +3,202 @@
 use super::ORDER;
 use super::relaxation::{Kernel, LANES};
 use crate::error::ParameterError;
-use crate::tropism::{Declaration, Source};
+use crate::tropism::{Declaration, Source, Variable};
 
-/// Exact integration of the variables if all of them are linear memories of stimuli, as in the reduced model.
+/// Memory of a stimulus or of another variable.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Remembered {
+    /// Place among the variables.
+    variable: usize,
+    /// Place of what it remembers, among the stimuli or among the variables.
+    source: usize,
+    /// Time constant, s.
+    time: f64,
+}
+
+/// Variables of a point in three parts, in the order of their integration.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Parts {
+    /// The variables that are divided into the parts.
+    variables: Vec<Variable>,
+    of_stimuli: Vec<Remembered>,
+    /// Places and time constants (s) of the variables that depend on each other in an undeclared way.
+    iterated: Vec<(usize, f64)>,
+    of_variables: Vec<Remembered>,
+}
+
+impl Parts {
+    /// Divides the variables of the laws. Returns whether they are those of the last call.
+    pub fn read(&mut self, laws: &Declaration) -> bool {
+        let variables = laws.variables();
+        if self.variables == variables {
+            return true;
+        }
+        for list in [&mut self.of_stimuli, &mut self.of_variables] {
+            list.clear();
+        }
+        self.iterated.clear();
+        self.variables.clear();
+        self.variables.extend(variables);
+        let computes = variables.iter().any(|variable| variable.remembers == Source::Computed);
+        // Memories on which an iterated variable may depend, or another memory does, are iterated.
+        let is_read = |i: usize, variable: &Variable| {
+            let read = variables.iter().any(|other| other.remembers == Source::Variable(i));
+            read || variable.coupled && computes
+        };
+        for (i, variable) in variables.iter().enumerate() {
+            let memory = |source| Remembered { variable: i, source, time: variable.time_constant };
+            match variable.remembers {
+                Source::Stimulus(source) if !is_read(i, variable) => self.of_stimuli.push(memory(source)),
+                Source::Variable(source) if !is_read(i, variable) => self.of_variables.push(memory(source)),
+                _ => self.iterated.push((i, variable.time_constant)),
+            }
+        }
+        false
+    }
+
+    /// Memories of stimuli, which are integrated first.
+    pub fn of_stimuli(&self) -> &[Remembered] {
+        &self.of_stimuli
+    }
+
+    /// Places and time constants (s) of the variables that are iterated.
+    pub fn iterated(&self) -> &[(usize, f64)] {
+        &self.iterated
+    }
+
+    /// Memories of iterated variables, which are integrated last.
+    pub fn of_variables(&self) -> &[Remembered] {
+        &self.of_variables
+    }
+}
+
+/// Exact integration of linear memories.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
-    /// One memory for each variable.
     each: Vec<Memory>,
 }
 
-/// Weights of y at the start of a step and of the stimulus at each level in y at the end of the step.
+/// Weights in y at the end of an interval: of y and of the remembered quantity at the start, and of values on which the
+/// course of the remembered quantity depends linearly.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
-    stimulus: usize,
+    variable: usize,
+    source: usize,
     decay: f64,
+    start: f64,
     weights: [f64; ORDER],
 }
 
+impl Memory {
+    /// Computes the weights of the remembered quantity at the `nodes` of an interval of `size` seconds.
+    fn of(memory: &Remembered, nodes: &[f64], size: f64) -> Self {
+        let mut kernel = Kernel::default();
+        kernel.set(0, nodes, size, memory.time);
+        // The integral of x/τ up to the last node.
+        let weights = kernel.integral[ORDER - 1].map(|integral| integral[0] / memory.time);
+        let (variable, source) = (memory.variable, memory.source);
+        Self { variable, source, decay: kernel.decay[ORDER - 1][0], start: 0.0, weights }
+    }
+}
+
 impl Memories {
-    /// Computes the weights for a step from those of the variables, `kernels`, and the interpolation weights of
-    /// the stimuli at the nodes. Returns whether all variables are memories of stimuli.
-    pub fn prepare(&mut self, laws: &Declaration, kernels: &[Kernel], at_nodes: &[[f64; ORDER]; ORDER]) -> bool {
+    /// Allocates the memory for a `number` of memories.
+    pub fn reserve(&mut self, number: usize) {
         self.each.clear();
-        for (i, variable) in laws.variables().iter().enumerate() {
-            let Source::Stimulus(stimulus) = variable.remembers else { return false };
-            let (kernel, lane) = (&kernels[i / LANES], i % LANES);
-            // The integral of x/τ up to the last node.
-            let mut weights = [0.0; ORDER];
-            for (integral, at) in kernel.integral[ORDER - 1].iter().zip(at_nodes) {
-                for (weight, at) in weights.iter_mut().zip(at) {
-                    *weight += integral[lane] / variable.time_constant * at;
-                }
-            }
-            self.each.push(Memory { stimulus, decay: kernel.decay[ORDER - 1][lane], weights });
-        }
-        true
+        self.each.reserve(number);
     }
 
-    /// Integrates the variables `y` of a point over the step, with its stimuli at each level.
-    #[inline]
-    pub fn integrate(&self, stimuli: &[&[f64]], y: &mut [f64]) {
-        for (memory, y) in self.each.iter().zip(y) {
-            *y *= memory.decay;
-            for (stimuli, weight) in stimuli.iter().zip(memory.weights) {
-                *y += weight * stimuli[memory.stimulus];
+    /// Computes the weights of stimuli at the `nodes` of an interval of `size` seconds.
+    pub fn set(&mut self, memories: &[Remembered], nodes: &[f64], size: f64) {
+        self.each.clear();
+        self.each.extend(memories.iter().map(|memory| Memory::of(memory, nodes, size)));
+    }
+
+    /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
+    /// variables in `kernels`. A source is the place among the `iterated` variables.
+    pub fn set_of_iterated(
+        &mut self,
+        (memories, iterated): (&[Remembered], &[(usize, f64)]),
+        kernels: &[Kernel],
+        nodes: &[f64],
+        size: f64,
+    ) {
+        self.each.clear();
+        for memory in memories {
+            let Some(source) = iterated.iter().position(|(place, _)| *place == memory.source) else { continue };
+            let (kernel, lane) = (&kernels[source / LANES], source % LANES);
+            let of_nodes = Memory::of(memory, nodes, size);
+            let mut sum = Memory { source, weights: [0.0; ORDER], ..of_nodes };
+            for (j, weight) in of_nodes.weights.into_iter().enumerate() {
+                sum.start += weight * kernel.decay[j][lane];
+                sum.weights
+                    .iter_mut()
+                    .zip(kernel.integral[j])
+                    .for_each(|(sum, integral)| *sum += weight * integral[lane]);
             }
+            self.each.push(sum);
+        }
+    }
+
+    /// Computes the weights of levels from those of nodes, and from the interpolation weights of the levels at the
+    /// nodes.
+    pub fn interpolate(&mut self, memories: &Self, at_nodes: &[[f64; ORDER]; ORDER]) {
+        self.each.clone_from(&memories.each);
+        for (memory, from) in self.each.iter_mut().zip(&memories.each) {
+            memory.weights = [0.0; ORDER];
+            for (node, at) in from.weights.iter().zip(at_nodes) {
+                for (weight, at) in memory.weights.iter_mut().zip(at) {
+                    *weight += node * at;
+                }
+            }
+        }
+    }
+
+    /// Integrates the memories among the variables `y` of a point. `course` returns what the weights multiply: a
+    /// source at the start of the interval, and four values of it.
+    #[inline]
+    pub fn integrate(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; ORDER])) {
+        for memory in &self.each {
+            let (start, values) = course(memory.source);
+            let sum = y[memory.variable] * memory.decay + memory.start * start;
+            y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
         }
     }
 }
 
-/// Returns an error unless the rates are those of the linear memories that the laws declare.
-pub(super) fn check_memories(
-    laws: &Declaration,
-    variables: &[f64],
-    rates: &[f64],
-    stimuli: &[f64],
-) -> Result<(), ParameterError> {
-    for ((variable, y), rate) in laws.variables().iter().zip(variables).zip(rates) {
-        let x = match variable.remembers {
-            Source::Stimulus(k) => stimuli[k],
-            Source::Variable(k) => variables[k],
-            Source::Computed => continue,
-        };
-        let change = rate * variable.time_constant;
-        // Rounding of one subtraction and one quotient, whose results may be subnormal numbers.
-        let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + variable.time_constant);
-        let linear = (change - (x - y)).abs() <= rounding;
-        let name = "rate of a variable that is declared a memory, times its time constant";
-        ParameterError::unless(linear, name, change, "the remembered quantity minus the variable")?;
+/// Declared memories: their places among the variables, what they remember, and their time constants (s).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Declared(Vec<(usize, Source, f64)>);
+
+impl Declared {
+    /// Lists the memories that the laws declare.
+    pub fn read(&mut self, laws: &Declaration) {
+        let each = laws.variables().iter().enumerate();
+        let memories = each.filter(|(_, variable)| variable.remembers != Source::Computed);
+        self.0.clear();
+        self.0.extend(memories.map(|(i, variable)| (i, variable.remembers, variable.time_constant)));
     }
-    Ok(())
+
+    /// Returns an error unless the rates of a point are those of the memories.
+    #[inline]
+    pub fn check(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
+        for &(i, source, time) in &self.0 {
+            let y = variables[i];
+            let x = match source {
+                Source::Stimulus(k) => stimuli[k],
+                Source::Variable(k) => variables[k],
+                Source::Computed => continue,
+            };
+            let change = rates[i] * time;
+            // Rounding of one subtraction and one quotient, whose results may be subnormal numbers.
+            let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + time);
+            let linear = (change - (x - y)).abs() <= rounding;
+            let name = "rate of a variable that is declared a memory, times its time constant";
+            ParameterError::unless(linear, name, change, "the remembered quantity minus the variable")?;
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -97,18 +223,18 @@ mod tests {
     #[test]
     fn memories_of_linear_stimuli_are_exact() {
         let (size, nodes) = (0.5, lobatto(ORDER - 1));
-        let mut kernels = vec![Kernel::default(); 1];
-        TAUS.iter().enumerate().for_each(|(lane, tau)| kernels[0].set(lane, &nodes, size, *tau));
         let mut at_nodes = [[0.0; ORDER]; ORDER];
         for (at, node) in at_nodes.iter_mut().zip(&nodes) {
             lagrange(&[-2.0, -1.0, 0.0, 1.0], *node, at);
         }
-        let mut memories = Memories::default();
-        assert!(memories.prepare(&laws(), &kernels, &at_nodes));
+        let (mut parts, mut of_nodes, mut memories) = (Parts::default(), Memories::default(), Memories::default());
+        assert!(!parts.read(&laws()) && parts.read(&laws()), "only the second call finds them known");
+        of_nodes.set(parts.of_stimuli(), &nodes, size);
+        memories.interpolate(&of_nodes, &at_nodes);
         let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
         let stimuli = [-2.0, -1.0, 0.0, 1.0].map(|time| lines.map(|x| x(time * size)));
         let mut y = [-1.0, 7.0];
-        memories.integrate(&stimuli.each_ref().map(|x| &x[..]), &mut y);
+        memories.integrate(&mut y, |source| (0.0, stimuli.map(|stimuli| stimuli[source])));
         // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
         let exact =
             |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();
@@ -117,29 +243,50 @@ mod tests {
         assert_abs_diff_eq!(y[1], exact(4.0, -1.0, TAUS[1], 7.0), epsilon = 1e-14);
     }
 
+    /// Numbers of memories of stimuli, of iterated variables, and of memories of these.
+    fn parts(laws: &Declaration) -> [usize; 3] {
+        let mut parts = Parts::default();
+        parts.read(laws);
+        [parts.of_stimuli().len(), parts.iterated().len(), parts.of_variables().len()]
+    }
+
     #[test]
-    fn variables_that_are_not_memories_of_stimuli_are_not_integrated_in_closed_form() {
-        let kernels = [Kernel::default()];
-        let at_nodes = [[0.0; ORDER]; ORDER];
+    fn only_variables_that_may_depend_on_each_other_are_iterated() {
+        assert_eq!(parts(&laws()), [2, 0, 0]);
+        // The memory of a memory needs the latter at the nodes.
         let mut chained = laws();
         chained.memories(1, Source::Variable(0), 1.0, None);
-        let mut computed = laws();
-        computed.variable(crate::tropism::Variable::unread());
-        for other in [chained, computed] {
-            assert!(!Memories::default().prepare(&other, &kernels, &at_nodes));
-        }
+        assert_eq!(parts(&chained), [1, 1, 1]);
+        // A computed rate may depend on the memories, unless they are declared uncoupled.
+        let mut coupled = laws();
+        let computed = coupled.variable(Variable::unread());
+        coupled.memories(1, computed, 1.0, None);
+        assert_eq!(parts(&coupled), [0, 4, 0]);
+        let mut uncoupled = Declaration::default();
+        let first = uncoupled.stimuli(2);
+        let computed = uncoupled.variable(Variable::unread());
+        uncoupled.uncoupled_memories(2, first, TAUS[0], None);
+        uncoupled.uncoupled_memories(1, computed, TAUS[1], None);
+        assert_eq!(parts(&uncoupled), [2, 1, 1]);
+        // Two memories of each other are a linear system.
+        let mut mutual = Declaration::default();
+        mutual.uncoupled_memories(1, Source::Variable(1), 1.0, None);
+        mutual.uncoupled_memories(1, Source::Variable(0), 1.0, None);
+        assert_eq!(parts(&mutual), [0, 2, 0]);
     }
 
     #[test]
     fn declared_memories_are_accepted_up_to_rounding_of_their_rates() {
         let (y, x) = ([0.3, -2.0], [0.7, 1.1]);
         let rates = [(x[1] - y[0]) / TAUS[0], (x[0] - y[1]) / TAUS[1]];
-        assert!(check_memories(&laws(), &y, &rates, &x).is_ok());
+        let mut declared = Declared::default();
+        declared.read(&laws());
+        assert!(declared.check(&y, &rates, &x).is_ok());
         for k in 0..2 {
             for share in [1e-13, f64::NAN] {
                 let mut wrong = rates;
                 wrong[k] *= 1.0 + share;
-                assert!(check_memories(&laws(), &y, &wrong, &x).is_err(), "rate {k} changed by {share}");
+                assert!(declared.check(&y, &wrong, &x).is_err(), "rate {k} changed by {share}");
             }
         }
     }

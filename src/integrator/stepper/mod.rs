@@ -9,6 +9,7 @@ mod memories;
 mod mesh;
 mod options;
 mod phases;
+mod picard;
 mod relaxation;
 mod start;
 mod step_end;
@@ -27,12 +28,14 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::after;
+use crate::section::Section;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State, intrinsic_moments};
 use crate::support::Reaction;
 use crate::tropism::Declaration;
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
+use memories::Declared;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
 use step_end::EQUAL_STEPS;
@@ -46,11 +49,17 @@ pub(super) struct Stepper {
     /// The integral up to the exit of a point from the growth zone.
     exit_integral: GradientIntegral,
     collocation: ExponentialCollocation,
+    /// Declared memories, which are compared with the rates.
+    memories: Declared,
     force: InternalForce,
     /// Stimuli of a point.
     stimuli: Vec<f64>,
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
     starts: Vec<(Vector3<f64>, f64)>,
+    /// Sections of these points, and their distances from the apex at the start of the step (m).
+    places: Vec<(Section, f64)>,
+    /// Changes of their intrinsic strains in the step, 1/m.
+    changes: Vec<Vector3<f64>>,
     spare: Spare,
     /// Shape, time and reactions at the start of an increment; `None` without friction.
     before: Option<(Rod, f64, Vec<Reaction>)>,
@@ -121,6 +130,7 @@ impl Stepper {
         self.statistics = Statistics::default();
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
+        self.memories.read(&self.laws);
         self.stimuli.resize(self.laws.size().stimuli, 0.0);
         self.laws.check()
     }
@@ -194,8 +204,7 @@ impl Stepper {
             self.record(&found, shoot);
             self.sense(shoot)?;
             self.integrate_variables(shoot, step)?;
-            // A step that is not longer than the shortest delay depends only on the past, and is explicit.
-            if step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING) {
+            if self.is_explicit(step) {
                 break;
             }
             let change = self.integrate_strain(shoot, step)?;
@@ -247,10 +256,11 @@ impl Stepper {
     fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
         shoot.state.mature(step.leaving);
         shoot.state.contact.mature();
-        // The choice of the steps after a breaking point depends on levels that are somewhat older than the
-        // longest delay.
-        let kept = EQUAL_STEPS * (step.to - step.from);
-        shoot.state.history.forget(step.to - self.laws.longest_delay() - kept, &mut self.spare);
+        // The choice of the steps after a breaking point depends on the discontinuity that caused it, for a few steps.
+        let (history, needed) = (&mut shoot.state.history, step.to - self.laws.longest_delay());
+        let kinks = history.discontinuities().any(|level| history.time(level) <= needed);
+        let kept = if kinks { EQUAL_STEPS * (step.to - step.from) } else { 0.0 };
+        history.forget(needed - kept, &mut self.spare);
         self.statistics.steps += 1;
     }
 

@@ -1,8 +1,9 @@
 //! Phases of a step: differential growth, equilibrium, sensing, and the laws' variables. The motion of tissue
 //! is in `elongation`.
 
+use nalgebra::Vector3;
+
 use super::collocation::Levels;
-use super::memories::check_memories;
 use super::{IntegrationError, ORDER, Outcome, ROUNDING, Step, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver, HeldRod};
 use crate::error::ParameterError;
@@ -31,17 +32,28 @@ impl Stepper {
         let smooth = history.smooth(state.smooth_since, CLOSE * (to - from));
         let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
         self.gradient_integral.prepare(history, &self.laws, &smooth, from, to);
-        let mut largest = 0.0_f64;
-        for (i, (point, (intrinsic, place))) in state.rod.points_mut()[zone].iter_mut().zip(&self.starts).enumerate() {
-            let exit = if i < leaving { growth.exit_time(*place, start, end) } else { None };
-            let integral = match exit {
+        let points = &mut state.rod.points_mut()[zone];
+        self.places.clear();
+        self.places.extend(points.iter().zip(&self.starts).map(|(point, (_, distance))| (point.section, *distance)));
+        self.changes.clear();
+        self.changes.resize(points.len(), Vector3::zeros());
+        let laws = (growth, tropism);
+        // The points that leave the zone come first, and each has an end of its own.
+        let leaving = leaving.min(points.len());
+        for i in 0..leaving {
+            let (place, change) = (&self.places[i..=i], &mut self.changes[i..=i]);
+            match growth.exit_time(place[0].1, start, end) {
                 Some(exit) => {
                     self.exit_integral.prepare(history, &self.laws, &smooth, from, exit);
-                    &mut self.exit_integral
+                    self.exit_integral.add(laws, history, (i, start), place, change);
                 }
-                None => &mut self.gradient_integral,
-            };
-            let change = integral.of(growth, tropism, history, i, point.section, (*place, start));
+                None => self.gradient_integral.add(laws, history, (i, start), place, change),
+            }
+        }
+        let (places, changes) = (&self.places[leaving..], &mut self.changes[leaving..]);
+        self.gradient_integral.add(laws, history, (leaving, start), places, changes);
+        let mut largest = 0.0_f64;
+        for ((point, (intrinsic, _)), change) in points.iter_mut().zip(&self.starts).zip(&self.changes) {
             if !change.sum().is_finite() {
                 return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
             }
@@ -157,7 +169,8 @@ impl Stepper {
         if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what, time }) }
     }
 
-    /// Integrates the laws' variables from the last level but one to the last.
+    /// Integrates the laws' variables from the last level but one to the last. In an explicit step nothing depends on
+    /// those of the points that leave the zone in it.
     pub(super) fn integrate_variables(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
         if self.laws.size().variables == 0 {
             return Ok(());
@@ -175,26 +188,33 @@ impl Stepper {
         times[count - 1] = 1.0;
         self.collocation.prepare(&self.laws, size, Levels { count, times });
         let first = state.rod.zone().start;
+        let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
         let mut check = Ok(());
-        let integrated = state.history.each_step(&smooth, |before, stimuli, variables, rates| {
-            variables.copy_from_slice(before);
-            let integrated = self.collocation.integrate(tropism, stimuli, variables);
-            rates.fill(f64::NAN);
-            tropism.rates(variables, stimuli[count - 1], rates);
-            // The integration and the analysis of stability use the declaration of the laws. It is compared
-            // with the rates in every step.
-            let finite = integrated && rates.iter().all(|rate| rate.is_finite());
-            if finite {
-                check = check_memories(&self.laws, variables, rates, stimuli[count - 1]);
-            }
-            finite && check.is_ok()
-        });
+        let integrated =
+            state.history.each_step((&smooth, unread), |[before, rates_before], stimuli, variables, rates| {
+                variables.copy_from_slice(before);
+                let integrated = self.collocation.integrate(tropism, stimuli, variables, rates_before);
+                rates.fill(f64::NAN);
+                tropism.rates(variables, stimuli[count - 1], rates);
+                // The integration and the analysis of stability use the declaration of the laws. It is compared
+                // with the rates in every step.
+                let finite = integrated && rates.iter().all(|rate| rate.is_finite());
+                if finite {
+                    check = self.memories.check(variables, rates, stimuli[count - 1]);
+                }
+                finite && check.is_ok()
+            });
         integrated.or_else(|point| {
             // More specific errors take precedence.
             self.check_size(tropism)?;
             check?;
             Err(IntegrationError::Variables { time: step.to, point: first + point })
         })
+    }
+
+    /// Returns whether a step is not longer than the shortest delay, and depends only on the past.
+    pub(super) fn is_explicit(&self, step: Step) -> bool {
+        step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING)
     }
 
     /// Returns an error if the laws have changed their declaration since the call began.

@@ -1,6 +1,5 @@
 //! Start of a run: the first equilibrium and the history before it.
 
-use super::memories::check_memories;
 use super::step_end::starts_at_discontinuity;
 use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, Stepper};
 use crate::equilibrium::EquilibriumSolver;
@@ -51,7 +50,7 @@ impl Stepper {
             return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
         }
         for point in shoot.state.history.each_present() {
-            check_memories(&self.laws, point.variables, point.rates, point.stimuli)?;
+            self.memories.check(point.variables, point.rates, point.stimuli)?;
         }
         if discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
     }

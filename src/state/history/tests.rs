@@ -3,6 +3,7 @@
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 
 use super::*;
+use crate::reference_element::MAX_POINTS;
 
 /// A history of two points with one variable and one stimulus each. The values of the second point are twice
 /// those of the first. The stimulus is minus the variable.
@@ -187,11 +188,13 @@ fn passings_are_the_level_times_plus_the_delay() {
 
 #[test]
 fn each_step_visits_every_point_with_its_own_past_and_reports_the_first_failure() {
+    // The rates are those of the variables at t = 1.
     let mut history = history(&[0.0, 1.0, 2.0], |t| t, |_| 1.0);
     let last_two = history.smooth(1.0, 0.0);
     assert_eq!(last_two[..], [1, 2]);
-    let visited = history.each_step(&last_two, |before, stimuli, now, rates| {
+    let visited = history.each_step((&last_two, 0), |[before, slope], stimuli, now, rates| {
         let factor = before[0];
+        assert_eq!(slope, [factor]);
         assert_eq!((stimuli[0], stimuli[1]), (&[-factor][..], &[-2.0 * factor][..]));
         (now[0], rates[0]) = (10.0 * factor, 20.0 * factor);
         true
@@ -199,6 +202,58 @@ fn each_step_visits_every_point_with_its_own_past_and_reports_the_first_failure(
     assert_eq!(visited, Ok(()));
     assert_eq!((history.variables(2, 0), history.variables(2, 1)), (&[10.0][..], &[20.0][..]));
     assert_eq!(history.at_mut(2, 1).rates, [40.0]);
-    assert_eq!(history.each_step(&last_two, |before, _, _, _| before[0] < 1.5), Err(1));
+    assert_eq!(history.each_step((&last_two, 0), |[before, _], _, _, _| before[0] < 1.5), Err(1));
+    let mut visited = 0;
+    let mut count = |_: [&[f64]; 2], _: &[&[f64]; ORDER], now: &mut [f64], _: &mut [f64]| {
+        visited += 1;
+        now[0] == 20.0
+    };
+    assert_eq!(history.each_step((&last_two, 1), &mut count), Ok(()), "only the second point");
+    assert_eq!(visited, 1);
     assert_eq!(history.levels(), 3, "a failure loses no level");
+}
+
+#[test]
+fn some_variables_of_several_points_are_read_as_those_of_each_point() {
+    let history = history(&[0.0, 1.0, 2.5], |t| (1.0 + t).ln(), |t| 1.0 / (1.0 + t));
+    let reading = history.reading(1.7, 1.7);
+    let mut some = [7.0; 2];
+    history.read_some(&reading, 0, &[], &mut some);
+    assert_eq!(some, [7.0; 2], "no variable is read");
+    history.read_some(&reading, 0, &[0], &mut some);
+    assert_eq!(some.map(f64::to_bits), [0, 1].map(|point| read(&history, 1.7, 1.7, point).to_bits()));
+    let mut second = [0.0];
+    history.read_some(&reading, 1, &[0], &mut second);
+    assert_eq!(second[0], some[1]);
+}
+
+#[test]
+fn points_that_leave_the_zone_are_dropped_at_every_level() {
+    let mut short = history(&[0.0, 1.0], |t| 1.0 + t, |_| 1.0);
+    let whole = short.clone();
+    short.drain(1);
+    assert_eq!(short.points(), 1);
+    for level in 0..2 {
+        assert_eq!(short.variables(level, 0), whole.variables(level, 1));
+        assert_eq!(short.stimuli(level, 0), whole.stimuli(level, 1));
+    }
+}
+
+#[test]
+fn division_of_an_element_interpolates_its_points_and_moves_no_others() {
+    // Elements of two points whose variable is the number of the point. Each part has the values at a quarter and
+    // at three quarters of the element, in order.
+    let mut history = History::zeros((1, 1), 6, [0.0, 1.0].into_iter());
+    for level in 0..2 {
+        (0..6).for_each(|point| history.at_mut(level, point).variables[0] = point as f64);
+    }
+    let mut part = [[0.0; MAX_POINTS]; MAX_POINTS];
+    (part[0][..2]).copy_from_slice(&[0.75, 0.25]);
+    (part[1][..2]).copy_from_slice(&[0.25, 0.75]);
+    history.split(2, 2, &[part, part]);
+    assert_eq!(history.points(), 8);
+    for level in 0..2 {
+        let values: Vec<f64> = (0..8).map(|point| history.variables(level, point)[0]).collect();
+        assert_eq!(values, [0.0, 1.0, 2.25, 2.75, 2.25, 2.75, 4.0, 5.0]);
+    }
 }

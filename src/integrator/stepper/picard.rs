@@ -1,0 +1,255 @@
+//! Picard iteration for the variables of a point that depend on each other, over one interval.
+
+use super::ORDER;
+use super::relaxation::{Kernel, LANES, Lanes};
+use crate::tropism::TropismLaw;
+
+/// Largest number of sweeps over an interval before it is halved. An interval that resolves the nonlinearity
+/// well has a contraction by 1/16 in each sweep, and reaches [`TOLERANCE`] in this number of sweeps. With twelve
+/// sweeps, avalanches of statoliths from 170° on were integrated with errors of 1.4e-4 rad instead of 5e-5 rad.
+const MAX_SWEEPS: usize = 9;
+/// Largest error of a converged variable, relative to its size and its change in the interval: far below any
+/// error in time.
+pub(super) const TOLERANCE: f64 = 1e-12;
+
+/// Group of iterated variables of a point. Unused entries of the last group are zero.
+#[derive(Debug, Clone, Copy, Default)]
+struct Group {
+    /// Places of the variables among all variables of a point. Unused entries have a place after the last one.
+    places: [usize; LANES],
+    /// 1/τ.
+    inverse: Lanes,
+    /// Variables at the start of the interval.
+    start: Lanes,
+    /// Variables at the present node.
+    value: Lanes,
+    /// Absolute change of the variables over the interval at the initial rate.
+    motion: Lanes,
+    /// Largest effect of a change of N in this sweep on each variable, relative to its size and its motion, since
+    /// variables may have different units.
+    change: Lanes,
+    /// N at each node.
+    forcing: [Lanes; ORDER],
+}
+
+impl Group {
+    /// Evaluates the variables at node `j`.
+    // Not inlined, so that the operations on one group are vectorised.
+    #[inline(never)]
+    fn integrate_to(&mut self, j: usize, kernel: &Kernel) {
+        let mut value = [0.0; LANES];
+        for i in 0..LANES {
+            value[i] = kernel.decay[j][i] * self.start[i];
+        }
+        for l in 0..ORDER {
+            for i in 0..LANES {
+                value[i] += kernel.integral[j][l][i] * self.forcing[l][i];
+            }
+        }
+        self.value = value;
+    }
+
+    /// Sets N = ẏ + y/τ at node `j`.
+    #[inline(never)]
+    fn force(&mut self, j: usize, rate: &Lanes, kernel: &Kernel) {
+        let (value, forcing) = (&self.value, &mut self.forcing[j]);
+        for i in 0..LANES {
+            let new = rate[i] + value[i] * self.inverse[i];
+            let motion = kernel.reach[i] * (new - forcing[i]).abs();
+            let change = motion / (value[i].abs() + self.motion[i] + f64::MIN_POSITIVE);
+            self.change[i] = if change > self.change[i] { change } else { self.change[i] };
+            forcing[i] = new;
+        }
+    }
+
+    /// Entries of the group in a list with a number for each variable.
+    #[inline]
+    fn gather(&self, from: &[f64]) -> Lanes {
+        self.places.map(|place| from[place])
+    }
+
+    /// Writes the values of the group to such a list.
+    #[inline]
+    fn scatter(&self, to: &mut [f64]) {
+        for (place, value) in self.places.iter().zip(self.value) {
+            to[*place] = value;
+        }
+    }
+}
+
+/// Iteration for some of the variables of a point.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Picard {
+    /// Number of variables of a point.
+    variables: usize,
+    groups: Vec<Group>,
+    /// Variables at each node, and one number for unused entries of the last group. Variables that are not iterated
+    /// are NaN.
+    values: [Vec<f64>; ORDER],
+    /// Rates, and one number for unused entries.
+    rates: Vec<f64>,
+    /// Whether the last interval of this step converged. Its N is then the initial guess of the next one.
+    follows: bool,
+}
+
+impl Picard {
+    /// Allocates the workspace for a number of variables of which some are `iterated`: their places and time
+    /// constants (s).
+    pub fn set(&mut self, variables: usize, iterated: &[(usize, f64)]) {
+        self.variables = variables;
+        self.groups.clear();
+        for part in iterated.chunks(LANES) {
+            let mut group = Group { places: [variables; LANES], ..Group::default() };
+            for (i, (place, tau)) in part.iter().enumerate() {
+                (group.places[i], group.inverse[i]) = (*place, 1.0 / tau);
+            }
+            self.groups.push(group);
+        }
+        for numbers in self.values.iter_mut().chain([&mut self.rates]) {
+            numbers.clear();
+            numbers.resize(variables + 1, f64::NAN);
+        }
+        self.rates[variables] = 0.0;
+    }
+
+    /// Begins a step: there is no initial guess, and rates that the law does not write are NaN.
+    pub fn begin_step(&mut self) {
+        self.follows = false;
+        let variables = self.variables;
+        self.rates.iter_mut().take(variables).for_each(|rate| *rate = f64::NAN);
+    }
+
+    /// Number of groups of iterated variables.
+    pub fn groups(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// An iterated variable at the start of the interval, and its N at each node.
+    #[inline]
+    pub fn course(&self, iterated: usize) -> (f64, [f64; ORDER]) {
+        let (group, lane) = (&self.groups[iterated / LANES], iterated % LANES);
+        (group.start[lane], group.forcing.map(|forcing| forcing[lane]))
+    }
+
+    /// Evaluates the rates at node `j`.
+    #[inline]
+    fn evaluate_rates(&mut self, law: &impl TropismLaw, j: usize, stimuli: &[f64]) {
+        law.coupled_rates(&self.values[j][..self.variables], stimuli, &mut self.rates[..self.variables]);
+    }
+
+    /// Sets the initial guess of an interval that starts with variables `y`, and with their rates if these are known.
+    /// N changes as in the last interval that converged in this step, or is constant.
+    pub fn begin(
+        &mut self,
+        law: &impl TropismLaw,
+        stimuli: &[f64],
+        (y, rates): (&[f64], Option<&[f64]>),
+        kernels: &[Kernel],
+    ) {
+        let follows = self.follows;
+        for group in &mut self.groups {
+            group.start = group.places.map(|place| y.get(place).copied().unwrap_or(0.0));
+        }
+        if rates.is_none() {
+            for group in &mut self.groups {
+                group.value = group.start;
+                group.scatter(&mut self.values[0]);
+            }
+            self.evaluate_rates(law, 0, stimuli);
+        }
+        for (group, kernel) in self.groups.iter_mut().zip(kernels) {
+            let rate = match rates {
+                Some(rates) => group.places.map(|place| rates.get(place).copied().unwrap_or(0.0)),
+                None => group.gather(&self.rates),
+            };
+            let mut forcing = [0.0; LANES];
+            for i in 0..LANES {
+                group.motion[i] = kernel.reach[i] * rate[i].abs();
+                forcing[i] = rate[i] + group.start[i] * group.inverse[i];
+            }
+            let first = group.forcing[0];
+            for at in &mut group.forcing {
+                for i in 0..LANES {
+                    at[i] = if follows { at[i] + (forcing[i] - first[i]) } else { forcing[i] };
+                }
+            }
+        }
+    }
+
+    /// Evaluates the variables at node `j` from N at all nodes.
+    #[inline]
+    fn integrate_to(&mut self, j: usize, kernels: &[Kernel]) {
+        for (group, kernel) in self.groups.iter_mut().zip(kernels) {
+            group.integrate_to(j, kernel);
+            group.scatter(&mut self.values[j]);
+        }
+    }
+
+    /// Evaluates N at node `j`.
+    #[inline]
+    fn force(&mut self, law: &impl TropismLaw, j: usize, stimuli: &[f64], kernels: &[Kernel]) {
+        self.evaluate_rates(law, j, stimuli);
+        for (group, kernel) in self.groups.iter_mut().zip(kernels) {
+            group.force(j, &group.gather(&self.rates), kernel);
+        }
+    }
+
+    /// Largest relative effect of a change of N on a variable since the last call.
+    #[inline]
+    fn take_change(&mut self) -> f64 {
+        let mut largest = 0.0;
+        for group in &mut self.groups {
+            for change in &mut group.change {
+                largest = if *change > largest { *change } else { largest };
+                *change = 0.0;
+            }
+        }
+        largest
+    }
+
+    /// Iterates from the initial guess of N, with the stimuli at each node. Writes the variables at the end of the
+    /// interval to `y`. Returns whether the iteration converged.
+    pub fn sweep(
+        &mut self,
+        law: &impl TropismLaw,
+        stimuli: &[&[f64]; ORDER],
+        y: &mut [f64],
+        kernels: &[Kernel],
+    ) -> bool {
+        // The contraction of the sweeps may alternate between large and small if two variables depend on each other.
+        let (mut last, mut last_ratio, mut known) = (f64::INFINITY, 0.0_f64, false);
+        for _ in 0..MAX_SWEEPS {
+            // Each node uses the new values at the nodes before it (Gauss–Seidel).
+            for j in 1..ORDER {
+                self.integrate_to(j, kernels);
+                self.force(law, j, stimuli[j], kernels);
+            }
+            let change = self.take_change();
+            if change == f64::INFINITY {
+                break;
+            }
+            // The error estimate is the expected next change, by the slower contraction of the last two sweeps.
+            let ratio = change / last;
+            let next = change * ratio.max(last_ratio);
+            if change <= TOLERANCE || (known && next <= TOLERANCE) {
+                self.integrate_to(ORDER - 1, kernels);
+                let mut finite = true;
+                for group in &self.groups {
+                    for (place, value) in group.places.iter().zip(group.value) {
+                        if let Some(y) = y.get_mut(*place) {
+                            *y = value;
+                            finite &= value.is_finite();
+                        }
+                    }
+                }
+                self.follows = finite;
+                return finite;
+            }
+            known = last.is_finite();
+            (last, last_ratio) = (change, ratio);
+        }
+        // Values that did not converge may be NaN, and are not used as an initial guess.
+        self.follows = false;
+        false
+    }
+}
