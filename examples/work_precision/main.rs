@@ -8,7 +8,7 @@
 //! # Results
 //! There is one figure for each scene, with logarithmic axes. A method is better if its curve is further to the left
 //! and lower. As long as the varied setting determines the error, the slope of a curve is minus the order of
-//! convergence divided by the exponent of the cost. Runs by tolerance take a few times as long as the best fixed
+//! convergence divided by the exponent of the cost. Runs by tolerance take about twice as long as the best fixed
 //! resolution with the same error, which is not known in advance.
 //!
 //! # Options

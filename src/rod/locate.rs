@@ -31,7 +31,7 @@ impl Rod {
     fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
         let (reference, points) = (self.reference(), self.element_points(element));
         let excess = |x: f64| {
-            let before = weighted_jacobian(points, &reference.integral_upto(x));
+            let before = weighted_jacobian(points, &reference.within(x));
             ((before - s) / length, weighted_jacobian(points, &reference.at_points(x)) / length)
         };
         newton([0.0, 1.0], s / length, ROUNDING, excess)

@@ -89,6 +89,10 @@ impl<'a> Pair<'a> {
     /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting
     /// decrease of the rotation along the merged element (rad).
     pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> (Loss, Vector3<f64>) {
+        // A straight rod loses nothing.
+        if losses == <[Loss; 2]>::default() && self.source.iter().all(|point| point.intrinsic == Vector3::zeros()) {
+            return Default::default();
+        }
         let p = self.reference.p;
         let parts = [0, 1].map(|side| {
             let mut difference = [Vector3::zeros(); MAX_POINTS];

@@ -162,10 +162,13 @@ impl Rod {
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let line = self.centre_line();
-        let length = self.length();
-        let last = count.saturating_sub(1).max(1);
-        let places = (0..count).filter_map(|i| self.locate(length * i as f64 / last as f64));
-        places.map(|(element, x)| line[element].1 + self.chord(element, x)).collect()
+        let (length, last) = (self.length(), count.saturating_sub(1));
+        let at = |i: usize| match i {
+            0 => Some(Vector3::zeros()),
+            i if i == last => line.last().map(|(_, tip)| *tip),
+            i => self.locate(length * i as f64 / last as f64).map(|(e, x)| line[e].1 + self.chord(e, x)),
+        };
+        (0..count).filter_map(at).collect()
     }
 
     /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to

@@ -8,8 +8,6 @@ use crate::state::State;
 
 /// Merge tolerance at which the loss is only the rounding of the projection, rad.
 pub(super) const LOSSLESS: f64 = 1e-11;
-/// Number of elements of the first trial run, in the growth zone or in a shoot of constant length.
-const FIRST_ELEMENTS: f64 = 3.0;
 /// Ratio of the initial length of an element to the longest element, at which growth halves elements. It is the
 /// geometric mean of 1 and 1/2. The divisions in runs with different elements then occur at similar times.
 pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -22,22 +20,16 @@ pub(super) fn longest_element(state: &State) -> f64 {
 }
 
 /// Returns the length of the growth zone, or of a shoot of constant length, m.
-fn size(shoot: &Shoot<impl Model>) -> f64 {
+pub(super) fn size(shoot: &Shoot<impl Model>) -> f64 {
     shoot.resolution * shoot.mesh.longest_element
 }
 
-/// Divides a shoot without a history into its first elements.
-pub(super) fn cut_first(shoot: &mut Shoot<impl Model>) {
-    cut(shoot, size(shoot) / (FIRST_LENGTH * FIRST_ELEMENTS));
-}
-
-/// Divides every element into equal parts that are not longer than `longest`, m. Elements of a shoot without a
-/// history are merged before that where merging has no loss, as in a uniform section. The mature part of such a
-/// shoot has at least as many elements as the zone, since its stiffness may vary as steeply.
+/// Divides every element into equal parts that are not longer than `longest`, m. The first elements of a shoot without
+/// a history are shorter. The mature part of such a shoot has at least as many elements as the zone, since its stiffness
+/// may vary as steeply.
 pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
     let mut longest_mature = longest;
     if shoot.state.history.levels() == 0 {
-        merge_lossless(shoot);
         longest *= FIRST_LENGTH;
         let rod = &shoot.state.rod;
         let mature: f64 = (0..rod.first_growing()).map(|e| rod.length_of(e)).sum();
@@ -58,8 +50,8 @@ pub(super) fn cut_into(state: &mut State, e: usize, parts: usize) {
     }
 }
 
-/// Merges elements where merging has no loss.
-fn merge_lossless(shoot: &mut Shoot<impl Model>) {
+/// Merges elements of a shoot without a history where merging has no loss, as in a uniform section.
+pub(super) fn merge_lossless(shoot: &mut Shoot<impl Model>) {
     let (model, state) = (&shoot.model, &mut shoot.state);
     let compliance = compliance(model.constitutive(), state.time);
     let mut e = 0;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::elements::{cut_first, cut_into};
+use super::elements::{FIRST_LENGTH, cut, cut_into, merge_lossless, size};
 use super::hidden_turns::hidden_turns;
 use super::richardson::SAFETY;
 use super::{Adaptive, HistoryFunction, Outcome, Statistics, tolerance_of_equilibria};
@@ -14,6 +14,8 @@ use crate::shoot::Shoot;
 use crate::so3;
 use crate::state::State;
 
+/// Number of elements of the first mesh of an equilibrium, in the growth zone or in a shoot of constant length.
+const FIRST_ELEMENTS: f64 = 3.0;
 /// Deflection of a buckled upright shoot, relative to its length, over the square root of the missing
 /// resistance: 1.7, rounded up.
 const FALL: f64 = 2.0;
@@ -36,10 +38,12 @@ impl Adaptive {
         history: &impl HistoryFunction,
     ) -> Outcome<Statistics> {
         if shoot.state.history.levels() == 0 {
-            cut_first(shoot);
+            merge_lossless(shoot);
+            let longest = size(shoot) / (FIRST_LENGTH * FIRST_ELEMENTS);
+            cut(shoot, longest);
         }
         shoot.state.forget();
-        let (error, refinement) = self.refine_equilibrium(shoot, self.tolerance)?;
+        let (error, refinement) = self.refine_equilibrium(shoot, self.tolerance, 1.0)?;
         let mut statistics = self.stepper.start(shoot, &mut self.solver, history)?;
         let error = Some(error + statistics.equilibrium_error);
         statistics += refinement;
@@ -47,11 +51,13 @@ impl Adaptive {
     }
 
     /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
-    /// tolerance. Returns the error estimate, relative to the length, and the cost.
+    /// tolerance. Returns the error estimate, relative to the length, and the cost. The error that the difference of two
+    /// meshes shows is multiplied by `weight`, below one if another comparison shows it too.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         tolerance: f64,
+        weight: f64,
     ) -> Outcome<(f64, Statistics)> {
         self.solver.tolerance = tolerance_of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
@@ -81,7 +87,7 @@ impl Adaptive {
             let difference = distance(&coarse.rod, &shoot.state.rod);
             // Shapes with a large difference do not show an order of convergence.
             let gain = gain.min(difference.sqrt().recip());
-            let change = SAFETY * difference;
+            let change = weight * SAFETY * difference;
             let weakened = SAFETY * (before - resistance).abs();
             let hidden_turns = hidden_turns(&coarse.rod, shoot);
             let hidden = SAFETY * hidden_turns.iter().sum::<f64>();
@@ -107,7 +113,7 @@ impl Adaptive {
                     cut_into(&mut shoot.state, e, MAX_PARTS);
                 }
             } else {
-                refine(shoot, &coarse, gain * share, order);
+                refine(shoot, &coarse, gain * share / weight, order);
             }
         }
     }

@@ -4,9 +4,13 @@ use crate::integrator::ORDER;
 
 /// Safety factor on reported error estimates, and on the expected difference of two runs.
 pub(super) const SAFETY: f64 = 2.0;
-/// Target errors in time and in space, relative to the tolerance. With the safety factor their sum is half of
-/// the tolerance, so that few runs have to be repeated.
-pub(super) const AIM: [f64; 2] = [0.15, 0.1];
+/// Largest errors of elements and of merging, relative to the tolerance. With the safety factor they take up to 0.6 of
+/// the tolerance, and far less on average, since the number of elements is an integer and merging is nearly exact.
+pub(super) const AIM_IN_SPACE: f64 = 0.2;
+pub(super) const AIM_OF_MERGING: f64 = 0.1;
+/// Target error in time, relative to what the error in space leaves of the tolerance. A run whose error is three times
+/// as large as expected is not repeated. The reserve costs a third more steps, and a repetition more than twice as many.
+const AIM_IN_TIME: f64 = 0.3;
 /// Largest difference of two runs, relative to the length, that shows an order of convergence.
 pub(super) const ASYMPTOTIC: f64 = 0.02;
 /// Largest refinement of the steps between two runs that are compared. It changes the error by 8⁴ = 4096. The
@@ -16,6 +20,8 @@ const MAX_REFINEMENT: f64 = 8.0;
 const MIN_REFINEMENT: f64 = 1.25;
 /// Smallest assumed order. Kinks reduce the order in time to three, and runs that are not resolved show no order.
 const MIN_ORDER: f64 = 2.0;
+/// Assumed order of two runs that differ in their elements, or in steps and elements, before an order is observed.
+const UNOBSERVED: i32 = 3;
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;
 
@@ -36,9 +42,21 @@ impl Richardson {
         Self { max_order, last: None, order: max_order, converges: true }
     }
 
+    /// An estimate for elements of the given order. A lower one is assumed before an order is observed, since shapes are not
+    /// smooth everywhere.
+    pub fn in_space(max_order: f64) -> Self {
+        Self { order: max_order.min(f64::from(UNOBSERVED)), ..Self::new(max_order) }
+    }
+
     /// Returns the observed order, at most that of the method.
     pub fn order(&self) -> f64 {
         self.order
+    }
+
+    /// Returns the ratio of the next refinement for an error `gain` times smaller, by the order of the method. It may be
+    /// too small, which costs less than elements that are too short.
+    pub fn refinement(&self, gain: f64) -> f64 {
+        gain.powf(1.0 / self.max_order)
     }
 
     /// Returns whether the differences decrease about as fast as the smallest order requires, or faster.
@@ -82,9 +100,21 @@ impl ErrorEstimate {
         Self { time, space, steps }
     }
 
+    /// Error estimate of a run from its difference from a run with twice the steps and elements that are longer by
+    /// `ratio`. The order is assumed to be three in both, since it has not been observed.
+    pub fn of_both(ratio: f64, difference: f64, space: f64) -> Self {
+        let time = difference / (ratio.min(2.0).powi(UNOBSERVED) - 1.0);
+        Self { time, space, steps: Richardson { last: Some((2.0, difference)), ..Richardson::new(ORDER as f64) } }
+    }
+
     /// Returns whether the runs are close enough to each other to show an order of convergence.
     pub fn is_asymptotic(&self) -> bool {
         self.time <= ASYMPTOTIC && self.space <= ASYMPTOTIC
+    }
+
+    /// Returns the error in time, relative to the length.
+    pub fn time(&self) -> f64 {
+        self.time
     }
 
     /// Returns the error in time and space with the safety factor.
@@ -102,15 +132,21 @@ impl ErrorEstimate {
     /// safety factor.
     pub fn next_refinement(&self, tolerance: f64, extrapolated: bool) -> (f64, bool) {
         let caution = if extrapolated { SAFETY } else { 1.0 };
-        let aim = (AIM[0] * tolerance).min(self.left_for_steps(tolerance) / SAFETY);
-        let needed = (self.time * caution / aim).powf(1.0 / self.steps.order()).max(MIN_REFINEMENT);
+        let aim = AIM_IN_TIME * self.left_for_steps(tolerance);
+        // A run that is not compared may have the steps of the first run, whose error is known.
+        let least = if extrapolated { SAFETY.recip() } else { MIN_REFINEMENT };
+        let needed = (self.time * caution / aim).powf(1.0 / self.steps.order()).max(least);
         // An extrapolated run is refined by SAFETY, or by SAFETY * MIN_REFINEMENT if the refinement before was
         // too small.
         let is_last = extrapolated && needed <= SAFETY * MIN_REFINEMENT;
         let compared = if extrapolated && !is_last { needed / SAFETY } else { needed };
-        // A large refinement is divided into equal ones.
-        let parts = (compared.ln() / MAX_REFINEMENT.ln()).ceil().max(1.0);
-        (compared.powf(1.0 / parts), is_last)
+        // A larger refinement is divided. The last of its parts is the largest, since a short run costs less.
+        let ratio = if compared > MAX_REFINEMENT {
+            (compared / MAX_REFINEMENT).clamp(SAFETY, MAX_REFINEMENT)
+        } else {
+            compared
+        };
+        (ratio, is_last)
     }
 
     /// Returns the expected error of a run with steps refined by `ratio`, with both safety factors.
@@ -141,5 +177,16 @@ mod tests {
         let second = first.refined(3.0, errors[1] - errors[2]);
         // The error of the order is (4 − 2)/2²⁰ = 2e-6. That of the estimate is larger by ln 3 · 81/80.
         assert!((second.reported() / (2.0 * errors[2]) - 1.0).abs() < 3e-6, "{second:?}");
+    }
+
+    #[test]
+    fn run_with_half_the_steps_and_the_elements_is_not_better_than_estimated() {
+        // Errors (h/1000)⁴ of the steps and (l/10)⁵ of the elements, for steps h and elements of length l.
+        let error = |h: f64, l: f64| (h / 1000.0).powi(4) + (l / 10.0).powi(5);
+        for ratio in [1.25, 1.5, 2.0, 3.0] {
+            let (coarse, fine) = (error(200.0, 1.0), error(100.0, 1.0 / ratio));
+            let estimate = ErrorEstimate::of_both(ratio, coarse - fine, 0.0);
+            assert!(estimate.reported() >= 2.0 * fine, "{ratio}: {estimate:?}");
+        }
     }
 }
