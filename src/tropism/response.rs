@@ -173,8 +173,17 @@ impl<R: Response> TropismLaw for Remembered<R> {
 
     #[inline]
     fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let own = Self::perceiving(variables);
-        self.response.perception().rates(&variables[..own], stimuli, &mut rates[..own]);
+        let perception = self.response.perception();
+        let (own, memories) = variables.split_at(Self::perceiving(variables));
+        let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
+        perception.rates(own, stimuli, own_rates);
+        // Only memories of a computed signal are iterated. Others are NaN here.
+        if memories.first().is_some_and(|y| !y.is_nan()) {
+            let signal = perception.signal(own, stimuli);
+            for k in 0..signal_length::<SignalOf<R>>() {
+                rates[k] = self.memory.rate(memories[k], signal.as_ref()[k]);
+            }
+        }
     }
 
     #[inline]
