@@ -9,7 +9,9 @@ use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, STATOLITHS, righting, steering};
 use approx::assert_abs_diff_eq;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, Size, Source, TropismLaw, Variable};
+use morphorod::tropism::{
+    Declaration, Growing, Perception, SettledStatoliths, Site, Size, Source, Statoliths, TropismLaw, Variable,
+};
 use nalgebra::Vector3;
 
 /// A law that does not declare which of its variables are memories. It counts the calls of its
@@ -85,6 +87,38 @@ fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
     // initial steps, and some additional steps around the two output times.
     let per_point = calls.load(Ordering::Relaxed) as f64 / (32.0 * 60.0);
     assert!(per_point < 30.0, "{per_point} calls at a point in a step");
+}
+
+/// Statoliths that do not declare which of their variables are the signal.
+struct Computed(Statoliths);
+
+impl Perception for Computed {
+    type Signal = [f64; 2];
+
+    fn declare(&self, to: &mut Declaration) -> Source {
+        self.0.declare(to);
+        Source::Computed
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        self.0.sense(site, stimuli);
+    }
+    fn signal(&self, variables: &[f64], stimuli: &[f64]) -> [f64; 2] {
+        self.0.signal(variables, stimuli)
+    }
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        self.0.rates(variables, stimuli, rates);
+    }
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.0.steady(stimuli, variables);
+    }
+}
+
+#[test]
+fn memories_of_a_computed_signal_give_the_same_shoot_as_those_of_a_declared_one() {
+    let (tip, _) = righted(steering(STATOLITHS));
+    let (other, _) = righted(steering(Computed(STATOLITHS)));
+    // Variables of statoliths are iterated to a relative tolerance of 1e-12, and the tip is at a distance of 5 cm.
+    assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
 }
 
 /// A law whose variable is the declared memory only while its stimulus is at most 1.
