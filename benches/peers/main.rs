@@ -2,12 +2,13 @@
 //!
 //! ```sh
 //! cargo bench -p morphorod-benches --bench peers
-//! cargo bench -p morphorod-benches --bench peers -- --peers target/out/peers_python.csv
+//! cargo bench -p morphorod-benches --bench peers -- --python target/peers/bin/python --write docs/performance.md
 //! ```
 //!
 //! All programs start from the straight shape. Programs in Rust are measured in alternation on one
-//! thread, and the shortest run time of each setting counts. `--peers` adds the results of
-//! `benches/peers/peers.py` for programs in Python. `benches/peers/README.md` contains the results.
+//! thread, and the shortest run time of each setting counts. `--python` also runs
+//! `benches/peers/peers.py`, which measures programs in Python. `--write` writes the table of the fastest
+//! settings into a chapter.
 
 #[path = "../../examples/common/mod.rs"]
 mod common;
@@ -18,9 +19,10 @@ mod shooting;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
-use common::file::write_whole;
+use common::file::{write_between_marks, write_whole};
+use common::table::duration;
 use common::{Axes, Opt, Options, Series, Style, finish, lines_figure};
 use morphorod::Order;
 use problem::{Run, exact_tip, load_of, race};
@@ -48,18 +50,19 @@ fn run() -> Result<(), Box<dyn Error>> {
         "error against run time of the equilibrium of a rod, for several programs",
         &[
             Opt::value("rounds", "N", "100", "number of runs of each setting, of which the fastest counts"),
-            Opt::value("peers", "FILE", "", "table of benches/peers/peers.py, which is added to the figure"),
+            Opt::value("python", "FILE", "", "Python with SciPy, by which benches/peers/peers.py is run as well"),
+            Opt::value("write", "FILE", "", "chapter into which the table is written, between two marks"),
             Opt::flag("bench", "passed by cargo bench; has no effect"),
         ],
     );
     // Cargo starts benchmarks in the folder of their package. Paths are relative to the repository.
     std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))?;
     let rounds = options.get_if("rounds", "larger than 0", |n: &usize| *n > 0);
-    let others = match options.text("peers") {
-        "" => Vec::new(),
-        file => read(Path::new(file))?,
-    };
     let out = options.out_dir();
+    let others = match options.text("python") {
+        "" => Vec::new(),
+        python => measure_python(python, &out.join("peers_python.csv"))?,
+    };
 
     let load = load_of(problem::DENSITY);
     let mut candidates = ours::candidates(load);
@@ -68,6 +71,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     write(&out.join("peers.csv"), &runs)?;
     let all: Vec<&Run> = runs.iter().chain(&others).collect();
     compare(&all);
+    let table = table(&all);
+    println!("{table}");
+    match options.text("write") {
+        "" => (),
+        chapter => write_between_marks(Path::new(chapter), &table)?,
+    }
     draw(&out.join("peers.svg"), &all)?;
 
     println!("\nheavier loads: number of settings that converge to within {CLOSE} of the length");
@@ -116,6 +125,37 @@ fn compare(runs: &[&Run]) {
             }
         }
     }
+}
+
+/// The fastest setting of each program with an error of at most [`GOAL`], or the most accurate one if no setting has
+/// such an error.
+fn table(runs: &[&Run]) -> String {
+    let mut text =
+        "| program | setting | error | run time | relative to `morphorod` |\n|---|---|---|---|---|\n".to_owned();
+    let ours = fastest(runs, ours::NAME, GOAL).map_or(f64::NAN, |run| run.seconds);
+    for peer in peers(runs) {
+        let of = || runs.iter().filter(|run| run.peer == peer && run.error.is_finite());
+        let best = || of().min_by(|a, b| a.error.total_cmp(&b.error)).copied();
+        let Some(run) = fastest(runs, peer, GOAL).or_else(best) else { continue };
+        let (time, ratio) = (duration(run.seconds), run.seconds / ours);
+        let ratio = match ratio {
+            _ if run.error > GOAL => "–".to_owned(),
+            ratio if ratio < 100.0 => format!("{ratio:.2}"),
+            ratio => format!("{ratio:.0}"),
+        };
+        text += &format!("| {peer} | {} | {:.1e} | {time} | {ratio} |\n", run.setting, run.error);
+    }
+    text
+}
+
+/// Measures the programs in Python, and reads the table of their results.
+fn measure_python(python: &str, file: &Path) -> Result<Vec<Run>, Box<dyn Error>> {
+    let status = Command::new(python).arg("benches/peers/peers.py").arg("--out").arg(file).status();
+    let status = status.map_err(|error| format!("{python}: {error}"))?;
+    if !status.success() {
+        return Err(format!("{python} benches/peers/peers.py: {status}").into());
+    }
+    read(file)
 }
 
 /// Prints which programs converge under a heavy load.

@@ -2,8 +2,9 @@
 
     python3 -m venv target/peers
     target/peers/bin/pip install -r benches/peers/requirements.txt
-    target/peers/bin/python benches/peers/peers.py --out target/out/peers_python.csv
-    cargo bench -p morphorod-benches --bench peers -- --peers target/out/peers_python.csv
+    cargo bench -p morphorod-benches --bench peers -- --python target/peers/bin/python
+
+The benchmark in Rust runs this program, which also runs on its own (`--out FILE`).
 
 The table has a row for each peer and setting: error of the tip relative to the length, and the shortest of a few run times in
 seconds, compilation and import not counted. Peers that are not installed are left out.

@@ -1,4 +1,4 @@
-//! Atomic writing of files.
+//! Atomic writing of files, and tables in chapters of the documentation.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -39,4 +39,19 @@ pub fn write_whole(file: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
 /// Adds the name of the file to the message of the system.
 pub fn named(file: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", file.display()))
+}
+
+/// Marks between which a program writes its tables into a chapter.
+const MARKS: [&str; 2] = ["<!-- tables -->", "<!-- end of the tables -->"];
+
+/// Replaces the text between the marks of a chapter.
+///
+/// # Errors
+/// Errors of the file system, and a chapter without marks.
+pub fn write_between_marks(file: &Path, tables: &str) -> io::Result<()> {
+    let text = fs::read_to_string(file).map_err(|error| named(file, &error))?;
+    let missing = || io::Error::other(format!("{}: no marks {MARKS:?}", file.display()));
+    let (head, rest) = text.split_once(MARKS[0]).ok_or_else(missing)?;
+    let (_, tail) = rest.split_once(MARKS[1]).ok_or_else(missing)?;
+    write_whole(file, format!("{head}{}\n\n{}\n\n{}{tail}", MARKS[0], tables.trim_end(), MARKS[1]))
 }

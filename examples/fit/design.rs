@@ -47,7 +47,7 @@ const GROWING: Plant = Plant { constant: false, tilt: 0.0, ..RIGHTING };
 const VIDEO: Plant =
     Plant { mature_modulus: Some(2e9), proprioceptive: Some(Memory { time: 720.0, delay: 720.0 }), ..GROWING };
 
-/// Shoot that begins to circumnutate from an angle of 0.4°. The push is so small that it hardly determines lengths.
+/// Shoot that begins to circumnutate from an angle of 0.4°. The push is too small to determine lengths.
 const TILTED: Plant = Plant { tilt: 0.0075, push: 2e-8, ..GROWING };
 
 /// Upright growing shoot with an initial push.

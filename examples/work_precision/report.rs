@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use crate::common::file::write_between_marks;
+use crate::common::table::duration;
 use crate::common::{Axes, Series, Style, lines_figure};
 
 /// Errors below this are rounding errors, which show no order of convergence.
@@ -158,17 +160,11 @@ pub fn write_table(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> 
     Ok(fs::write(file, text)?)
 }
 
-const MARKS: [&str; 2] = ["<!-- tables -->", "<!-- end of the tables -->"];
-
 /// Errors for which the chapter compares a fixed resolution with a run by tolerance.
 const LEVELS: [f64; 2] = [1e-4, 1e-6];
 
 /// Writes a summary of the scenes that have runs by tolerance between the marks of a chapter.
 pub fn write_chapter(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> {
-    let text = fs::read_to_string(file)?;
-    let missing = || format!("no marks {MARKS:?} in {}", file.display());
-    let (head, rest) = text.split_once(MARKS[0]).ok_or_else(missing)?;
-    let (_, tail) = rest.split_once(MARKS[1]).ok_or_else(missing)?;
     let mut table = String::new();
     writeln!(table, "| scene | error | fixed resolution | time | true error by tolerance | estimate | time |")?;
     writeln!(table, "|---|---|---|---|---|---|---|")?;
@@ -189,12 +185,7 @@ pub fn write_chapter(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>
             )?;
         }
     }
-    Ok(fs::write(file, format!("{head}{}\n\n{table}\n{}\n\n{}{tail}", MARKS[0], ratios(scenes), MARKS[1]))?)
-}
-
-/// Formats a time, s, with a unit.
-fn duration(seconds: f64) -> String {
-    if seconds < 1e-3 { format!("{:.1} µs", 1e6 * seconds) } else { format!("{:.1} ms", 1e3 * seconds) }
+    Ok(write_between_marks(file, &format!("{table}\n{}", ratios(scenes)))?)
 }
 
 fn capitalised(text: &str) -> String {

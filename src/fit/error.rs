@@ -36,7 +36,7 @@ pub enum FitError {
         /// Number of free parameters, and one more if the noise of any series is estimated.
         parameters: usize,
     },
-    /// Data and shoot differ so much in size that a unit must be wrong.
+    /// The sizes of data and shoot differ by a factor that suggests a wrong unit.
     #[error(
         "series {series} extends to {observed:.3e} m from the base, but the shoot at the initial values to \
          {modelled:.3e} m: is the unit of the data m?"

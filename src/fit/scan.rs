@@ -52,7 +52,7 @@ impl Fit {
     /// of a family without an oscillator. The data, the noise and the loss are those of the estimates. `oscillating`
     /// returns the shoot of the family, for the values of its parameters, with an additional oscillator.
     ///
-    /// Without an oscillator, period and phase have no meaning. The difference of χ² of two fits therefore does not
+    /// The period and the phase of an absent oscillator have no meaning. The difference of χ² of two fits therefore does not
     /// have a known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has one. It is
     /// computed from the projection of the residuals onto the part of the effect of an oscillator that no change of
     /// the other parameters explains. A small [`false_alarm`](Scan::false_alarm) is evidence of an oscillator. Then

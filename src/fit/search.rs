@@ -157,7 +157,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
             // Length of the step in standard errors: predicted change of the residuals over the noise.
             let size = change.dot(&(&matrix * &change)).max(0.0).sqrt();
             if size <= end.accuracy && damping < 1.0 {
-                // Damping shortens steps along a combination with a small effect, whose minimum may be far away.
+                // Damping shortens steps along a combination with a small effect, although its minimum may be distant.
                 improved = less_damped(problem, loss, &now, end, |damping| {
                     let step = damped_step(&matrix, &gradient, &moving, damping)?;
                     Some(displaced(&now.x, &step, &moving, &limits))

@@ -235,8 +235,8 @@ impl Fit {
     }
 }
 
-/// Returns an error if the sizes of a series and of the shoot at its start differ so much that only a wrong unit
-/// explains it. Angles have no size, and a scale or an offset may explain any size.
+/// Returns an error if the sizes of a series and of the shoot at its start differ by a factor that suggests a wrong
+/// unit. Angles have no size, and a scale or an offset may explain any size.
 fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Result<(), FitError> {
     if series.kind == Kind::Angle || series.scale.is_some() || series.offset.is_some() {
         return Ok(());

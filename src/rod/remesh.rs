@@ -168,8 +168,7 @@ pub(crate) fn split_rotations<'a>(
 ) {
     let p = reference.p;
     let middle = reference.at_nodes(x);
-    let parts = [0.0, x].map(|from| {
-        let share = if from == 0.0 { x } else { 1.0 - x };
+    let parts = [(0.0, x), (x, 1.0 - x)].map(|(from, share)| {
         std::array::from_fn::<_, MAX_POINTS, _>(|k| reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)]))
     });
     for rotations in lists {

@@ -17,8 +17,7 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Laws, Model, Shoot, State, Still};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
-use std::cell::Cell;
-use std::sync::Arc;
+use std::{cell::Cell, sync::Arc};
 
 /// The laws of the growing shoot.
 fn all_laws() -> impl TropismLaw {

@@ -1,5 +1,5 @@
-//! Tests that all files are compiled. Cargo ignores files without an entry in a manifest or a module
-//! declaration.
+//! Tests that all files are compiled, and that no file is long. Cargo ignores files without an entry in a manifest or a
+//! module declaration.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -42,5 +42,28 @@ fn every_benchmark_is_in_the_manifest() {
     assert!(!files.is_empty());
     for (_, name) in files {
         assert!(manifest.contains(&format!("path = \"{name}.rs\"")), "benches/Cargo.toml does not name {name}.rs");
+    }
+}
+
+/// Fails if a Rust file below `folder` has more than 400 lines. Returns the number of files.
+fn check_lengths(folder: &Path) -> usize {
+    let mut files = 0;
+    for (path, _) in entries(folder) {
+        if path.is_dir() {
+            files += check_lengths(&path);
+        } else {
+            let lines = fs::read_to_string(&path).unwrap().lines().count();
+            assert!(lines <= 400, "{} has {lines} lines", path.display());
+            files += 1;
+        }
+    }
+    files
+}
+
+#[test]
+fn no_file_has_more_than_400_lines() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for folder in ["src", "tests", "examples", "benches"] {
+        assert!(check_lengths(&root.join(folder)) > 5, "{folder} has few files");
     }
 }
