@@ -57,11 +57,13 @@ impl FourierSums {
         }
         let width = 0.5 * interval / decay.sqrt();
         let origin = least - (REACH - 1) as f64 * interval;
-        let factor = |k: usize| {
-            let k = k as f64;
-            Complex::from_polar((k * width).powi(2).exp() * (decay / PI).sqrt(), k * origin)
+        let parts: Vec<f64> = (0..count).map(|k| k as f64 / count as f64).collect();
+        let (mut sine, mut cosine) = (vec![0.0; count], vec![0.0; count]);
+        sines(count as f64 * origin, &parts, &mut sine, &mut cosine);
+        let factor = |(k, (cosine, sine)): (usize, (&f64, &f64))| {
+            Complex::new(*cosine, *sine) * ((k as f64 * width).powi(2).exp() * (decay / PI).sqrt())
         };
-        let factors = (0..count).map(factor).collect();
+        let factors = cosine.iter().zip(&sine).enumerate().map(factor).collect();
         Self { first, weights, occupied, factors, transform: FourierTransform::new(size) }
     }
 
@@ -69,7 +71,7 @@ impl FourierSums {
     /// parts are sums with sines.
     pub fn of(&self, values: impl Iterator<Item = [f64; 2]>) -> Vec<[Complex<f64>; 2]> {
         let size = self.transform.size();
-        let mut grid = vec![[0.0; 2]; size];
+        let mut grid = vec![[0.0; 2]; self.occupied];
         for ((values, first), weights) in values.zip(&self.first).zip(self.weights.chunks_exact(2 * REACH)) {
             // The grid is periodic.
             let (inside, outside) = weights.split_at(weights.len().min(size - first));
@@ -80,7 +82,7 @@ impl FourierSums {
             grid[*first..].iter_mut().zip(inside).for_each(add);
             grid.iter_mut().zip(outside).for_each(add);
         }
-        let sums = self.transform.of(grid, self.occupied);
+        let sums = self.transform.of(grid);
         let at = |k: usize| Complex::new(sums[k % size][0], sums[k % size][1]);
         // The transform of a real series at −k is the conjugate of that at k.
         let separate = |(k, factor): (usize, &Complex<f64>)| {
@@ -111,21 +113,32 @@ impl FourierTransform {
         2 * self.roots.len()
     }
 
-    /// Transforms complex numbers, of which only the first `occupied` ones differ from zero.
-    fn of(&self, mut values: Vec<[f64; 2]>, mut occupied: usize) -> Vec<[f64; 2]> {
+    /// Transforms complex numbers. Those that lack to the size are zero.
+    fn of(&self, mut values: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         let half = self.roots.len();
         // Stockham's order: each pass reads one array and writes the other, so that nothing is reordered.
-        let mut next = vec![[0.0; 2]; 2 * half];
+        let mut next = Vec::with_capacity(2 * half);
         let mut run = 1;
+        // The second factors of all butterflies are zero while the values fill half of the size.
+        while run <= half && values.len() <= half {
+            next.clear();
+            for (low, [re, im]) in values.chunks_exact(run).zip(self.roots.iter().step_by(run)) {
+                next.extend_from_slice(low);
+                next.extend(low.iter().map(|a| [a[0] * re - a[1] * im, a[1] * re + a[0] * im]));
+            }
+            std::mem::swap(&mut values, &mut next);
+            run *= 2;
+        }
+        values.resize(2 * half, [0.0; 2]);
+        next.resize(2 * half, [0.0; 2]);
         while run <= half {
             let (low, high) = values.split_at(half);
             let pairs = low.chunks_exact(run).zip(high.chunks_exact(run)).zip(next.chunks_exact_mut(2 * run));
-            for (((low, high), next), root) in pairs.zip(self.roots.iter().step_by(run)).take(occupied.div_ceil(run)) {
+            for (((low, high), next), root) in pairs.zip(self.roots.iter().step_by(run)) {
                 butterflies(*root, low, high, next.split_at_mut(run));
             }
             std::mem::swap(&mut values, &mut next);
             run *= 2;
-            occupied *= 2;
         }
         values
     }

@@ -69,8 +69,18 @@ impl Background {
     /// The spectrum at an angular frequency, in the inverse unit of the times: equation (16) of Torrence and Compo
     /// (1998).
     pub fn at(&self, omega: f64) -> f64 {
-        let Self { red, correlation, interval } = *self;
-        let distance = (1.0 - correlation).powi(2) + 2.0 * correlation * (1.0 - (omega * interval).cos());
+        self.with_cosine((omega * self.interval).cos())
+    }
+
+    /// The smallest value of the spectrum: that at the Nyquist frequency.
+    pub fn least(&self) -> f64 {
+        self.with_cosine(-1.0)
+    }
+
+    /// The spectrum at the angular frequency whose product with the interval has a given cosine.
+    fn with_cosine(&self, cosine: f64) -> f64 {
+        let Self { red, correlation, .. } = *self;
+        let distance = (1.0 - correlation).powi(2) + 2.0 * correlation * (1.0 - cosine);
         let spectrum = if distance > 0.0 { (1.0 - correlation * correlation) / distance } else { 1.0 };
         (1.0 - red) + red * spectrum
     }

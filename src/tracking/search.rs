@@ -113,6 +113,16 @@ fn sound(fit: &Harmonics, least_turns: f64) -> bool {
     fit.waves.iter().enumerate().all(resolved)
 }
 
+/// Power over the variance of white noise above which a peak is significant, for a number of independent frequencies.
+///
+/// The power of noise in two coordinates over its variance p is distributed as χ² with four degrees of freedom: it
+/// exceeds p = 2h at one frequency with probability (1 + h) e⁻ʰ.
+fn significant_power(independent: f64) -> f64 {
+    let odds = independent / FALSE_ALARM;
+    // A fixed-point iteration for h = ln(odds (1 + h)) divides the error by 1 + h > 10. Twenty of them reach rounding.
+    2.0 * (0..20).fold(odds.ln(), |half, _| (odds * (1.0 + half)).ln())
+}
+
 /// The angular frequency of the highest peak of the residual, among those that exceed the background of white and red
 /// noise. Frequencies near the known ones are excluded. Among peaks of almost the same height the one with the lowest
 /// frequency is returned: the others are its aliases if the positions were taken in pairs or bursts.
@@ -124,13 +134,14 @@ fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], periodogram: &mu
     }
     let background = Background::of(&samples.times, &rest);
     let independent = (periodogram.count() as f64 / DENSITY).max(1.0);
-    // The power of noise in two coordinates over its variance is distributed as χ² with four degrees of freedom.
-    let chance = |half: f64| (1.0 + half) * (-half).exp() * independent;
+    let significant = noise * significant_power(independent);
+    let least = significant * background.least();
     let mut powers = periodogram.powers(&rest, fit.degree());
     for (k, power) in powers.iter_mut().enumerate() {
         let omega = periodogram.omega(k);
-        let free = known.iter().all(|other| (omega - other).abs() >= PI);
-        if !free || !(chance(0.5 * *power / (noise * background.at(omega))) < FALSE_ALARM) {
+        let free = || known.iter().all(|other| (omega - other).abs() >= PI);
+        // The first comparison rejects most frequencies, and requires no evaluation of the background.
+        if !(*power > least && free() && *power > significant * background.at(omega)) {
             *power = 0.0;
         }
     }
@@ -139,4 +150,19 @@ fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], periodogram: &mu
     let is_peak = |k: &usize| at(*k) > 0.0 && at(*k) >= at(k + 1) && (*k == 0 || at(*k) > at(k - 1));
     // The grid misses up to 3 % of the height of a peak, so that peaks that differ by 5 % may be aliases.
     (0..powers.len()).filter(is_peak).find(|k| at(*k) >= 0.95 * highest).map(|k| periodogram.omega(k))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_exceeds_the_significant_power_with_the_probability_of_a_false_alarm() {
+        for independent in [1.0, 80.0, 1e6] {
+            let half = 0.5 * significant_power(independent);
+            let chance = independent * (1.0 + half) * (-half).exp();
+            // Rounding of h, which is below 40, is magnified by h in the exponential.
+            approx::assert_relative_eq!(chance, FALSE_ALARM, max_relative = 40.0 * 4.0 * f64::EPSILON);
+        }
+    }
 }

@@ -52,6 +52,9 @@ pub struct Variable {
     pub time_constant: f64,
     /// The source x of a *linear memory*, a variable with τ ẏ = x − y; otherwise [`Source::Computed`].
     pub remembers: Source,
+    /// The stimulus x of a variable with ẏ ≈ (x − y)/τ near a steady state; otherwise [`Source::Computed`]. The
+    /// integrator begins its iteration with the response of a linear memory. The result does not depend on it.
+    pub approaches: Source,
     /// Transformation under a rotation of the directors about d3.
     pub rotation: Rotation,
     /// Whether the rates of other variables may depend on this variable. It concerns linear memories: an uncoupled one
@@ -76,6 +79,7 @@ impl Variable {
             delay: None,
             time_constant: f64::INFINITY,
             remembers: Source::Computed,
+            approaches: Source::Computed,
             rotation: Rotation::Undeclared,
             coupled: true,
         }
@@ -86,6 +90,13 @@ impl Variable {
     #[inline]
     pub fn relaxing_in(self, time_constant: f64) -> Self {
         Self { time_constant, ..self }
+    }
+
+    /// The variable, which approaches a stimulus with its time constant.
+    #[must_use]
+    #[inline]
+    pub fn approaching(self, stimulus: Source) -> Self {
+        Self { approaches: stimulus, ..self }
     }
 
     /// The variable with a transformation under rotations about d3.
@@ -196,7 +207,8 @@ impl Declaration {
     fn add_memories(&mut self, number: usize, of: Source, time: f64, (delay, coupled): (Option<f64>, bool)) -> Source {
         self.add_variables(number, |to, k| {
             let remembers = of.offset(k);
-            Variable { delay, time_constant: time, remembers, rotation: to.rotation(remembers), coupled }
+            let rotation = to.rotation(remembers);
+            Variable { delay, time_constant: time, remembers, rotation, coupled, ..Variable::unread() }
         })
     }
 

@@ -68,11 +68,20 @@ impl<R: Response> Remembered<R> {
         variables.len() - signal_length::<SignalOf<R>>()
     }
 
-    #[inline(always)]
-    fn declare_memories(&self, to: &mut Declaration, delay: Option<f64>) -> Source {
-        let signal = self.response.perception().declare(to);
-        // A perception receives only its own variables, so that its rates do not depend on the memories.
-        to.uncoupled_memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, delay)
+    /// Writes the rates of the variables of the perception, and those of the memories if `all` returns true for
+    /// them.
+    #[inline]
+    fn write_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64], all: impl Fn(&[f64]) -> bool) {
+        let perception = self.response.perception();
+        let (own, memories) = variables.split_at(Self::perceiving(variables));
+        let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
+        perception.rates(own, stimuli, own_rates);
+        if all(memories) {
+            let signal = perception.signal(own, stimuli);
+            for k in 0..signal_length::<SignalOf<R>>() {
+                rates[k] = self.memory.rate(memories[k], signal.as_ref()[k]);
+            }
+        }
     }
 }
 
@@ -81,7 +90,9 @@ impl<R: Response> Perception for Remembered<R> {
 
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
-        self.declare_memories(to, None)
+        let signal = self.response.perception().declare(to);
+        // Another perception may contain this one, and compute its rates from the memories.
+        to.memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, None)
     }
 
     #[inline]
@@ -96,14 +107,7 @@ impl<R: Response> Perception for Remembered<R> {
 
     #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let perception = self.response.perception();
-        let (own, memories) = variables.split_at(Self::perceiving(variables));
-        let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
-        perception.rates(own, stimuli, own_rates);
-        let signal = perception.signal(own, stimuli);
-        for k in 0..signal_length::<SignalOf<R>>() {
-            rates[k] = self.memory.rate(memories[k], signal.as_ref()[k]);
-        }
+        self.write_rates(variables, stimuli, rates, |_| true);
     }
 
     #[inline]
@@ -158,7 +162,10 @@ impl<R: Response> TropismLaw for Remembered<R> {
 
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) {
-        self.declare_memories(to, Some(self.delay()));
+        let signal = self.response.perception().declare(to);
+        // A perception receives only its own variables, so that its rates do not depend on the memories.
+        let length = signal_length::<SignalOf<R>>();
+        to.uncoupled_memories(length, signal, self.memory.time, Some(self.delay()));
     }
 
     #[inline]
@@ -173,17 +180,8 @@ impl<R: Response> TropismLaw for Remembered<R> {
 
     #[inline]
     fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let perception = self.response.perception();
-        let (own, memories) = variables.split_at(Self::perceiving(variables));
-        let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
-        perception.rates(own, stimuli, own_rates);
         // Only memories of a computed signal are iterated. Others are NaN here.
-        if memories.first().is_some_and(|y| !y.is_nan()) {
-            let signal = perception.signal(own, stimuli);
-            for k in 0..signal_length::<SignalOf<R>>() {
-                rates[k] = self.memory.rate(memories[k], signal.as_ref()[k]);
-            }
-        }
+        self.write_rates(variables, stimuli, rates, |memories| memories.first().is_some_and(|y| !y.is_nan()));
     }
 
     #[inline]

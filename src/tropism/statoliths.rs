@@ -53,12 +53,12 @@ impl Perception for Statoliths {
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         // The stimuli are the components of the upward vertical, near which ḣ = (up − h)/τa.
-        to.stimulus_pair();
+        let up = to.stimulus_pair();
         to.stimulus(Rotation::Invariant);
-        let component = Variable::unread().relaxing_in(self.avalanche_time);
-        let h = to.variable(component.turning(Rotation::First));
-        to.variable(component.turning(Rotation::Second));
-        to.variable(component.turning(Rotation::Invariant));
+        let component = |k| Variable::unread().relaxing_in(self.avalanche_time).approaching(up.offset(k));
+        let h = to.variable(component(0).turning(Rotation::First));
+        to.variable(component(1).turning(Rotation::Second));
+        to.variable(component(2).turning(Rotation::Invariant));
         h
     }
 

@@ -51,14 +51,15 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
     assert_eq!(declared.size(), Size { variables: 7, stimuli: 5, reads_present: false });
     assert_eq!(declared.size(), all_laws().size());
     assert!(!declared.reads_position());
-    let component = |rotation| Variable::unread().relaxing_in(120.0).turning(rotation);
+    let component =
+        |k, rotation| Variable::unread().relaxing_in(120.0).approaching(Source::Stimulus(k)).turning(rotation);
     // No rate depends on the memories of these laws.
     let read = Variable { coupled: false, ..Variable::read_after(720.0).relaxing_in(720.0) };
     let memory = |remembers, rotation| Variable { remembers, rotation, ..read };
     let expected = [
-        component(Rotation::First),
-        component(Rotation::Second),
-        component(Rotation::Invariant),
+        component(0, Rotation::First),
+        component(1, Rotation::Second),
+        component(2, Rotation::Invariant),
         // These memories follow the normal of the pile and the bend. The stimuli of the bend are declared after the
         // three components of the vertical.
         memory(Source::Variable(0), Rotation::First),

@@ -194,10 +194,11 @@ fn simplify(path: &[Point], kept: &mut Vec<Point>) {
     let (a, b) = (path[0], path[path.len() - 1]);
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let square = (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
-    let (mut farthest, mut worst) = (0, TOLERANCE);
+    // Squares of distances.
+    let (mut farthest, mut worst) = (0, TOLERANCE * TOLERANCE);
     for (i, p) in path.iter().enumerate() {
         let along = (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / square).clamp(0.0, 1.0);
-        let off = (p.0 - a.0 - along * dx).hypot(p.1 - a.1 - along * dy);
+        let off = (p.0 - a.0 - along * dx).powi(2) + (p.1 - a.1 - along * dy).powi(2);
         if off > worst {
             (farthest, worst) = (i, off);
         }

@@ -113,8 +113,8 @@ impl ExponentialCollocation {
     fn fill(&mut self, depth: usize, size: f64) {
         let weights = &mut self.weights[depth];
         weights.size = size;
-        for (i, (_, tau)) in self.parts.iterated().iter().enumerate() {
-            weights.kernels[i / LANES].set(i % LANES, &self.nodes, size, *tau);
+        for (i, iterated) in self.parts.iterated().iter().enumerate() {
+            weights.kernels[i / LANES].set(i % LANES, &self.nodes, size, iterated.time);
         }
         let memories = (self.parts.of_variables(), self.parts.iterated());
         weights.memories.set_of_iterated(memories, &weights.kernels, &self.nodes, size);
@@ -174,7 +174,7 @@ impl ExponentialCollocation {
             *sensed = to;
         }
         let Weights { kernels, memories, .. } = &self.weights[depth];
-        self.picard.begin(law, sensed[0], (y, rates), kernels);
+        self.picard.begin(law, &sensed, (y, rates), kernels);
         if self.picard.sweep(law, &sensed, y, kernels) {
             memories.integrate(y, |source| self.picard.course(source));
             return true;

@@ -16,14 +16,25 @@ pub(super) struct Remembered {
     time: f64,
 }
 
+/// Variable that is iterated.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Iterated {
+    /// Place among the variables.
+    pub variable: usize,
+    /// The stimulus that it approaches.
+    pub source: Option<usize>,
+    /// Time constant, s.
+    pub time: f64,
+}
+
 /// Variables of a point in three parts, in the order of their integration.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Parts {
     /// The variables that are divided into the parts.
     variables: Vec<Variable>,
     of_stimuli: Vec<Remembered>,
-    /// Places and time constants (s) of the variables that depend on each other in an undeclared way.
-    iterated: Vec<(usize, f64)>,
+    /// Variables that depend on each other in an undeclared way.
+    iterated: Vec<Iterated>,
     of_variables: Vec<Remembered>,
 }
 
@@ -51,7 +62,11 @@ impl Parts {
             match variable.remembers {
                 Source::Stimulus(source) if !is_read(i, variable) => self.of_stimuli.push(memory(source)),
                 Source::Variable(source) if !is_read(i, variable) => self.of_variables.push(memory(source)),
-                _ => self.iterated.push((i, variable.time_constant)),
+                _ => {
+                    let of = |source| if let Source::Stimulus(k) = source { Some(k) } else { None };
+                    let source = of(variable.approaches).or(of(variable.remembers));
+                    self.iterated.push(Iterated { variable: i, source, time: variable.time_constant });
+                }
             }
         }
         false
@@ -62,8 +77,8 @@ impl Parts {
         &self.of_stimuli
     }
 
-    /// Places and time constants (s) of the variables that are iterated.
-    pub fn iterated(&self) -> &[(usize, f64)] {
+    /// Variables that are iterated.
+    pub fn iterated(&self) -> &[Iterated] {
         &self.iterated
     }
 
@@ -119,14 +134,14 @@ impl Memories {
     /// variables in `kernels`. A source is the place among the `iterated` variables.
     pub fn set_of_iterated(
         &mut self,
-        (memories, iterated): (&[Remembered], &[(usize, f64)]),
+        (memories, iterated): (&[Remembered], &[Iterated]),
         kernels: &[Kernel],
         nodes: &[f64],
         size: f64,
     ) {
         self.each.clear();
         for memory in memories {
-            let Some(source) = iterated.iter().position(|(place, _)| *place == memory.source) else { continue };
+            let Some(source) = iterated.iter().position(|each| each.variable == memory.source) else { continue };
             let (kernel, lane) = (&kernels[source / LANES], source % LANES);
             let of_nodes = Memory::of(memory, nodes, size);
             let mut sum = Memory { source, weights: [0.0; ORDER], ..of_nodes };

@@ -1,6 +1,7 @@
 //! Picard iteration for the variables of a point that depend on each other, over one interval.
 
 use super::ORDER;
+use super::memories::Iterated;
 use super::relaxation::{Kernel, LANES, Lanes};
 use crate::tropism::TropismLaw;
 
@@ -17,6 +18,8 @@ pub(super) const TOLERANCE: f64 = 1e-12;
 struct Group {
     /// Places of the variables among all variables of a point. Unused entries have a place after the last one.
     places: [usize; LANES],
+    /// The stimuli that the variables approach. Others have a place after the last one.
+    sources: [usize; LANES],
     /// 1/τ.
     inverse: Lanes,
     /// Variables at the start of the interval.
@@ -30,6 +33,8 @@ struct Group {
     change: Lanes,
     /// N at each node.
     forcing: [Lanes; ORDER],
+    /// x/τ at each node, with the stimulus x that the variable approaches: N if it is its linear memory.
+    target: [Lanes; ORDER],
 }
 
 impl Group {
@@ -88,20 +93,22 @@ pub(super) struct Picard {
     values: [Vec<f64>; ORDER],
     /// Rates, and one number for unused entries.
     rates: Vec<f64>,
-    /// Whether the last interval of this step converged. Its N is then the initial guess of the next one.
+    /// Whether the last interval of this step converged. Its N − x/τ is then the initial guess of the next one.
     follows: bool,
+    /// Slowest contraction of the sweeps over the last interval of this step; infinite if it is not known.
+    contraction: f64,
 }
 
 impl Picard {
-    /// Allocates the workspace for a number of variables of which some are `iterated`: their places and time
-    /// constants (s).
-    pub fn set(&mut self, variables: usize, iterated: &[(usize, f64)]) {
+    /// Allocates the workspace for a number of variables of which some are `iterated`.
+    pub fn set(&mut self, variables: usize, iterated: &[Iterated]) {
         self.variables = variables;
         self.groups.clear();
         for part in iterated.chunks(LANES) {
-            let mut group = Group { places: [variables; LANES], ..Group::default() };
-            for (i, (place, tau)) in part.iter().enumerate() {
-                (group.places[i], group.inverse[i]) = (*place, 1.0 / tau);
+            let mut group = Group { places: [variables; LANES], sources: [usize::MAX; LANES], ..Group::default() };
+            for (i, iterated) in part.iter().enumerate() {
+                (group.places[i], group.inverse[i]) = (iterated.variable, 1.0 / iterated.time);
+                group.sources[i] = iterated.source.unwrap_or(usize::MAX);
             }
             self.groups.push(group);
         }
@@ -114,9 +121,14 @@ impl Picard {
 
     /// Begins a step: there is no initial guess, and rates that the law does not write are NaN.
     pub fn begin_step(&mut self) {
-        self.follows = false;
+        self.forget();
         let variables = self.variables;
         self.rates.iter_mut().take(variables).for_each(|rate| *rate = f64::NAN);
+    }
+
+    /// Discards what the last interval contributes to the next one.
+    fn forget(&mut self) {
+        (self.follows, self.contraction) = (false, f64::INFINITY);
     }
 
     /// Number of groups of iterated variables.
@@ -138,11 +150,12 @@ impl Picard {
     }
 
     /// Sets the initial guess of an interval that starts with variables `y`, and with their rates if these are known.
-    /// N changes as in the last interval that converged in this step, or is constant.
+    /// N − x/τ, with the stimulus x that a variable approaches, changes as in the last interval that converged in this
+    /// step, or is constant.
     pub fn begin(
         &mut self,
         law: &impl TropismLaw,
-        stimuli: &[f64],
+        stimuli: &[&[f64]; ORDER],
         (y, rates): (&[f64], Option<&[f64]>),
         kernels: &[Kernel],
     ) {
@@ -155,7 +168,7 @@ impl Picard {
                 group.value = group.start;
                 group.scatter(&mut self.values[0]);
             }
-            self.evaluate_rates(law, 0, stimuli);
+            self.evaluate_rates(law, 0, stimuli[0]);
         }
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
             let rate = match rates {
@@ -167,10 +180,23 @@ impl Picard {
                 group.motion[i] = kernel.reach[i] * rate[i].abs();
                 forcing[i] = rate[i] + group.start[i] * group.inverse[i];
             }
-            let first = group.forcing[0];
-            for at in &mut group.forcing {
+            let mut rest = [[0.0; LANES]; ORDER];
+            if follows {
+                for (j, rest) in rest.iter_mut().enumerate() {
+                    for i in 0..LANES {
+                        rest[i] = group.forcing[j][i] - group.target[j][i];
+                    }
+                }
+            }
+            for (target, stimuli) in group.target.iter_mut().zip(stimuli) {
                 for i in 0..LANES {
-                    at[i] = if follows { at[i] + (forcing[i] - first[i]) } else { forcing[i] };
+                    target[i] = group.inverse[i] * stimuli.get(group.sources[i]).copied().unwrap_or(0.0);
+                }
+            }
+            let (first, first_rest) = (group.target[0], rest[0]);
+            for ((at, target), rest) in group.forcing.iter_mut().zip(&group.target).zip(&rest) {
+                for i in 0..LANES {
+                    at[i] = forcing[i] + (target[i] - first[i]) + (rest[i] - first_rest[i]);
                 }
             }
         }
@@ -217,8 +243,9 @@ impl Picard {
         kernels: &[Kernel],
     ) -> bool {
         // The contraction of the sweeps may alternate between large and small if two variables depend on each other.
-        let (mut last, mut last_ratio, mut known) = (f64::INFINITY, 0.0_f64, false);
-        for _ in 0..MAX_SWEEPS {
+        // The error estimate therefore needs that of two sweeps, or the slowest one of the last interval.
+        let (mut last, mut last_ratio, mut slowest) = (f64::INFINITY, self.contraction, 0.0_f64);
+        for sweep in 0..MAX_SWEEPS {
             // Each node uses the new values at the nodes before it (Gauss–Seidel).
             for j in 1..ORDER {
                 self.integrate_to(j, kernels);
@@ -228,10 +255,11 @@ impl Picard {
             if change == f64::INFINITY {
                 break;
             }
-            // The error estimate is the expected next change, by the slower contraction of the last two sweeps.
             let ratio = change / last;
+            slowest = slowest.max(ratio);
+            // The error estimate is the expected next change, by the slower contraction.
             let next = change * ratio.max(last_ratio);
-            if change <= TOLERANCE || (known && next <= TOLERANCE) {
+            if change <= TOLERANCE || (sweep > 0 && next <= TOLERANCE) {
                 self.integrate_to(ORDER - 1, kernels);
                 let mut finite = true;
                 for group in &self.groups {
@@ -243,13 +271,16 @@ impl Picard {
                     }
                 }
                 self.follows = finite;
+                self.contraction = if sweep > 1 { slowest } else { self.contraction.max(ratio) };
                 return finite;
             }
-            known = last.is_finite();
-            (last, last_ratio) = (change, ratio);
+            if sweep > 0 {
+                last_ratio = ratio;
+            }
+            last = change;
         }
         // Values that did not converge may be NaN, and are not used as an initial guess.
-        self.follows = false;
+        self.forget();
         false
     }
 }
