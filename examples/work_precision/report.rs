@@ -8,7 +8,7 @@ use std::path::Path;
 use crate::common::{Axes, Series, Style, lines_figure};
 
 /// Errors below this are rounding errors, which show no order of convergence.
-const ROUNDING: f64 = 2e-13;
+pub const ROUNDING: f64 = 2e-13;
 
 /// Result of one setting.
 pub struct Point {
