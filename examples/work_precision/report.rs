@@ -10,7 +10,7 @@ use crate::common::table::duration;
 use crate::common::{Axes, Series, Style, lines_figure};
 
 /// Errors below this are rounding errors, which show no order of convergence.
-const ROUNDING: f64 = 2e-13;
+pub const ROUNDING: f64 = 2e-13;
 
 /// Result of one setting.
 pub struct Point {
