@@ -29,7 +29,7 @@ macro_rules! with_points {
     };
 }
 
-/// Newton's method for equations (9) to (12), with faer's sparse LDLᵀ factorisation.
+/// Newton's method for equations (9) to (12), with a block LDLᵀ factorisation.
 ///
 /// The solver has settings and workspace, but no state: calls with equal rods give equal results. Settings are
 /// written as a struct literal:
@@ -91,8 +91,7 @@ impl NewtonSolver {
     /// nodes inside the elements.
     ///
     /// # Errors
-    /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for
-    /// a rod of more elements than fit in memory.
+    /// [`EquilibriumError::NotFinite`] for an input that is not finite.
     pub fn inertia(
         &mut self,
         rod: &Rod,

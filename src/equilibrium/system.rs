@@ -97,7 +97,7 @@ impl System {
         self.turns.resize(n + 1, Vector3::zeros());
         self.steps.resize(n * P, Vector3::zeros());
         let first = self.joints.first_free();
-        self.tangent.reset(n + 1 - first)?;
+        self.tangent.reset(n + 1 - first);
         let mut inertia = Inertia::default();
         let mut energy = 0.0;
         for e in 0..n {

@@ -1,18 +1,8 @@
-//! The condensed tangent: a symmetric block tridiagonal matrix of 3 × 3 blocks, factorised by faer.
+//! The condensed tangent: a symmetric block tridiagonal matrix of 3 × 3 blocks, and its factors L D Lᵀ.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::cholesky::simplicial::{
-    SimplicialLdltRef, SymbolicSimplicialCholesky, factorize_simplicial_numeric_ldlt,
-    factorize_simplicial_numeric_ldlt_scratch, factorize_simplicial_symbolic_cholesky,
-    factorize_simplicial_symbolic_cholesky_scratch, prefactorize_symbolic_cholesky,
-    prefactorize_symbolic_cholesky_scratch,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{EquilibriumError, Inertia};
-use crate::error::ParameterError;
 
 /// Largest neutral pivot, relative to the diagonal entry before elimination. Rounding contributes a few units
 /// of 1e-16 times the growth of the elimination, and the error of the equilibrium adds to it: just above the
@@ -24,159 +14,108 @@ pub(super) const NEUTRAL: f64 = 1e-10;
 /// remain. Smaller ones occur where the rod would be at its stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
 
-/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex
-/// has no fill-in.
-///
-/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an additional
-/// element does not require a new analysis.
-#[derive(Default)]
+/// Replacement of a pivot that is zero. It counts as neutral, and its inverse is finite.
+const ZERO_PIVOT: f64 = f64::MIN_POSITIVE * 1e100;
+
+/// The matrix and its factors. Rows are in natural order: elimination from base to apex has no fill-in.
+#[derive(Debug, Default)]
 pub(super) struct Tangent {
-    blocks: usize,
-    capacity: usize,
-    col_ptr: Vec<usize>,
-    row_idx: Vec<usize>,
-    values: Vec<f64>,
-    factors: Vec<f64>,
-    symbolic: Option<SymbolicSimplicialCholesky<usize>>,
-    stack: Option<MemBuffer>,
-    rhs: Vec<f64>,
+    blocks: Vec<Block>,
+    factors: Vec<Factor>,
 }
 
-impl std::fmt::Debug for Tangent {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Tangent {{ blocks: {} of {} }}", self.blocks, self.capacity)
-    }
+/// Columns of the upper triangle for an unknown frame.
+#[derive(Debug, Clone, Default)]
+struct Block {
+    /// The upper triangle is used.
+    diagonal: Matrix3<f64>,
+    /// Rows of the frame before, columns of this one.
+    coupling: Matrix3<f64>,
+}
+
+/// Factors of the columns of a block.
+#[derive(Debug, Clone, Default)]
+struct Factor {
+    pivots: Vector3<f64>,
+    /// Reciprocals of the pivots, by which a solution is multiplied; zero for a neutral direction.
+    inverse: Vector3<f64>,
+    /// Entries of L in the block: (1, 0), (2, 0) and (2, 1).
+    lower: [f64; 3],
+    /// Transposed entries of L in the rows of the next frame.
+    next: Matrix3<f64>,
 }
 
 impl Tangent {
-    /// Makes room for `blocks` unknown frames and sets every entry to zero. Allocates only beyond the capacity.
-    pub fn reset(&mut self, blocks: usize) -> Result<(), EquilibriumError> {
-        if blocks > self.capacity || 2 * blocks < self.capacity {
-            // An eighth more than needed, so that a growing shoot allocates rarely.
-            self.analyse(blocks + blocks / 8)?;
-        }
-        self.blocks = blocks;
-        self.values.fill(0.0);
-        for unused in blocks..self.capacity {
-            self.add_diagonal(unused, &Matrix3::identity());
-        }
-        Ok(())
-    }
-
-    fn analyse(&mut self, capacity: usize) -> Result<(), EquilibriumError> {
-        let n = 3 * capacity;
-        self.capacity = capacity;
-        self.col_ptr.clear();
-        self.row_idx.clear();
-        self.col_ptr.push(0);
-        for block in 0..capacity {
-            for b in 0..3 {
-                let first = 3 * block.saturating_sub(1);
-                self.row_idx.extend(first..=3 * block + b);
-                self.col_ptr.push(self.row_idx.len());
-            }
-        }
-        self.values = vec![0.0; self.row_idx.len()];
-        self.rhs = vec![0.0; n];
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
-        let (mut tree, mut counts) = (vec![0isize; n], vec![0usize; n]);
-        let mut memory = MemBuffer::new(
-            prefactorize_symbolic_cholesky_scratch::<usize>(n, self.row_idx.len())
-                .or(factorize_simplicial_symbolic_cholesky_scratch::<usize>(n)),
-        );
-        let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, pattern, MemStack::new(&mut memory));
-        let symbolic = factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, MemStack::new(&mut memory))
-            .map_err(|_| {
-                let (name, requirement) =
-                    ("number of elements", "small enough for the memory to factorise the tangent");
-                ParameterError { name, value: capacity as f64, requirement, place: None, missing: false }
-            })?;
-        self.factors = vec![0.0; symbolic.len_val()];
-        self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(n)));
-        self.symbolic = Some(symbolic);
-        Ok(())
-    }
-
-    /// The value at `row` and `col` of the upper triangle, in the block of unknown frame `block` or in that above it.
-    /// Rows are counted from the first of the block column, which includes the block above the diagonal.
-    fn value(&mut self, block: usize, row: usize, col: usize) -> &mut f64 {
-        &mut self.values[self.col_ptr[3 * block + col] + row]
+    /// Sets the number of unknown frames, and every entry to zero. Allocates only beyond the largest earlier number.
+    pub fn reset(&mut self, blocks: usize) {
+        self.blocks.clear();
+        self.blocks.resize(blocks, Block::default());
+        self.factors.resize(blocks, Factor::default());
     }
 
     /// Adds to the diagonal block of an unknown frame; the upper triangle of `m` is read.
     pub fn add_diagonal(&mut self, block: usize, m: &Matrix3<f64>) {
-        let above = if block == 0 { 0 } else { 3 };
-        for col in 0..3 {
-            for row in 0..=col {
-                *self.value(block, above + row, col) += m[(row, col)];
-            }
-        }
+        self.blocks[block].diagonal += m;
     }
 
     /// Sets the block that couples frame `block` (columns) to the one before it (rows).
     pub fn set_coupling(&mut self, block: usize, m: &Matrix3<f64>) {
-        for col in 0..3 {
-            for row in 0..3 {
-                *self.value(block, row, col) = m[(row, col)];
-            }
-        }
+        self.blocks[block].coupling = *m;
     }
 
-    /// Computes the factors L D Lᵀ.
+    /// Computes the factors.
     fn factorise_values(&mut self) -> Result<(), EquilibriumError> {
-        let n = 3 * self.capacity;
-        let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else { return Ok(()) };
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
-        let factorised = factorize_simplicial_numeric_ldlt(
-            &mut self.factors,
-            SparseColMatRef::new(pattern, &self.values),
-            // A pivot of exactly zero is replaced by a tiny one, which counts as neutral.
-            faer::linalg::cholesky::ldlt::factor::LdltRegularization {
-                dynamic_regularization_signs: None,
-                dynamic_regularization_delta: f64::MIN_POSITIVE * 1e100,
-                dynamic_regularization_epsilon: f64::MIN_POSITIVE,
-            },
-            symbolic,
-            MemStack::new(stack),
-        );
-        factorised.map(|_| ()).map_err(|_| EquilibriumError::NotFinite { what: "tangent" })
+        let mut diagonal = self.blocks.first().map_or(Matrix3::zeros(), |block| block.diagonal);
+        for (b, factor) in self.factors.iter_mut().enumerate() {
+            let next = self.blocks.get(b + 1);
+            let mut rows = next.map_or(Matrix3::zeros(), |next| next.coupling);
+            let regular = |pivot: f64| if pivot.abs() < f64::MIN_POSITIVE { ZERO_PIVOT } else { pivot };
+            let first = regular(diagonal[(0, 0)]);
+            let (a, b) = (diagonal[(0, 1)] / first, diagonal[(0, 2)] / first);
+            let second = regular(diagonal[(1, 1)] - a * diagonal[(0, 1)]);
+            let mixed = diagonal[(1, 2)] - a * diagonal[(0, 2)];
+            let c = mixed / second;
+            let third = regular(diagonal[(2, 2)] - b * diagonal[(0, 2)] - c * mixed);
+            factor.pivots = Vector3::new(first, second, third);
+            factor.inverse = factor.pivots.map(|pivot| 1.0 / pivot);
+            factor.lower = [a, b, c];
+            for j in 0..3 {
+                rows[(1, j)] -= a * rows[(0, j)];
+                rows[(2, j)] -= b * rows[(0, j)] + c * rows[(1, j)];
+            }
+            for j in 0..3 {
+                for i in 0..3 {
+                    factor.next[(i, j)] = rows[(i, j)] * factor.inverse[i];
+                }
+            }
+            if let Some(next) = next {
+                diagonal = next.diagonal - rows.tr_mul(&factor.next);
+            }
+        }
+        let finite = self.factors.iter().all(|factor| factor.pivots.iter().all(|pivot| pivot.is_finite()));
+        if finite { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "tangent" }) }
     }
 
     /// The pivot of a column.
     fn pivot(&self, column: usize) -> f64 {
-        self.symbolic.as_ref().map_or(f64::INFINITY, |symbolic| self.factors[symbolic.col_ptr()[column]])
+        self.factors[column / 3].pivots[column % 3]
     }
 
     /// The size of the diagonal entry of a column.
     fn size(&self, column: usize) -> f64 {
-        self.values[self.col_ptr[column + 1] - 1].abs()
+        self.blocks[column / 3].diagonal[(column % 3, column % 3)].abs()
     }
 
     /// Confines the rotation of an unknown frame to the range of a projection. The removed directions get the identity,
     /// scaled as the rest of the block.
     pub fn project(&mut self, block: usize, projection: &Matrix3<f64>) {
-        let above = if block == 0 { 0 } else { 3 };
-        let mut diagonal = Matrix3::zeros();
-        for col in 0..3 {
-            for row in 0..=col {
-                diagonal[(row, col)] = *self.value(block, above + row, col);
-                diagonal[(col, row)] = diagonal[(row, col)];
-            }
-        }
+        let diagonal = self.blocks[block].diagonal;
+        let diagonal = Matrix3::from_fn(|row, col| diagonal[(row.min(col), row.max(col))]);
         let rest = (Matrix3::identity() - projection) * (diagonal.trace().abs() / 3.0);
-        let projected = projection * diagonal * projection + rest;
-        for col in 0..3 {
-            for row in 0..=col {
-                *self.value(block, above + row, col) = projected[(row, col)];
-            }
-        }
-        for (neighbour, beyond) in [(block, false), (block + 1, true)] {
-            if neighbour == 0 || neighbour >= self.blocks {
-                continue;
-            }
-            let coupling = Matrix3::from_fn(|row, col| *self.value(neighbour, row, col));
-            let projected = if beyond { projection * coupling } else { coupling * projection };
-            self.set_coupling(neighbour, &projected);
+        self.blocks[block].diagonal = projection * diagonal * projection + rest;
+        self.blocks[block].coupling *= projection;
+        if let Some(next) = self.blocks.get_mut(block + 1) {
+            next.coupling = projection * next.coupling;
         }
     }
 
@@ -190,17 +129,17 @@ impl Tangent {
         boosts.clear();
         loop {
             self.factorise_values()?;
-            let small = (0..3 * self.blocks).find(|&column| !(self.pivot(column).abs() > BOOSTED * self.size(column)));
+            let small =
+                (0..3 * self.blocks.len()).find(|&column| !(self.pivot(column).abs() > BOOSTED * self.size(column)));
             let Some(column) = small else { break };
             if boosts.iter().any(|(boosted, _)| *boosted == column) {
                 return Err(EquilibriumError::NotFinite { what: "tangent" });
             }
             let increase = self.size(column).max(f64::MIN_POSITIVE.sqrt());
-            let at = self.col_ptr[column + 1] - 1;
-            self.values[at] += increase;
+            self.blocks[column / 3].diagonal[(column % 3, column % 3)] += increase;
             boosts.push((column, increase));
         }
-        for column in 0..3 * self.blocks {
+        for column in 0..3 * self.blocks.len() {
             inertia.count(self.pivot(column), self.size(column), 0.0);
         }
         Ok(())
@@ -214,12 +153,10 @@ impl Tangent {
         compliance: impl Iterator<Item = f64> + Clone,
     ) -> Result<f64, EquilibriumError> {
         self.factorise_values()?;
-        let Some(symbolic) = &self.symbolic else { return Ok(f64::INFINITY) };
         // Short elements have large diagonal entries, relative to which the stiffness of the rest of the rod
         // may be tiny. It must not count as neutral.
-        let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
-        let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
-        let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
+        let largest = |block: &Block| block.diagonal.diagonal().amax();
+        let floor = self.blocks.iter().map(largest).fold(f64::INFINITY, f64::min);
         // In a rod without load the part up to a frame and the element beyond it are springs in parallel.
         let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
         let unloaded = compliance.scan(0.0, |sum, c| {
@@ -228,37 +165,38 @@ impl Tangent {
         });
         let unloaded = unloaded.zip(behind).map(|(before, behind)| 1.0 / before + 1.0 / behind);
         let mut least = f64::INFINITY;
-        for (column, unloaded) in (0..3 * self.blocks).zip(unloaded.flat_map(|pivot| [pivot; 3])) {
-            let at = symbolic.col_ptr()[column];
-            let scale = size(column);
-            least = least.min(self.factors[at] / unloaded.min(scale));
-            let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
-            if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
-                // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a
-                // quotient of two rounding errors.
-                self.factors[at] = f64::INFINITY;
+        for ((block, factor), unloaded) in self.blocks.iter().zip(&mut self.factors).zip(unloaded) {
+            for i in 0..3 {
+                let (pivot, scale) = (factor.pivots[i], block.diagonal[(i, i)].abs());
+                least = least.min(pivot / unloaded.min(scale));
+                let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
+                if inertia.count(pivot, scale, neutral) == Sign::Neutral {
+                    // A direction without stiffness and couple is kept unchanged, instead of changed by a quotient of
+                    // two rounding errors.
+                    factor.inverse[i] = 0.0;
+                }
             }
         }
         Ok(least)
     }
 
     /// Solves for the frames' rotations in place.
-    pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
-        let n = 3 * self.capacity;
-        self.rhs.fill(0.0);
-        for (to, from) in self.rhs.chunks_exact_mut(3).zip(x.iter()) {
-            to.copy_from_slice(from.as_slice());
+    pub fn solve(&self, x: &mut [Vector3<f64>]) {
+        let mut before = Vector3::zeros();
+        for (x, factor) in x.iter_mut().zip(&self.factors) {
+            let [a, b, c] = factor.lower;
+            *x -= before;
+            x.y -= a * x.x;
+            x.z -= b * x.x + c * x.y;
+            before = factor.next.tr_mul(x);
         }
-        if let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) {
-            SimplicialLdltRef::new(symbolic, &self.factors).solve_in_place_with_conj(
-                Conj::No,
-                MatMut::from_column_major_slice_mut(&mut self.rhs, n, 1),
-                Par::Seq,
-                MemStack::new(stack),
-            );
-        }
-        for (to, from) in x.iter_mut().zip(self.rhs.chunks_exact(3)) {
-            to.copy_from_slice(from);
+        let mut after = Vector3::zeros();
+        for (x, factor) in x.iter_mut().zip(&self.factors).rev() {
+            let [a, b, c] = factor.lower;
+            *x = x.component_mul(&factor.inverse) - factor.next * after;
+            x.y -= c * x.z;
+            x.x -= a * x.y + b * x.z;
+            after = *x;
         }
     }
 }
@@ -285,5 +223,76 @@ impl Inertia {
             self.positive += 1;
             Sign::Positive
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Numbers without a pattern between −1 and 1.
+    fn number(k: usize) -> f64 {
+        (k as f64 * 2.399_963).sin()
+    }
+
+    fn block(k: usize) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, j| number(9 * k + 3 * i + j))
+    }
+
+    /// A tangent of five frames and the same matrix in full. Diagonal blocks are shifted by multiples of the identity.
+    fn tangent(shifts: [f64; 5]) -> (Tangent, DMatrix<f64>) {
+        let (mut tangent, mut full) = (Tangent::default(), DMatrix::zeros(15, 15));
+        tangent.reset(5);
+        for (b, shift) in shifts.into_iter().enumerate() {
+            let diagonal = block(2 * b) + block(2 * b).transpose() + Matrix3::identity() * shift;
+            tangent.add_diagonal(b, &diagonal);
+            full.view_mut((3 * b, 3 * b), (3, 3)).copy_from(&diagonal);
+            if b > 0 {
+                let coupling = block(2 * b + 1);
+                tangent.set_coupling(b, &coupling);
+                full.view_mut((3 * b - 3, 3 * b), (3, 3)).copy_from(&coupling);
+                full.view_mut((3 * b, 3 * b - 3), (3, 3)).copy_from(&coupling.transpose());
+            }
+        }
+        (tangent, full)
+    }
+
+    #[test]
+    fn solution_and_signs_of_pivots_are_those_of_the_full_matrix() {
+        for shifts in [[8.0; 5], [8.0, -8.0, 8.0, 8.0, -8.0], [8.0, 2.0, -2.0, 2.0, 8.0]] {
+            let (mut tangent, full) = tangent(shifts);
+            let mut inertia = Inertia::default();
+            let _ = tangent.factorise(&mut inertia, [1.0; 5].into_iter()).unwrap();
+            let eigenvalues = full.clone().symmetric_eigenvalues();
+            let negative = eigenvalues.iter().filter(|value| **value < 0.0).count();
+            assert_eq!((inertia.negative, inertia.neutral, inertia.positive), (negative, 0, 15 - negative));
+            let rhs: Vec<Vector3<f64>> = (0..5).map(|k| block(20 + k).column(0).into()).collect();
+            let mut x = rhs.clone();
+            tangent.solve(&mut x);
+            let flat = |x: &[Vector3<f64>]| DVector::from_iterator(15, x.iter().flat_map(|x| x.iter().copied()));
+            // Elimination multiplies the rounding of entries of the order of ten by the largest entry of L.
+            assert_abs_diff_eq!((full * flat(&x) - flat(&rhs)).norm(), 0.0, epsilon = 1e-12);
+        }
+    }
+
+    #[test]
+    fn direction_without_stiffness_is_neutral_and_keeps_its_rotation() {
+        let (mut tangent, mut inertia) = (Tangent::default(), Inertia::default());
+        tangent.reset(2);
+        tangent.add_diagonal(0, &Matrix3::new(2.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0));
+        tangent.add_diagonal(1, &Matrix3::identity());
+        let _ = tangent.factorise(&mut inertia, [1.0; 2].into_iter()).unwrap();
+        assert_eq!((inertia.negative, inertia.neutral, inertia.positive), (0, 1, 5));
+        let mut x = [Vector3::new(1.0, 1.0, 1.0); 2];
+        tangent.solve(&mut x);
+        assert_eq!(x, [Vector3::new(0.5, 1.0, 0.0), Vector3::new(1.0, 1.0, 1.0)]);
+    }
+
+    #[test]
+    fn matrix_that_is_not_finite_is_an_error() {
+        let (mut tangent, _) = tangent([8.0, 8.0, f64::NAN, 8.0, 8.0]);
+        assert!(tangent.factorise(&mut Inertia::default(), [1.0; 5].into_iter()).is_err());
     }
 }
