@@ -2,11 +2,16 @@
 
 use std::sync::OnceLock;
 
+use simba::simd::WideF64x4;
+
 use crate::numerics::interpolation::{lagrange, lagrange_derivatives};
 use crate::numerics::quadrature::{gauss, lobatto};
 
 /// The largest number of Gauss points in an element.
 pub(crate) const MAX_POINTS: usize = 4;
+
+/// A number at each Gauss point of an element, with lanes for the largest number of points.
+pub(crate) type AtPoints = WideF64x4;
 
 /// Order of accuracy of the shape: with p Gauss points in an element of length h, the error of the tip is O(h²ᵖ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -56,6 +61,11 @@ pub(crate) struct ReferenceElement {
     pub shape: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `slope[g][k]`: the derivative of that polynomial.
     pub slope: [[f64; MAX_POINTS]; MAX_POINTS],
+    /// The columns of `shape`; zero in lanes without a point, as the next two.
+    pub shape_at_points: [AtPoints; MAX_POINTS],
+    /// The columns of `slope`.
+    pub slope_at_points: [AtPoints; MAX_POINTS],
+    pub weights_at_points: AtPoints,
     /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is one at point j.
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through the Gauss points that is
@@ -81,6 +91,9 @@ impl ReferenceElement {
             nodes,
             shape: [[0.0; MAX_POINTS]; MAX_POINTS],
             slope: [[0.0; MAX_POINTS]; MAX_POINTS],
+            shape_at_points: [AtPoints::ZERO; MAX_POINTS],
+            slope_at_points: [AtPoints::ZERO; MAX_POINTS],
+            weights_at_points: AtPoints::ZERO,
             upto: [[0.0; MAX_POINTS]; MAX_POINTS],
             integrals: [[0.0; MAX_POINTS]; MAX_POINTS],
             stations: Vec::new(),
@@ -96,6 +109,12 @@ impl ReferenceElement {
             reference.slope[g][..p].copy_from_slice(&slopes[1..=p]);
             reference.upto[g] = reference.integral_upto(x);
         }
+        for k in 0..p {
+            reference.shape_at_points[k] = AtPoints::from(reference.shape.map(|values| values[k]));
+            reference.slope_at_points[k] = AtPoints::from(reference.slope.map(|values| values[k]));
+        }
+        let weight = |g: usize| reference.weights.get(g).copied().unwrap_or(0.0);
+        reference.weights_at_points = AtPoints::from(std::array::from_fn(weight));
         for j in 0..p {
             // The product of the linear factors (x − xᵢ)/(xⱼ − xᵢ).
             let mut product = [0.0; MAX_POINTS];

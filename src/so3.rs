@@ -17,7 +17,7 @@
 //! need no trigonometry near zero and no special case at zero, and their derivatives are dSn/dx = −½ (Sn+1 − n
 //! Sn+2). [`Form`] differentiates the expression once and twice for any coefficients.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, SimdRealField, UnitQuaternion, Vector3};
 
 /// 1/n! for n = 0 … 33.
 const INVERSE_FACTORIAL: [f64; 34] = {
@@ -30,61 +30,68 @@ const INVERSE_FACTORIAL: [f64; 34] = {
     table
 };
 
+/// A number, or several that are computed together.
+pub(crate) trait Real: SimdRealField<Element = f64> + Copy {}
+
+impl<T: SimdRealField<Element = f64> + Copy> Real for T {}
+
 /// Sn(x) = Σk (−x)^k / (2k + n)! for n = 0 … 7, at x = |θ|² ≥ 0.
 ///
 /// Accurate to a few units of rounding for |θ| up to π, inside which the rotation vectors of an element lie.
 #[inline]
-pub(crate) fn s_functions(x: f64) -> [f64; 8] {
+pub(crate) fn s_functions<T: Real>(x: T) -> [T; 8] {
     // Two series at the top, then Sn = 1/n! − x Sn+2 downwards. For large n the series converges in a few terms and
     // the recurrence multiplies rounding by x/((n + 1)(n + 2)), which stays small up to |θ| = π.
     // The first term left out is below 2e-17 of the first at the upper end of each range.
-    let terms = match x {
+    let terms = match x.simd_horizontal_max() {
         x if x < 0.02 => 4,
         x if x < 1.0 => 7,
         _ => 13,
     };
-    let mut s = [0.0; 8];
+    let inverse_factorial = |n: usize| T::splat(INVERSE_FACTORIAL[n]);
+    let mut s = [T::zero(); 8];
     for k in (0..=terms).rev() {
-        s[7] = INVERSE_FACTORIAL[7 + 2 * k] - x * s[7];
-        s[6] = INVERSE_FACTORIAL[6 + 2 * k] - x * s[6];
+        s[7] = inverse_factorial(7 + 2 * k) - x * s[7];
+        s[6] = inverse_factorial(6 + 2 * k) - x * s[6];
     }
     for n in (0..6).rev() {
-        s[n] = INVERSE_FACTORIAL[n] - x * s[n + 2];
+        s[n] = inverse_factorial(n) - x * s[n + 2];
     }
     s
 }
 
 /// The coefficients c1, c2 of a map F(θ) (see the module's head) with their first two derivatives in x = |θ|².
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Form {
-    c1: [f64; 3],
-    c2: [f64; 3],
+pub(crate) struct Form<T = f64> {
+    c1: [T; 3],
+    c2: [T; 3],
 }
 
-impl Form {
+impl<T: Real> Form<T> {
     /// exp(θ̂), from the values of [`s_functions`].
     #[inline]
-    pub(crate) fn exp(s: &[f64; 8]) -> Self {
+    pub(crate) fn exp(s: &[T; 8]) -> Self {
         Self { c1: derivatives(s, 1), c2: derivatives(s, 2) }
     }
 
     /// The right Jacobian Jr(θ): for R = R₀ exp(θ̂) the Darboux vector in the moving frame is u = Jr(θ) θ'.
     #[inline]
-    pub(crate) fn right_jacobian(s: &[f64; 8]) -> Self {
+    pub(crate) fn right_jacobian(s: &[T; 8]) -> Self {
         Self { c1: derivatives(s, 2), c2: derivatives(s, 3) }.transpose()
     }
 
     /// Jr(θ)⁻¹; its transpose is the inverse of the left Jacobian. The second derivative is not provided (zero).
     #[inline]
-    pub(crate) fn inverse_right_jacobian(s: &[f64; 8]) -> Self {
+    pub(crate) fn inverse_right_jacobian(s: &[T; 8]) -> Self {
         // c2 = (1 − S1/(2 S2))/x = (2 S2 − S1)/(2 x S2), and 2 S2 − S1 = x (S3 − 2 S4).
-        let numerator = s[3] - 2.0 * s[4];
+        let [half, four] = [0.5, 4.0].map(T::splat);
+        let numerator = s[3] - twice(s[4]);
         let [_, s2d, _] = derivatives(s, 2);
         let [_, s3d, _] = derivatives(s, 3);
-        let s4d = -0.5 * (s[5] - 4.0 * s[6]);
-        let c2 = 0.5 * numerator / s[2];
-        let c2d = 0.5 * (s3d - 2.0 * s4d) / s[2] - c2 * s2d / s[2];
-        Self { c1: [0.5, 0.0, 0.0], c2: [c2, c2d, 0.0] }
+        let s4d = -half * (s[5] - four * s[6]);
+        let c2 = half * numerator / s[2];
+        let c2d = half * (s3d - twice(s4d)) / s[2] - c2 * s2d / s[2];
+        Self { c1: [half, T::zero(), T::zero()], c2: [c2, c2d, T::zero()] }
     }
 
     /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ =
@@ -96,10 +103,10 @@ impl Form {
 
     /// F(θ) as a matrix.
     #[inline]
-    pub(crate) fn matrix(&self, theta: &Vector3<f64>) -> Matrix3<f64> {
-        let x = theta.norm_squared();
+    pub(crate) fn matrix(&self, theta: &Vector3<T>) -> Matrix3<T> {
+        let x = theta.dot(theta);
         let mut m = theta * theta.transpose() * self.c2[0] + theta.cross_matrix() * self.c1[0];
-        let d = 1.0 - self.c2[0] * x;
+        let d = T::one() - self.c2[0] * x;
         for i in 0..3 {
             m[(i, i)] += d;
         }
@@ -108,17 +115,18 @@ impl Form {
 
     /// F(θ) y.
     #[inline]
-    pub(crate) fn apply(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn apply(&self, theta: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
         let c = theta.cross(y);
         y + c * self.c1[0] + theta.cross(&c) * self.c2[0]
     }
 
     /// ∂(F(θ) y)/∂θ, row i the component, column j the direction.
     #[inline]
-    pub(crate) fn jacobian(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
-        let x = theta.norm_squared();
+    pub(crate) fn jacobian(&self, theta: &Vector3<T>, y: &Vector3<T>) -> Matrix3<T> {
+        let x = theta.dot(theta);
         let ty = theta.dot(y);
-        let along = (theta.cross(y) * self.c1[1] + (theta * ty - y * x) * self.c2[1]) * 2.0 - y * (2.0 * self.c2[0]);
+        let radial = theta.cross(y) * self.c1[1] + (theta * ty - y * x) * self.c2[1] - y * self.c2[0];
+        let along = radial.map(twice);
         let mut m = along * theta.transpose() + theta * (y * self.c2[0]).transpose() - y.cross_matrix() * self.c1[0];
         for i in 0..3 {
             m[(i, i)] += self.c2[0] * ty;
@@ -128,27 +136,27 @@ impl Form {
 
     /// ∂(g · F(θ) y)/∂θ.
     #[inline]
-    pub(crate) fn gradient(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
-        let x = theta.norm_squared();
+    pub(crate) fn gradient(&self, theta: &Vector3<T>, g: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+        let x = theta.dot(theta);
         let (gt, ty, gy) = (g.dot(theta), theta.dot(y), g.dot(y));
         let r = y.cross(g);
-        let radial = 2.0 * (self.c1[1] * theta.dot(&r) + self.c2[1] * (gt * ty - x * gy)) - 2.0 * self.c2[0] * gy;
+        let radial = twice(self.c1[1] * theta.dot(&r) + self.c2[1] * (gt * ty - x * gy) - self.c2[0] * gy);
         r * self.c1[0] + g * (self.c2[0] * ty) + y * (self.c2[0] * gt) + theta * radial
     }
 
     /// ∂²(g · F(θ) y)/∂θ², symmetric.
     #[inline]
-    pub(crate) fn hessian(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
-        let x = theta.norm_squared();
+    pub(crate) fn hessian(&self, theta: &Vector3<T>, g: &Vector3<T>, y: &Vector3<T>) -> Matrix3<T> {
+        let x = theta.dot(theta);
         let (gt, ty, gy) = (g.dot(theta), theta.dot(y), g.dot(y));
         let r = y.cross(g);
         let t = theta.dot(&r);
         let q = gt * ty - x * gy;
-        let z = g * ty + y * gt - theta * (2.0 * gy);
+        let z = g * ty + y * gt - theta * twice(gy);
         // Half of each symmetric pair θ aᵀ + a θᵀ, with the isotropic and the radial part.
-        let a = r * (2.0 * self.c1[1]) + z * (2.0 * self.c2[1]) + theta * (2.0 * (self.c1[2] * t + self.c2[2] * q));
+        let a = (r * self.c1[1] + z * self.c2[1] + theta * (self.c1[2] * t + self.c2[2] * q)).map(twice);
         let b = y * self.c2[0];
-        let isotropic = 2.0 * (self.c1[1] * t + self.c2[1] * q) - 2.0 * self.c2[0] * gy;
+        let isotropic = twice(self.c1[1] * t + self.c2[1] * q - self.c2[0] * gy);
         let mut m = Matrix3::zeros();
         for i in 0..3 {
             for j in 0..=i {
@@ -162,12 +170,17 @@ impl Form {
     }
 }
 
+#[inline]
+fn twice<T: Real>(x: T) -> T {
+    x + x
+}
+
 /// Sn and its first two derivatives in x.
 #[inline]
-fn derivatives(s: &[f64; 8], n: usize) -> [f64; 3] {
-    let nf = n as f64;
-    let first = |k: usize| -0.5 * (s[k + 1] - k as f64 * s[k + 2]);
-    [s[n], first(n), -0.5 * (first(n + 1) - nf * first(n + 2))]
+fn derivatives<T: Real>(s: &[T; 8], n: usize) -> [T; 3] {
+    let (half, nf) = (T::splat(0.5), T::splat(n as f64));
+    let first = |k: usize| half * (T::splat(k as f64) * s[k + 2] - s[k + 1]);
+    [s[n], first(n), half * (nf * first(n + 2) - first(n + 1))]
 }
 
 /// The unit quaternion of exp(θ̂).

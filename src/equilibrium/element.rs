@@ -4,15 +4,16 @@
 //! rotates the whole element, θ is the polynomial through the rotation vectors of its nodes. Derivation:
 //! `docs/method.md`, "One element".
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, SimdComplexField, SimdPartialOrd, SimdValue, UnitQuaternion, Vector3};
 
 use super::Inertia;
 use super::elimination::{Elimination, Row, vector_at};
 use super::line::LineYields;
+use super::points::{Responses, at_points, interpolated, total, vectors_at_points};
 use crate::constitutive::{Constitutive, Tissue};
-use crate::reference_element::{MAX_POINTS, ReferenceElement};
+use crate::reference_element::{AtPoints, MAX_POINTS, ReferenceElement};
 use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
-use crate::so3::{Form, s_functions};
+use crate::so3::{Form, Real, s_functions};
 
 /// Data on which the equilibrium of an element depends.
 pub(super) struct ElementData<'a> {
@@ -76,74 +77,66 @@ impl ElementSystem {
         material: &impl Constitutive,
         data: &ElementData,
     ) -> f64 {
-        if HESSIAN {
-            self.hessian.clear();
-            (self.compliance, self.yielding) = (0.0, 0.0);
-        }
         let rotate = data.frame.to_rotation_matrix().into_inner();
-        let (mut energy, mut gradient) = (0.0, [Vector3::zeros(); MAX_POINTS + 1]);
-        for g in 0..P {
-            let (shape, slopes) = (&reference.shape[g], &reference.slope[g]);
-            let point = &data.points[g];
-            let inverse = 1.0 / point.jacobian;
-            let weight = reference.weights[g] * point.jacobian;
-            let theta = weighted(data.rotations, shape);
-            let slope = weighted(data.rotations, slopes) * inverse;
-            let s = s_functions(theta.norm_squared());
-            let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
-            let strain = to_strain.apply(&theta, &slope);
-            let tissue = Tissue::of(point, data.time);
-            let response = material.respond(&tissue, &(strain - point.intrinsic));
-            let (couple, force) = (response.couple * weight, rotate.tr_mul(&(data.forces[g] * weight)));
-            let line = material.line_response(&tissue, &exp.transpose().apply(&theta, &rotate.tr_mul(&data.forces[g])));
-            let along = line.map_or(centre_line_tangent(), |line| line.strain);
-            let turned = exp.apply(&theta, &along);
-            let density = line.map_or(response.energy, |line| response.energy + line.energy);
-            energy += weight * density - force.dot(&turned);
+        let (shape, slopes) = (&reference.shape_at_points, &reference.slope_at_points);
+        let inverse = AtPoints::ONE / at_points::<P>(1.0, |g| data.points[g].jacobian);
+        let weight = reference.weights_at_points * at_points::<P>(1.0, |g| data.points[g].jacobian);
+        let theta = interpolated(data.rotations, shape);
+        let slope = interpolated(data.rotations, slopes) * inverse;
+        let s = s_functions(theta.dot(&theta));
+        let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
+        let strain = to_strain.apply(&theta, &slope) - vectors_at_points::<P>(|g| data.points[g].intrinsic);
+        let force = rotate.transpose().map(AtPoints::splat) * vectors_at_points::<P>(|g| data.forces[g]);
+        let along_directors = exp.transpose().apply(&theta, &force);
+        let response = Responses::of::<P>(material, (data.points, data.time), &strain, &along_directors);
+        let (couple, along, load) = (response.couple * weight, response.along, force * weight);
+        let turned = exp.apply(&theta, &along);
+        let energy = total(weight * response.energy - load.dot(&turned));
 
-            // Derivative of the strain by that of θ along the element coordinate.
-            let strain_slope = to_strain.matrix(&theta) * inverse;
-            let by_theta = to_strain.gradient(&theta, &couple, &slope) - exp.gradient(&theta, &force, &along);
-            let by_slope = strain_slope.tr_mul(&couple);
-            for k in 0..P {
-                gradient[k] += by_theta * shape[k] + by_slope * slopes[k];
-            }
-            gradient[P] -= turned.cross(&force);
-
-            if HESSIAN {
-                let tangent = response.tangent * weight;
-                self.compliance += weight / response.tangent.diagonal().max();
-                let strain_theta = to_strain.jacobian(&theta, &slope);
-                let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
-                let mut a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)
-                    - exp.hessian(&theta, &force, &along);
-                let b = strain_theta.tr_mul(&c_slope)
-                    + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
-                let c = symmetric_product(&strain_slope, &c_slope);
-                let turned_theta = exp.jacobian(&theta, &along);
-                let mut theta_turn = Matrix3::from_fn(|i, j| force.cross(&turned_theta.column(i))[j]);
-                let mut turn_turn =
-                    Matrix3::from_diagonal_element(force.dot(&turned)) - symmetric_part(&(turned * force.transpose()));
-                if let Some(line) = &line {
-                    let yields = LineYields::of(line, &exp, &theta, &force, weight);
-                    self.yielding = self.yielding.max(line.compliance.norm() * data.forces[g].norm());
-                    a -= yields.theta_theta;
-                    theta_turn -= yields.theta_turn;
-                    turn_turn -= yields.turn_turn;
-                }
-                let bt = b.transpose();
-                for l in 0..P {
-                    let x = a * shape[l] + b * slopes[l];
-                    let y = bt * shape[l] + c * slopes[l];
-                    for k in 0..=l {
-                        self.hessian.add_block(3 * k, 3 * l, &(x * shape[k] + y * slopes[k]));
-                    }
-                    self.hessian.add_block(3 * l, 3 * P, &(theta_turn * shape[l]));
-                }
-                self.hessian.add_block(3 * P, 3 * P, &turn_turn);
-            }
+        // Derivative of the strain by that of θ along the element coordinate.
+        let strain_slope = to_strain.matrix(&theta) * inverse;
+        let by_theta = to_strain.gradient(&theta, &couple, &slope) - exp.gradient(&theta, &load, &along);
+        let by_slope = strain_slope.transpose() * couple;
+        for k in 0..P {
+            self.gradient[k] = (by_theta * shape[k] + by_slope * slopes[k]).map(total);
         }
-        self.gradient = gradient;
+        self.gradient[P] = load.cross(&turned).map(total);
+
+        if HESSIAN {
+            let tangent = response.tangent * weight;
+            self.compliance = total(weight / response.stiffness);
+            let strain_theta = to_strain.jacobian(&theta, &slope);
+            let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
+            let mut a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)
+                - exp.hessian(&theta, &load, &along);
+            let b = strain_theta.transpose() * c_slope
+                + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
+            let c = symmetric_product(&strain_slope, &c_slope);
+            let turned_theta = exp.jacobian(&theta, &along);
+            let mut theta_turn = Matrix3::from_fn(|i, j| load.cross(&turned_theta.column(i))[j]);
+            let mut turn_turn =
+                Matrix3::from_diagonal_element(load.dot(&turned)) - symmetric_part(&(turned * load.transpose()));
+            self.yielding = 0.0;
+            if let Some(compliance) = &response.line {
+                let yields = LineYields::of(&(compliance * weight), &exp, &theta, &force);
+                let size = |m: &Matrix3<AtPoints>| m.component_mul(m).sum().simd_sqrt();
+                self.yielding = (size(compliance) * force.dot(&force).simd_sqrt()).simd_horizontal_max();
+                a -= yields.theta_theta;
+                theta_turn -= yields.theta_turn;
+                turn_turn -= yields.turn_turn;
+            }
+            self.hessian.clear();
+            let bt = b.transpose();
+            for l in 0..P {
+                let x = a * shape[l] + b * slopes[l];
+                let y = bt * shape[l] + c * slopes[l];
+                for k in 0..=l {
+                    self.hessian.set_block(3 * k, 3 * l, &(x * shape[k] + y * slopes[k]).map(total));
+                }
+                self.hessian.set_block(3 * l, 3 * P, &(theta_turn * shape[l]).map(total));
+            }
+            self.hessian.set_block(3 * P, 3 * P, &turn_turn.map(total));
+        }
         // The gradient by the current frames requires this factor even without a Hessian.
         let theta = data.rotations[P - 1];
         self.inverse = Form::inverse_right_jacobian(&s_functions(theta.norm_squared()));
@@ -267,10 +260,10 @@ impl ElementSystem {
         let g = self.gradient[P - 1];
         let by_last = self.inverse.transpose().jacobian(&theta, &g);
         let by_first = self.inverse.jacobian(&theta, &g);
-        let block = |row, col| self.hessian.block(row, col);
-        let (pp, tp, tt) = (block(m, m), block(m + 3, m), block(m + 3, m + 3));
-        let (pp_chain_t, chain_pt) = (pp * chain_t, chain * tp.transpose());
-        let mixed = chain_t * (tp.transpose() - pp_chain_t) - by_last * chain_t;
+        let (pp, tt) = (self.hessian.diagonal_block(m), self.hessian.diagonal_block(m + 3));
+        let pt = self.hessian.block(m, m + 3);
+        let (pp_chain_t, chain_pt) = (pp * chain_t, chain * pt);
+        let mixed = chain_t * (pt - pp_chain_t) - by_last * chain_t;
         Condensed {
             h11: chain_t * pp * chain + symmetric_part(&(by_last * chain)),
             h01: mixed.transpose(),
@@ -312,14 +305,16 @@ impl ElementSystem {
 
 /// The product aᵀ b, for matrices for which it is symmetric.
 #[inline]
-fn symmetric_product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
-    let [x, y, z] = [0, 1, 2].map(|i| a.column(i).dot(&b.column(i)));
-    let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| a.column(i).dot(&b.column(j)));
+fn symmetric_product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    let entry = |i: usize, j: usize| a.column(i).dot(&b.column(j));
+    let [x, y, z] = [0, 1, 2].map(|i| entry(i, i));
+    let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| entry(i, j));
     Matrix3::new(x, xy, xz, xy, y, yz, xz, yz, z)
 }
 
-fn symmetric_part(m: &Matrix3<f64>) -> Matrix3<f64> {
-    (m + m.transpose()) * 0.5
+#[inline]
+fn symmetric_part<T: Real>(m: &Matrix3<T>) -> Matrix3<T> {
+    (m + m.transpose()) * T::splat(0.5)
 }
 
 #[cfg(test)]

@@ -59,15 +59,24 @@ fn add_groups<const FROM: usize, const N: usize>(row: &mut Row, factors: [f64; N
 }
 
 impl Elimination {
-    /// The 3 × 3 block with its corner at a place.
+    /// The 3 × 3 block with its corner at a place right of the diagonal.
     #[inline]
     pub fn block(&self, row: usize, col: usize) -> Matrix3<f64> {
-        Matrix3::from_fn(|i, j| self.at((row + i).min(col + j), (row + i).max(col + j)))
+        let [x, y, z] = [0, 1, 2].map(|i| {
+            let row = self.rows[row + i].as_flattened();
+            [row[col], row[col + 1], row[col + 2]]
+        });
+        Matrix3::new(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
     }
 
+    /// The 3 × 3 block with its corner at a place on the diagonal.
     #[inline]
-    pub fn at(&self, row: usize, col: usize) -> f64 {
-        self.rows[row][col / LANES][col % LANES]
+    pub fn diagonal_block(&self, at: usize) -> Matrix3<f64> {
+        let mut block = self.block(at, at);
+        for (i, j) in [(1, 0), (2, 0), (2, 1)] {
+            block[(i, j)] = block[(j, i)];
+        }
+        block
     }
 
     /// Sets the whole matrix to zero.
@@ -75,13 +84,13 @@ impl Elimination {
         self.rows.fill(Row::default());
     }
 
-    /// Adds a 3 × 3 block with its corner at a place on or right of the diagonal.
+    /// Sets a 3 × 3 block with its corner at a place on or right of the diagonal.
     #[inline]
-    pub fn add_block(&mut self, row: usize, col: usize, block: &Matrix3<f64>) {
+    pub fn set_block(&mut self, row: usize, col: usize, block: &Matrix3<f64>) {
         for i in 0..3 {
             let to = self.rows[row + i].as_flattened_mut();
             for j in 0..3 {
-                to[col + j] += block[(i, j)];
+                to[col + j] = block[(i, j)];
             }
         }
     }

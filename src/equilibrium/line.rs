@@ -3,8 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::EquilibriumError;
-use crate::constitutive::{Constitutive, LineResponse, line_strain_under};
+use crate::constitutive::{Constitutive, line_strain_under};
 use crate::load::InternalForce;
+use crate::reference_element::AtPoints;
 use crate::rod::{Rod, Tissue};
 use crate::so3::Form;
 
@@ -42,24 +43,29 @@ pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Res
 /// Decrease of the second derivatives of the energy at a point by shear and stretch: ∂Fᵀ C ∂F, with the force
 /// along the directors F = exp(θ̂)ᵀ N and the compliance C.
 pub(super) struct LineYields {
-    pub theta_theta: Matrix3<f64>,
-    pub theta_turn: Matrix3<f64>,
-    pub turn_turn: Matrix3<f64>,
+    pub theta_theta: Matrix3<AtPoints>,
+    pub theta_turn: Matrix3<AtPoints>,
+    pub turn_turn: Matrix3<AtPoints>,
 }
 
 impl LineYields {
-    /// `force` is N times the point's weight.
+    /// `compliance` is C times the weights of the points, `force` is N.
     #[inline]
-    pub fn of(line: &LineResponse, exp: &Form, theta: &Vector3<f64>, force: &Vector3<f64>, weight: f64) -> Self {
+    pub fn of(
+        compliance: &Matrix3<AtPoints>,
+        exp: &Form<AtPoints>,
+        theta: &Vector3<AtPoints>,
+        force: &Vector3<AtPoints>,
+    ) -> Self {
         let by_theta = exp.transpose().jacobian(theta, force);
         // A rotation φ of the first frame changes N to N + N × φ.
-        let by_turn = exp.matrix(theta).tr_mul(&force.cross_matrix());
-        let compliance = line.compliance / weight;
+        let by_turn = exp.matrix(theta).transpose() * force.cross_matrix();
         let (theta_line, turn_line) = (compliance * by_theta, compliance * by_turn);
+        let (by_theta_t, by_turn_t) = (by_theta.transpose(), by_turn.transpose());
         Self {
-            theta_theta: by_theta.tr_mul(&theta_line),
-            theta_turn: by_theta.tr_mul(&turn_line),
-            turn_turn: by_turn.tr_mul(&turn_line),
+            theta_theta: by_theta_t * theta_line,
+            theta_turn: by_theta_t * turn_line,
+            turn_turn: by_turn_t * turn_line,
         }
     }
 }
@@ -68,7 +74,7 @@ impl LineYields {
 #[cfg(test)]
 pub(super) mod samples {
     use super::*;
-    use crate::constitutive::{ElasticResponse, LinearElastic};
+    use crate::constitutive::{ElasticResponse, LineResponse, LinearElastic};
 
     pub const BENDING: LinearElastic = LinearElastic { youngs_modulus: 4.0, poissons_ratio: 0.3 };
 

@@ -1,11 +1,13 @@
 //! Equilibrium of a rod under its load, equations (1) and (9) to (12).
 
+mod coarse;
 mod element;
 mod elimination;
 mod held;
 mod joints;
 mod line;
 mod newton;
+mod points;
 mod saddle;
 mod search;
 mod system;
@@ -48,7 +50,8 @@ impl Default for Inertia {
     }
 }
 
-/// Counts, error and stability of an equilibrium.
+/// Counts, error and stability of an equilibrium. The counts do not include the search on a coarse mesh that improves a
+/// straight initial guess.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[must_use]
 #[non_exhaustive]
@@ -69,7 +72,7 @@ pub struct Equilibrium {
     /// and the margin is infinite.
     pub inertia: Inertia,
     /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
-    /// the continuation of the initial guess then. `None` if all configurations were stable.
+    /// the continuation of the initial guess then. `None` if all configurations of the search were stable.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
     /// stability that does not depend on the mesh. Zero for a solver without tangent.

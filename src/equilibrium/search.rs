@@ -36,8 +36,8 @@ const BALANCED: f64 = 1e-14;
 /// A search for an equilibrium, with the quantities that an iteration passes to the next one.
 pub(super) struct Search<'a, C, const P: usize> {
     pub(super) system: &'a mut System,
-    material: &'a C,
-    force: &'a InternalForce,
+    pub(super) material: &'a C,
+    pub(super) force: &'a InternalForce,
     /// Whether the equilibrium has to be stable.
     pub(super) stable: bool,
     /// The largest acceptable error of a frame, rad.
@@ -61,6 +61,8 @@ pub(super) struct Search<'a, C, const P: usize> {
     lost: Option<(Vector3<f64>, usize)>,
     /// Largest rotation in a step since then, rad.
     pub(super) longest_turn: f64,
+    /// Smallest resistance of a tangent with which the search goes on; negative infinity to leave unstable shapes.
+    pub(super) least_resistance: f64,
     /// Counts, and energy and inertia of the last assembly.
     found: Equilibrium,
 }
@@ -89,17 +91,24 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             saddles: 0,
             lost: None,
             longest_turn: 0.0,
+            least_resistance: f64::NEG_INFINITY,
             found: Equilibrium::default(),
         }
     }
 
     /// Moves the rod to an equilibrium in at most `bound` Newton iterations: tangent, step, line search, chord steps.
     pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Equilibrium, EquilibriumError> {
+        let (mut first, mut guessed) = (true, self.guess_on_coarse_mesh(rod));
         for iteration in 1..=bound {
             self.found.iterations = iteration;
             self.find_tangent(rod)?;
             self.find_step()?;
-            if iteration == 1 && self.is_far(rod) && self.moves_to_intrinsic_shape(rod) {
+            if std::mem::take(&mut guessed) && !self.is_close() {
+                self.system.initial.restore(rod);
+                (self.turn, self.last_shift, self.lost) = (f64::INFINITY, 0.0, None);
+                continue;
+            }
+            if std::mem::take(&mut first) && self.is_far(rod) && self.moves_to_intrinsic_shape(rod) {
                 continue;
             }
             if self.is_at_saddle() {
@@ -159,6 +168,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         loop {
             (self.found.energy, self.found.inertia) = self.assemble(rod)?;
             self.found.factorisations += 1;
+            if self.system.resistance < self.least_resistance {
+                return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
+            }
             // The first assembly has no shift.
             negative.get_or_insert(self.found.inertia.negative);
             if !self.stable || self.found.inertia.negative == 0 {
@@ -195,11 +207,15 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         if self.turn.is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "Newton step" }) }
     }
 
+    /// Whether an equilibrium is within the reach of the quadratic model.
+    fn is_close(&self) -> bool {
+        self.shift == 0.0 && self.turn < LARGEST_TURN
+    }
+
     /// Whether the initial guess is a straight rod far from a minimum, where the tangent is not positive definite or
     /// the step too long. A bent initial guess selects a branch and is kept.
     fn is_far(&self, rod: &Rod) -> bool {
-        let far = self.stable && (self.shift > 0.0 || self.turn > LARGEST_TURN);
-        far && rod.rotations().iter().all(|theta| *theta == Vector3::zeros())
+        self.stable && !self.is_close() && rod.rotations().iter().all(|theta| *theta == Vector3::zeros())
     }
 
     /// Gives the rod its shape without load if the energy of that shape is lower: far from a minimum it is the better

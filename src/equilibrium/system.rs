@@ -16,6 +16,8 @@ use crate::so3;
 pub(super) struct System {
     pub elements: Vec<ElementSystem>,
     pub tangent: Tangent,
+    /// Workspace of the search on a coarser mesh.
+    pub coarse: Option<Box<System>>,
     /// Joints of frames with supports; none for a rod with a clamped base and no supports.
     pub joints: Joints,
     /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), N m.

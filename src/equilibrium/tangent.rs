@@ -287,3 +287,74 @@ impl Inertia {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Numbers without a pattern between −1 and 1.
+    fn number(k: usize) -> f64 {
+        (k as f64 * 2.399_963).sin()
+    }
+
+    fn block(k: usize) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, j| number(9 * k + 3 * i + j))
+    }
+
+    /// A tangent of five frames and the same matrix in full. Diagonal blocks are shifted by multiples of the identity.
+    fn tangent(shifts: [f64; 5]) -> (Tangent, DMatrix<f64>) {
+        let (mut tangent, mut full) = (Tangent::default(), DMatrix::zeros(15, 15));
+        tangent.reset(5).unwrap();
+        for (b, shift) in shifts.into_iter().enumerate() {
+            let diagonal = block(2 * b) + block(2 * b).transpose() + Matrix3::identity() * shift;
+            tangent.add_diagonal(b, &diagonal);
+            full.view_mut((3 * b, 3 * b), (3, 3)).copy_from(&diagonal);
+            if b > 0 {
+                let coupling = block(2 * b + 1);
+                tangent.set_coupling(b, &coupling);
+                full.view_mut((3 * b - 3, 3 * b), (3, 3)).copy_from(&coupling);
+                full.view_mut((3 * b, 3 * b - 3), (3, 3)).copy_from(&coupling.transpose());
+            }
+        }
+        (tangent, full)
+    }
+
+    #[test]
+    fn solution_and_signs_of_pivots_are_those_of_the_full_matrix() {
+        for shifts in [[8.0; 5], [8.0, -8.0, 8.0, 8.0, -8.0], [8.0, 2.0, -2.0, 2.0, 8.0]] {
+            let (mut tangent, full) = tangent(shifts);
+            let mut inertia = Inertia::default();
+            let _ = tangent.factorise(&mut inertia, [1.0; 5].into_iter()).unwrap();
+            let eigenvalues = full.clone().symmetric_eigenvalues();
+            let negative = eigenvalues.iter().filter(|value| **value < 0.0).count();
+            assert_eq!((inertia.negative, inertia.neutral, inertia.positive), (negative, 0, 15 - negative));
+            let rhs: Vec<Vector3<f64>> = (0..5).map(|k| block(20 + k).column(0).into()).collect();
+            let mut x = rhs.clone();
+            tangent.solve(&mut x);
+            let flat = |x: &[Vector3<f64>]| DVector::from_iterator(15, x.iter().flat_map(|x| x.iter().copied()));
+            // Elimination multiplies the rounding of entries of the order of ten by the largest entry of L.
+            assert_abs_diff_eq!((full * flat(&x) - flat(&rhs)).norm(), 0.0, epsilon = 1e-12);
+        }
+    }
+
+    #[test]
+    fn direction_without_stiffness_is_neutral_and_keeps_its_rotation() {
+        let (mut tangent, mut inertia) = (Tangent::default(), Inertia::default());
+        tangent.reset(2).unwrap();
+        tangent.add_diagonal(0, &Matrix3::new(2.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0));
+        tangent.add_diagonal(1, &Matrix3::identity());
+        let _ = tangent.factorise(&mut inertia, [1.0; 2].into_iter()).unwrap();
+        assert_eq!((inertia.negative, inertia.neutral, inertia.positive), (0, 1, 5));
+        let mut x = [Vector3::new(1.0, 1.0, 1.0); 2];
+        tangent.solve(&mut x);
+        assert_eq!(x, [Vector3::new(0.5, 1.0, 0.0), Vector3::new(1.0, 1.0, 1.0)]);
+    }
+
+    #[test]
+    fn matrix_that_is_not_finite_is_an_error() {
+        let (mut tangent, _) = tangent([8.0, 8.0, f64::NAN, 8.0, 8.0]);
+        assert!(tangent.factorise(&mut Inertia::default(), [1.0; 5].into_iter()).is_err());
+    }
+}

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::reference_element::MAX_POINTS;
-use crate::rod::{Rod, Tissue};
+use crate::rod::{Place, Rod, Tissue, weighted};
 use crate::scene::Environment;
 use crate::support::Reaction;
 
@@ -44,6 +44,12 @@ impl InternalForce {
         let mut force = Self::default();
         force.update(rod, load, environment);
         force
+    }
+
+    /// The force at places in elements of `p` material points.
+    pub(crate) fn interpolated(&self, p: usize, places: &[Place]) -> Self {
+        let at = |(e, weights): &Place| weighted(&self.forces[e * p..(e + 1) * p], weights);
+        Self { environment: self.environment, forces: places.iter().map(at).collect(), ..Self::default() }
     }
 
     /// Computes the force of another rod or at another time, without allocation if the capacity suffices.

@@ -1,6 +1,7 @@
 //! The discretised rod: material points, rotations, and the shape that they determine.
 
 mod check;
+mod coarse;
 mod lengths;
 mod locate;
 mod loss;
@@ -11,6 +12,7 @@ mod shape;
 pub(crate) mod tissue;
 
 pub use check::RodError;
+pub(crate) use coarse::Place;
 pub(crate) use lengths::UNEVEN;
 pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};

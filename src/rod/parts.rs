@@ -4,7 +4,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod};
-use crate::reference_element::MAX_POINTS;
 use crate::so3;
 
 impl Rod {
@@ -78,21 +77,17 @@ impl Rod {
     pub(crate) fn sample_shape(&mut self, source: &Self) {
         let (reference, p) = (self.reference(), self.order.points());
         let mut start = 0.0;
-        self.frames[0] = source.frames[0];
+        let mut frame = source.frames[0];
+        self.frames[0] = frame;
         for e in 0..self.elements() {
-            let length = self.length_of(e);
-            let frame = |x: f64| {
-                let before = weighted_jacobian(self.element_points(e), &reference.integral_upto(x));
-                let (element, y) = source.locate(start + before).unwrap_or((0, 0.0));
-                source.frame_within(element, y)
-            };
-            let first = frame(0.0).inverse();
-            let mut new = [Vector3::zeros(); MAX_POINTS];
+            let first = frame.inverse();
             for k in 0..p {
-                new[k] = so3::log(&(first * frame(reference.nodes[k + 1])));
+                let before = weighted_jacobian(self.element_points(e), &reference.within(reference.nodes[k + 1]));
+                let (element, x) = source.locate(start + before).unwrap_or((0, 0.0));
+                frame = source.frame_within(element, x);
+                self.rotations[e * p + k] = so3::log(&(first * frame));
             }
-            self.rotations[e * p..(e + 1) * p].copy_from_slice(&new[..p]);
-            start += length;
+            start += self.length_of(e);
         }
         self.chain_frames();
     }

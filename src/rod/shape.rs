@@ -161,14 +161,19 @@ impl Rod {
     /// the origin). A single point is the base.
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
-        let line = self.centre_line();
-        let (length, last) = (self.length(), count.saturating_sub(1));
-        let at = |i: usize| match i {
-            0 => Some(Vector3::zeros()),
-            i if i == last => line.last().map(|(_, tip)| *tip),
-            i => self.locate(length * i as f64 / last as f64).map(|(e, x)| line[e].1 + self.chord(e, x)),
+        let last = count.saturating_sub(1).max(1);
+        self.positions_at((0..count).map(|i| i as f64 / last as f64))
+    }
+
+    /// Positions at the given arc lengths, relative to the length (m, fixed frame, base at the origin).
+    pub(crate) fn positions_at(&self, shares: impl Iterator<Item = f64>) -> Vec<Vector3<f64>> {
+        let (line, length) = (self.centre_line(), self.length());
+        let at = |share: f64| match share {
+            0.0 => Some(Vector3::zeros()),
+            1.0 => line.last().map(|(_, tip)| *tip),
+            _ => self.locate(length * share).map(|(e, x)| line[e].1 + self.chord(e, x)),
         };
-        (0..count).filter_map(at).collect()
+        shares.filter_map(at).collect()
     }
 
     /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to

@@ -93,3 +93,24 @@ fn derivatives_of_the_forms_match_finite_differences() {
         }
     }
 }
+
+#[test]
+fn several_numbers_at_once_give_the_forms_of_each() {
+    use nalgebra::SimdValue;
+    use simba::simd::WideF64x4;
+
+    let thetas: Vec<_> = vectors(1.7, 0).take(4).collect();
+    let lanes = Vector3::from_fn(|i, _| WideF64x4::from([0, 1, 2, 3].map(|g: usize| thetas[g][i])));
+    let s = s_functions(lanes.dot(&lanes));
+    let forms_at_once = [Form::exp(&s), Form::right_jacobian(&s), Form::inverse_right_jacobian(&s)];
+    let ones = Vector3::repeat(1.0);
+    for (g, theta) in thetas.iter().enumerate() {
+        for (one, all) in forms(theta).iter().zip(&forms_at_once) {
+            let all = [all.matrix(&lanes), all.jacobian(&lanes, &ones.map(WideF64x4::splat))];
+            for (one, all) in [one.matrix(theta), one.jacobian(theta, &ones)].iter().zip(all) {
+                // The longest rotation determines the number of terms of all series, which changes rounding alone.
+                assert_abs_diff_eq!((one - all.map(|x| x.extract(g))).norm(), 0.0, epsilon = 1e-14);
+            }
+        }
+    }
+}

@@ -51,8 +51,7 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
     assert_eq!(declared.size(), Size { variables: 7, stimuli: 5, reads_present: false });
     assert_eq!(declared.size(), all_laws().size());
     assert!(!declared.reads_position());
-    let component =
-        |k, rotation| Variable::unread().relaxing_in(120.0).approaching(Source::Stimulus(k)).turning(rotation);
+    let component = |k, turn| Variable::unread().relaxing_in(120.0).approaching(Source::Stimulus(k)).turning(turn);
     // No rate depends on the memories of these laws.
     let read = Variable { coupled: false, ..Variable::read_after(720.0).relaxing_in(720.0) };
     let memory = |remembers, rotation| Variable { remembers, rotation, ..read };

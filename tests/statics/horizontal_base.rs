@@ -84,19 +84,25 @@ fn very_short_elements_do_not_increase_the_error() {
 
 #[test]
 fn straight_initial_guess_needs_few_iterations_on_every_mesh() {
-    // Newton's method squares the error in each iteration. The counts of iterations, factorisations
-    // and evaluations were (4, 4, 4) when this test was written. They must not depend on the mesh.
+    // Newton's method squares the error in each iteration. Elements of order two and rods of two
+    // elements take (3, 3, 5) iterations, factorisations and evaluations. Others start from a coarse
+    // mesh, whose error depends on the order, and take (2, 2, 2).
     for order in Order::ALL {
         for elements in [2, 8, 32, 128] {
             let found = sag(&mut straight(elements, order), DENSITY, &Still::tilted(FRAC_PI_2));
-            let counts = (found.iterations, found.factorisations, found.evaluations);
-            assert!(counts <= (5, 5, 5), "{order:?}, {elements} elements: {counts:?}");
+            let straight = order == Order::Two || elements == 2;
+            let (tangents, gradients) = if straight { (3, 5) } else { (2, 2) };
+            assert!(
+                found.iterations <= tangents && found.factorisations <= tangents,
+                "{order:?}, {elements}: {found:?}"
+            );
+            assert!(found.evaluations <= gradients, "{order:?}, {elements}: {found:?}");
         }
     }
 }
 
 #[test]
-fn small_load_change_needs_one_factorisation_and_straight_guess_three() {
+fn small_load_change_and_straight_guess_need_one_factorisation() {
     let scene = Still::tilted(FRAC_PI_2);
     for elements in [4, 5, 8, 16] {
         let mut solver = NewtonSolver::default();
@@ -108,10 +114,9 @@ fn small_load_change_needs_one_factorisation_and_straight_guess_three() {
             (found.iterations, found.factorisations, found.evaluations)
         };
         let mut rod = straight(elements, Order::default());
-        // Newton's steps are about 1, 1e-1 and 1e-3 rad. Chord steps follow, each a thousandth of
-        // the previous one.
-        let (iterations, factorisations, evaluations) = solve(&mut rod, DENSITY);
-        assert!((iterations, factorisations) <= (3, 3) && evaluations <= 5, "{iterations}, {evaluations}");
+        // The initial guess is the equilibrium on a mesh with a quarter of the elements. Newton's step
+        // squares its error, and one chord step follows.
+        assert_eq!(solve(&mut rod, DENSITY), (1, 1, 1), "{elements} elements");
         // A thousandth more load gives a step of about 1e-3 rad with an error of 1e-6. Two chord
         // steps reduce it below 1e-11.
         let (iterations, factorisations, evaluations) = solve(&mut rod, 1.001 * DENSITY);

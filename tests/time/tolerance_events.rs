@@ -126,7 +126,7 @@ impl Scene {
             let mut integrator = MethodOfSteps::new(size);
             (integrator.tolerance, integrator.solver.tolerance) = (1e-12, 1e-12);
             let times = self.times().into_iter().filter(|time| *time > from && *time <= until);
-            let show = |shoot: &Shoot<_>| path.push((shoot.rod().length(), shoot.rod().centre_line_at(5)));
+            let show = |shoot: &Shoot<_>| path.push((shoot.rod().length(), shoot.rod().centre_line_at(25)));
             integrator.advance_showing(&mut shoot, until, times, show)?;
             from = until;
         }
@@ -138,7 +138,7 @@ impl Scene {
         let mut integrator = Adaptive::new(self.tolerance);
         integrator.max_steps = 12_000;
         let (mut shoot, mut path) = (self.shoot(8), Path::new());
-        let show = |shoot: &Shoot<_>| path.push((shoot.rod().length(), shoot.rod().centre_line_at(5)));
+        let show = |shoot: &Shoot<_>| path.push((shoot.rod().length(), shoot.rod().centre_line_at(25)));
         let cost = match integrator.advance_showing(&mut shoot, self.end, self.times(), show) {
             // A shoot that snaps or falls has no smooth path.
             Err(IntegrationError::ToleranceNotMet { .. } | IntegrationError::Equilibrium { .. }) => return None,

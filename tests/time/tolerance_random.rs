@@ -41,7 +41,7 @@ fn judge(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, tolerance: f64) -> Op
         Err(IntegrationError::ToleranceNotMet { .. } | IntegrationError::Equilibrium { .. }) => return None,
         cost => cost.unwrap(),
     };
-    let last = vec![(shoot.rod().length(), shoot.rod().centre_line_at(5))];
+    let last = vec![(shoot.rod().length(), shoot.rod().centre_line_at(25))];
     let elements = (2 * shoot.rod().elements()).clamp(12, 30);
     let mut fine = MethodOfSteps::new(0.4 * end / cost.steps as f64);
     (fine.tolerance, fine.solver.tolerance) = (1e-12, 1e-12);

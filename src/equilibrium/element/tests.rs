@@ -151,7 +151,7 @@ fn hessian_matches_differences_of_the_gradient() {
             let (plus, minus) = (gradient(h), gradient(-h));
             for i in j..15 {
                 let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
-                let value = system.hessian.at(j, i);
+                let value = system.hessian.rows[j].as_flattened()[i];
                 assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
             }
         }

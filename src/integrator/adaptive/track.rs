@@ -9,9 +9,13 @@ use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::shoot::Shoot;
 
-/// Number of compared places along the shoot, the last of which is the apex. They resolve all waves that the
-/// first few elements resolve.
-const PLACES: usize = 4;
+/// Number of compared places along the shoot. They resolve all waves that the first few elements resolve.
+const PLACES: usize = 7;
+/// Arc lengths of these places, relative to the length. The last place is the apex. Between the nodes z = ±1 of an
+/// element with four Gauss points the error has the shape (1 − z²)² (1 − 7 z²), and at nodes it is far smaller. For up
+/// to twelve equal elements one of these places has at least 0.4 of the largest error, also if the error of an element
+/// at s is proportional to s², (1 − s)² or s (1 − s). The first place is inside a curl at the base.
+const SHARES: [f64; PLACES] = [0.06, 0.12, 0.2, 0.49, 0.8, 0.88, 1.0];
 
 /// Positions of a shoot after every step.
 #[derive(Debug, Clone, Default)]
@@ -62,12 +66,12 @@ impl Track {
             _ => Smoothness::Jump,
         };
         self.longest_elements += longest_element(&shoot.state);
-        let line = shoot.rod().centre_line_at(PLACES + 1);
+        let line = shoot.rod().positions_at(SHARES.into_iter());
         self.samples.push(Sample {
             time: shoot.time(),
             smoothness,
             length: shoot.rod().length(),
-            places: std::array::from_fn(|k| line[k + 1]),
+            places: std::array::from_fn(|k| line[k]),
         });
     }
 

@@ -1,0 +1,82 @@
+//! Quantities at all Gauss points of an element, which are computed together.
+
+use nalgebra::{Matrix3, SimdValue, Vector3};
+
+use crate::constitutive::{Constitutive, LineResponse, Tissue};
+use crate::reference_element::AtPoints;
+use crate::rod::{MaterialPoint, centre_line_tangent};
+
+/// A number at each of the first `P` points, and `idle` in the other lanes.
+#[inline]
+pub(super) fn at_points<const P: usize>(idle: f64, value: impl Fn(usize) -> f64) -> AtPoints {
+    AtPoints::from(std::array::from_fn(|g| if g < P { value(g) } else { idle }))
+}
+
+/// A vector at each of the first `P` points, and zero in the other lanes.
+#[inline]
+pub(super) fn vectors_at_points<const P: usize>(vector: impl Fn(usize) -> Vector3<f64>) -> Vector3<AtPoints> {
+    Vector3::from_fn(|i, _| at_points::<P>(0.0, |g| vector(g)[i]))
+}
+
+/// The polynomial through vectors at the nodes 1 … p, given the values of the nodal polynomials at the points.
+#[inline]
+pub(super) fn interpolated(vectors: &[Vector3<f64>], shape: &[AtPoints]) -> Vector3<AtPoints> {
+    let each = vectors.iter().zip(shape);
+    each.fold(Vector3::zeros(), |sum, (vector, shape)| sum + vector.map(AtPoints::splat) * *shape)
+}
+
+/// The sum over the points.
+#[inline]
+pub(super) fn total(values: AtPoints) -> f64 {
+    let [a, b, c, d] = values.into_arr();
+    (a + c) + (b + d)
+}
+
+/// Responses of an elastic law at the points.
+pub(super) struct Responses {
+    /// Elastic energy per length, with that of the centre line.
+    pub energy: AtPoints,
+    pub couple: Vector3<AtPoints>,
+    pub tangent: Matrix3<AtPoints>,
+    /// Largest stiffness.
+    pub stiffness: AtPoints,
+    /// Strain of the centre line.
+    pub along: Vector3<AtPoints>,
+    /// Compliance of the centre line; `None` for a law without shear and stretch.
+    pub line: Option<Matrix3<AtPoints>>,
+}
+
+impl Responses {
+    /// Responses to elastic strains, and to forces along the directors, at a time (s). In lanes without a point the
+    /// stiffness is one, and the other quantities are zero.
+    #[inline]
+    pub fn of<const P: usize>(
+        material: &impl Constitutive,
+        (points, time): (&[MaterialPoint], f64),
+        strain: &Vector3<AtPoints>,
+        force: &Vector3<AtPoints>,
+    ) -> Self {
+        let tissue: [Tissue; P] = std::array::from_fn(|g| Tissue::of(&points[g], time));
+        let strain = strain.map(AtPoints::into_arr);
+        let responses: [_; P] =
+            std::array::from_fn(|g| material.respond(&tissue[g], &strain.map(|at_points| at_points[g])));
+        let force = force.map(AtPoints::into_arr);
+        let lines: [_; P] =
+            std::array::from_fn(|g| material.line_response(&tissue[g], &force.map(|at_points| at_points[g])));
+        let line = |g: usize| lines[g].unwrap_or_else(unyielding);
+        Self {
+            energy: at_points::<P>(0.0, |g| responses[g].energy + line(g).energy),
+            couple: vectors_at_points::<P>(|g| responses[g].couple),
+            tangent: Matrix3::from_fn(|i, j| at_points::<P>(0.0, |g| responses[g].tangent[(i, j)])),
+            stiffness: at_points::<P>(1.0, |g| responses[g].tangent.diagonal().max()),
+            along: vectors_at_points::<P>(|g| line(g).strain),
+            line: lines[0].map(|_| Matrix3::from_fn(|i, j| at_points::<P>(0.0, |g| line(g).compliance[(i, j)]))),
+        }
+    }
+}
+
+/// Response of a centre line without shear and stretch.
+#[inline]
+fn unyielding() -> LineResponse {
+    LineResponse { strain: centre_line_tangent(), energy: 0.0, compliance: Matrix3::zeros() }
+}
