@@ -13,18 +13,25 @@ pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 impl Rod {
     /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
     pub(crate) fn locate(&self, s: f64) -> Option<(usize, f64)> {
+        self.locate_after(s, &mut (0, 0.0))
+    }
+
+    /// As [`locate`](Self::locate), for increasing arc lengths: the search begins at the element `from`, whose first end
+    /// is at the given arc length (m), and sets `from` to the element found.
+    pub(crate) fn locate_after(&self, s: f64, from: &mut (usize, f64)) -> Option<(usize, f64)> {
         if s.is_nan() {
             return None;
         }
-        let mut rest = s.max(0.0);
-        let mut element = 0;
-        let mut length = self.length_of(element);
-        while rest > length && element + 1 < self.elements() {
+        let (element, start) = from;
+        let mut rest = s.max(0.0) - *start;
+        let mut length = self.length_of(*element);
+        while rest > length && *element + 1 < self.elements() {
             rest -= length;
-            element += 1;
-            length = self.length_of(element);
+            *start += length;
+            *element += 1;
+            length = self.length_of(*element);
         }
-        Some((element, self.coordinate_at_length(element, rest, length)))
+        Some((*element, self.coordinate_at_length(*element, rest, length)))
     }
 
     /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
