@@ -291,7 +291,7 @@ impl Continuous {
 fn unstable(problem: &Continuous) -> (Vec<usize>, f64) {
     let mut counts = Vec::new();
     let mut essential = f64::NEG_INFINITY;
-    for elements in [3, 4, 6, 8, 12, 16, 24, 36, 48, 64] {
+    for elements in [3, 4, 6, 8, 12, 16, 24, 36, 48, 64, 96] {
         let memory = problem.memory;
         let laws = (
             Gravitropism { sensitivity: problem.beta, perception: SettledStatoliths }.remembered(memory),
@@ -340,7 +340,7 @@ proptest! {
         let problem = Continuous { beta, eta, memory, growth_time: hours * HOUR, length };
         let (counts, essential) = unstable(&problem);
         // The essential spectrum must be to the left of the imaginary axis. If its distance from the axis is less
-        // than 0.02/τm, the waves are too short for 64 elements.
+        // than 0.02/τm, the waves may be too short for 96 elements. About one shoot in a thousand needs more than 64.
         prop_assume!(essential < -0.02 / memory.time);
         let (rounding, found) = problem.search();
         prop_assert!(rounding < 1e-6);
