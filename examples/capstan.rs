@@ -10,8 +10,8 @@
 //! cargo run --release --example capstan
 //! ```
 //!
-//! A smaller tension (`--tension 2 --elements 48`) shows longer tails and a larger difference from a thread. Several turns
-//! need more elements: `--turns 1.5 --friction 0.5 --tension 25 --elements 96`.
+//! A smaller tension (`--tension 2 --elements 48`) shows longer tails and a larger difference from a thread. Several
+//! turns need more elements: `--turns 1.5 --friction 0.5 --tension 25 --elements 96`.
 
 mod common;
 #[path = "capstan/drum.rs"]

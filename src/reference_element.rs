@@ -61,15 +61,16 @@ pub(crate) struct ReferenceElement {
     pub shape: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `slope[g][k]`: the derivative of that polynomial.
     pub slope: [[f64; MAX_POINTS]; MAX_POINTS],
-    /// The columns of `shape`; zero in lanes without a point, as the next two.
+    /// The columns of `shape`; zero in lanes without a point, as in the next two fields.
     pub shape_at_points: [AtPoints; MAX_POINTS],
     /// The columns of `slope`.
     pub slope_at_points: [AtPoints; MAX_POINTS],
+    /// The weights of the Gauss points.
     pub weights_at_points: AtPoints,
     /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is one at point j.
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
-    /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through the Gauss points that is
-    /// one at point j.
+    /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through the Gauss points
+    /// that is one at point j.
     integrals: [[f64; MAX_POINTS]; MAX_POINTS],
     /// Stations, at which a distributed contact acts, with the weights of `within`. There is one fewer than
     /// rotations, so that bending energy determines the shape.

@@ -39,8 +39,8 @@ pub struct Inertia {
     pub positive: usize,
     /// Smallest pivot relative to the diagonal entry before elimination: a measure of the distance from a change of
     /// stability. It is negative if an eigenvalue is, and infinite by default, without any pivot. With a support the
-    /// pivots are those of the rod without its holds and contacts: then only the counts decide stability, and the margin
-    /// may be negative at a stable equilibrium.
+    /// pivots are those of the rod without its holds and contacts: then only the counts decide stability, and the
+    /// margin may be negative at a stable equilibrium.
     pub margin: f64,
 }
 

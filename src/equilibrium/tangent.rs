@@ -20,8 +20,8 @@ use crate::error::ParameterError;
 /// has a pivot of about 1e-9.
 pub(super) const NEUTRAL: f64 = 1e-10;
 
-/// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is factorised: half of the digits
-/// remain. Smaller ones occur where the rod would be at its stability limit without the holds.
+/// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is factorised: half of the
+/// digits remain. Smaller ones occur where the rod would be at its stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
 
 /// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex

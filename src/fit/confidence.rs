@@ -33,10 +33,10 @@ impl Confidence {
     ///
     /// The covariance is A B A with A = (m JᵀJ)⁻¹ and B = s² Jᵀ R J (P. J. Huber, Robust Statistics, 1981, section
     /// 7.6). Here m is the share of residuals inside the threshold, s² the mean square of the derivative of the loss
-    /// in a series, and R the correlation of its successive residuals. For white noise and squares the covariance is s² (JᵀJ)⁻¹.
-    /// Residuals that are smaller than the noise do not narrow the intervals: m is at most its value for normal noise,
-    /// and white noise is added until the mean square has at least its value for normal noise. Priors are residuals
-    /// with their own standard deviation.
+    /// in a series, and R the correlation of its successive residuals. For white noise and squares the covariance is s²
+    /// (JᵀJ)⁻¹. Residuals that are smaller than the noise do not narrow the intervals: m is at most its value for
+    /// normal noise, and white noise is added until the mean square has at least its value for normal noise. Priors are
+    /// residuals with their own standard deviation.
     pub fn of(
         problem: &Problem,
         loss: Loss,

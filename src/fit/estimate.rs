@@ -26,8 +26,8 @@ pub enum Verdict {
     /// The standard error exceeds [`Fit::widest`](super::Fit::widest). More, other or more accurate data may determine
     /// the parameter.
     PracticallyNot,
-    /// A combination of changes of this parameter, and possibly others, leaves every datum unchanged. More accurate data
-    /// of this kind, or more frames in this time, do not determine the parameter.
+    /// A combination of changes of this parameter, and possibly others, leaves every datum unchanged. More accurate
+    /// data of this kind, or more frames in this time, do not determine the parameter.
     StructurallyNot,
     /// The estimate is at a bound, and has no standard error.
     AtBound,

@@ -31,7 +31,8 @@ const DIVISIONS: usize = 6;
 const STABLE: f64 = 0.03;
 const SHORTER: usize = 8;
 
-/// Change of the residuals over the norm of the data below which the change is rounding: a hundred times that of a path.
+/// Change of the residuals over the norm of the data below which the change is rounding: a hundred times that of a
+/// path.
 const ROUNDING: f64 = 1e-12;
 
 /// Jacobian of the residuals by central differences with two steps.

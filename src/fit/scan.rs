@@ -28,8 +28,8 @@ const SENSITIVITY: f64 = 1e-4;
 pub struct ScanLine {
     /// Oscillator of this period and handedness that explains the residuals best, to first order in the sensitivity.
     pub oscillator: Oscillator,
-    /// Score S: decrease of χ² by this oscillator, to first order, with the correlations of the noise. For data
-    /// without an oscillator it has the distribution of χ² with two degrees of freedom.
+    /// Score S: the decrease of χ² by this oscillator, to first order in the sensitivity and with the correlations of the
+    /// noise. For data without an oscillator S has the distribution of χ² with two degrees of freedom.
     pub score: f64,
 }
 
@@ -52,11 +52,11 @@ impl Fit {
     /// of a family without an oscillator. The data, the noise and the loss are those of the estimates. `oscillating`
     /// returns the shoot of the family, for the values of its parameters, with an additional oscillator.
     ///
-    /// The period and the phase of an absent oscillator have no meaning. The difference of χ² of two fits therefore does not
-    /// have a known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has one. It is
-    /// computed from the projection of the residuals onto the part of the effect of an oscillator that no change of
-    /// the other parameters explains. A small [`false_alarm`](Scan::false_alarm) is evidence of an oscillator. Then
-    /// fit a family with an oscillator, from the values of the [`best`](Scan::best) line, and
+    /// The period and the phase of an absent oscillator have no meaning. The difference of χ² of two fits therefore
+    /// does not have a known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has
+    /// one. It is computed from the projection of the residuals onto the part of the effect of an oscillator that no
+    /// change of the other parameters explains. A small [`false_alarm`](Scan::false_alarm) is evidence of an
+    /// oscillator. Then fit a family with an oscillator, from the values of the [`best`](Scan::best) line, and
     /// [`compare`](Estimates::compare) both.
     ///
     /// # Errors

@@ -73,7 +73,8 @@ const LEAST_DAMPING: f64 = 1e-9;
 const MOST_DAMPING: f64 = 1e12;
 
 /// Damping of the steps that confirm the end of a search. The weakest combinations that have an effect have squares of
-/// relative singular values of 1e-12 and more, and steps along them with the first damping are long enough to be noticed.
+/// relative singular values of 1e-12 and more, and steps along them with the first damping are long enough to be
+/// noticed.
 const CONFIRMATION: [f64; 3] = [LEAST_DAMPING, 1e-7, 1e-5];
 
 /// Largest number of steps in an iteration, with increasing damping.

@@ -173,9 +173,9 @@ impl History {
         (column(variable), column(self.variables + variable))
     }
 
-    /// Calls `visit` with the data of a step at every point from `first` on: the variables and rates at the last level but one, the
-    /// stimuli at `levels`, which end with the last level, and the variables and rates at the last level, to be
-    /// written.
+    /// Calls `visit` with the data of a step at every point from `first` on: the variables and rates at the last level
+    /// but one, the stimuli at `levels`, which end with the last level, and the variables and rates at the last level,
+    /// to be written.
     ///
     /// # Errors
     /// The first point for which `visit` returns false.

@@ -58,7 +58,7 @@ impl Background {
         if !(first > SIGNIFICANT / (2.0 * pairs[0] as f64).sqrt()) {
             return Self::WHITE;
         }
-        // Without white noise the first autocorrelation is the correlation of successive values.
+        // The first autocorrelation is the correlation of successive values if there is no white noise.
         let correlation = (second / first).clamp(first.min(LARGEST), LARGEST);
         // Lost frames spread the power evenly over all frequencies, in proportion to their number.
         let regular = times.windows(2).filter(|pair| ((pair[1] - pair[0]) / interval).round() == 1.0).count();

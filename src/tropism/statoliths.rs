@@ -88,7 +88,7 @@ impl Perception for Statoliths {
     #[inline]
     fn steady(&self, stimuli: &[f64], h: &mut [f64]) {
         h.copy_from_slice(stimuli);
-        // Without gravity every direction is steady. The pile is placed at the basal end of its cell, where it
+        // Every direction is steady if there is no gravity. The pile is placed at the basal end of its cell, where it
         // causes no bending.
         if stimuli.iter().all(|x| *x == 0.0) {
             h[2] = 1.0;

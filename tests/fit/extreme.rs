@@ -204,15 +204,16 @@ fn the_period_of_an_absent_oscillator_is_structurally_not_identifiable() {
     assert!(found.derived(|p| p[NAMES.len()])[1].is_infinite());
 }
 
-/// The prior of the growth time determines a combination whose effect is 1e-5 of the others. A search from a point along
-/// it must not end there.
+/// The prior of the growth time determines a combination whose effect is 1e-5 of the others. A search from a point
+/// along it must not end there.
 #[test]
 fn searches_and_profiles_follow_a_combination_that_only_a_prior_determines() {
     let data = [exact().with_noise(0.1 * NOISE)];
     let family = with_prior(family(&["beta", "eta", "tau_g"], 2.0), "tau_g", 0.2);
     let found = fit().run(&family, &data).unwrap();
     let tau_g = found.get("tau_g").unwrap();
-    // The search ends within 1e-3 of the standard error of 0.2; the data differ from the model by steps of another size.
+    // The search ends within 1e-3 of the standard error of 0.2; the data differ from the model by steps of another
+    // size.
     assert_relative_eq!(tau_g.value, 72e3, epsilon = 0.0, max_relative = 1e-3);
     assert_relative_eq!(tau_g.error, 0.2, epsilon = 0.0, max_relative = 1e-3);
     assert!(found.chi_squared < 0.1, "{found}");

@@ -42,9 +42,9 @@ impl Obstacle for Stopping {
     }
 }
 
-/// An upright rod on a ball joint that touches the drum. The force on its apex, with a tension `slack` over B/Rc², turns
-/// by `angle` in a second. The drum stops then, and in five further steps the force increases to that at which 0.9 of the
-/// friction is necessary.
+/// An upright rod on a ball joint that touches the drum. The force on its apex, with a tension `slack` over B/Rc²,
+/// turns by `angle` in a second. The drum stops then, and in five further steps the force increases to that at which
+/// 0.9 of the friction is necessary.
 fn rod(angle: f64, slack: f64, elements: usize, steps: f64) -> Shoot<DynLaws> {
     let tension = slack * bending_stiffness() / (CIRCLE * CIRCLE);
     let tail = TAIL * CIRCLE / slack.sqrt();

@@ -37,8 +37,8 @@ use guess::{state_of_run, state_of_steady_laws};
 /// linearised map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicSolver {
-    /// Initial number of intervals in a period, from 1 to 1000, 16 by default; 8 are sufficient for half a swing. The number is
-    /// doubled until [`accuracy`](Self::accuracy) is met. Orbits that come close to buckling need more.
+    /// Initial number of intervals in a period, from 1 to 1000, 16 by default; 8 are sufficient for half a swing. The
+    /// number is doubled until [`accuracy`](Self::accuracy) is met. Orbits that come close to buckling need more.
     pub intervals: usize,
     /// Number of Radau points in an interval, from 1 to 16, 6 by default. In each interval strain and variables are
     /// polynomials of this degree.

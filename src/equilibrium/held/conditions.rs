@@ -155,8 +155,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 conditions.add(&[(displacement(site, direction), 1.0)], Role::Stick(i, direction), 0.0, residual);
             }
         } else {
-            // The force turns with the trial force t of a contact that sticks: a stiffness μ λ/(c |t|) across it, for the
-            // compliance c of such a contact.
+            // The force turns with the trial force t of a contact that sticks: a stiffness μ λ/(c |t|) across it, for
+            // the compliance c of such a contact.
             let sideways = touch.gap.normal.cross(&friction.direction);
             let stickiness = self.stickiness();
             let stiffness = friction.coefficient * touch.push / (stickiness * friction.trial(stickiness).norm());
@@ -246,8 +246,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// The combinations of columns in which the reactions act, if friction makes them differ from those of the
-    /// conditions. Friction that slides follows the normal force; all friction turns with the normal and moves along the
-    /// rod with the contact. Adds the columns that only reactions have. `None` without such friction.
+    /// conditions. Friction that slides follows the normal force; all friction turns with the normal and moves along
+    /// the rod with the contact. Adds the columns that only reactions have. `None` without such friction.
     pub(super) fn sliding(&self, conditions: &mut Conditions) -> Option<Basis> {
         let mut acts = conditions.parts.clone();
         let mut differ = false;

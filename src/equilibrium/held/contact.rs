@@ -23,8 +23,8 @@ const LARGEST_LENIENCY: f64 = 1e3;
 /// resolve yet alternate with small gaps.
 const TOUCHING: f64 = 1e-4;
 
-/// Lengths over which a rod bends on the elastic foundations in the place of the obstacles, relative to an element. On a
-/// stiffer one the rod penetrates less, but a force at a point acts on fewer stations.
+/// Lengths over which a rod bends on the elastic foundations in the place of the obstacles, relative to an element. On
+/// a stiffer one the rod penetrates less, but a force at a point acts on fewer stations.
 const FOUNDATIONS: [f64; 3] = [1.0, 0.5, 0.25];
 /// Number of Newton iterations for given contacts after which these are estimated with elastic foundations.
 const ATTEMPT: usize = 40;
@@ -140,8 +140,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
-    /// Finds an equilibrium with its contacts. If the search for them fails, they are estimated with elastic foundations
-    /// in the place of the obstacles. If this fails, too, the first search is repeated with more iterations.
+    /// Finds an equilibrium with its contacts. If the search for them fails, they are estimated with elastic
+    /// foundations in the place of the obstacles. If this fails, too, the first search is repeated with more
+    /// iterations.
     pub(super) fn settle(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         if self.obstacles.contacts.is_empty() {
             return self.find_contacts(rod, bound);

@@ -80,8 +80,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             let (share, penetrations) = self.safe_share(rod, fraction);
             fraction *= share;
-            // The same contacts may be lost and found in turn, since the rod does not follow the linear step exactly. Then
-            // contacts are only lost, and the next step finds those that are missing.
+            // The same contacts may be lost and found in turn, since the rod does not follow the linear step exactly.
+            // Then contacts are only lost, and the next step finds those that are missing.
             let places: Vec<f64> = self.sites.iter().map(|site| site.element as f64 + site.x).collect();
             let same = |other: &Vec<f64>| {
                 other.len() == places.len() && other.iter().zip(&places).all(|(a, b)| (a - b).abs() < SAME_PLACE)
@@ -97,8 +97,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         Err(self.contacts_not_found(0.0))
     }
 
-    /// The share of a fraction of the step that is within the bounds on the approach to obstacles, and the places at which
-    /// the rod penetrates them after it.
+    /// The share of a fraction of the step that is within the bounds on the approach to obstacles, and the places at
+    /// which the rod penetrates them after it.
     fn safe_share(&mut self, rod: &mut Rod, fraction: f64) -> (f64, Vec<Penetration>) {
         let mut from = Configuration::default();
         from.keep(rod);

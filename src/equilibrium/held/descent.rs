@@ -57,8 +57,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.weight = (0.25 * self.weight).max(2.0 * self.largest_reaction(&step.conditions, &step.changes));
         let predicted = slope - self.weight * merit.violation;
         let value = merit.energy + self.weight * merit.violation;
-        // Close to the equilibrium a step that is much shorter than the last one needs no line search. The merit does not
-        // decrease there if the elements resolve a contact poorly.
+        // Close to the equilibrium a step that is much shorter than the last one needs no line search. The merit does
+        // not decrease there if the elements resolve a contact poorly.
         let converges = !shifted && turn < CLOSE_TURN && (turn < SLOW * last || predicted > 0.0);
         let unchecked = turn < SMALL_TURN || converges || !self.stable || self.has_friction();
         let mut from = Configuration::default();

@@ -103,8 +103,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         true
     }
 
-    /// Lets contacts slip whose force exceeds the friction cone, and lets contacts stick whose trial force is inside it,
-    /// after a step with a largest rotation `turn` (rad). Returns whether one has changed.
+    /// Lets contacts slip whose force exceeds the friction cone, and lets contacts stick whose trial force is inside
+    /// it, after a step with a largest rotation `turn` (rad). Returns whether one has changed.
     pub(super) fn regulate_friction(&mut self, rod: &Rod, turn: f64) -> bool {
         if !self.has_friction() {
             return false;

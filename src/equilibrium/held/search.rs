@@ -181,8 +181,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
         self.found.error = if rounds { error.max(turn) } else { error };
         if least < CLOSE || last.is_infinite() || self.found.inertia.negative > 0 {
-            // A step that is small for the shape may change the sign of an eigenvalue close to zero, and the reactions of
-            // a first iteration are those of the initial guess.
+            // A step that is small for the shape may change the sign of an eigenvalue close to zero, and the reactions
+            // of a first iteration are those of the initial guess.
             let (_, pivots) = self.factorise(rod, 0.0)?;
             self.found.inertia = self.close(rod, pivots)?.0;
         }

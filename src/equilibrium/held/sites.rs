@@ -13,8 +13,9 @@ use crate::support::{Argument, Elastic, Hold, Joint, Orientation, Position, Supp
 /// Largest distance of a held place from a node at t = 0, relative to the length then. It must not be relative to the
 /// element, which may be short at the boundary of the growth zone.
 const AT_NODE: f64 = 1e-9;
-/// See `AT_NODE`. Distance of a node that is protected from merging: merged elements beside it interpolate the distances
-/// at t = 0 with an error. It was up to 1e-7 of the length in shoots of order eight that had doubled their length.
+/// See `AT_NODE`. Distance of a node that is protected from merging: merged elements beside it interpolate the
+/// distances at t = 0 with an error. It was up to 1e-7 of the length in shoots of order eight that had doubled their
+/// length.
 const AT_KEPT_NODE: f64 = 1e-5;
 
 /// A place at which a support acts.

@@ -13,9 +13,9 @@ use crate::support::Reaction;
 const NONE: f64 = 1e-6;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
-    /// Divides the reactions at the stations of longer contacts into the pressure, which is gathered with the weights of
-    /// the stations, and the forces at a point at the ends of a contact, where the rod lifts off. Sets the lengths of
-    /// gathered reactions.
+    /// Divides the reactions at the stations of longer contacts into the pressure, which is gathered with the weights
+    /// of the stations, and the forces at a point at the ends of a contact, where the rod lifts off. Sets the lengths
+    /// of gathered reactions.
     pub(super) fn spread(&self, rod: &Rod, all: &mut Vec<Reaction>) {
         if P < 3 {
             return;
@@ -26,7 +26,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let find = |all: &[Reaction], obstacle: usize, s: f64| {
             all.iter().position(|at| at.obstacle == Some(obstacle) && (at.arc_length - s).abs() <= margin)
         };
-        // The normal force at the first and the last station of an element by the pressure extrapolated from those inside.
+        // The normal force at the first and the last station of an element by the pressure extrapolated from those
+        // inside.
         let mut ends: Vec<(usize, f64, f64)> = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
             for e in 0..rod.elements() {
@@ -58,7 +59,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 // Between two elements in contact there is no force at a point.
                 all[i].length = length;
             } else if let [(_, _, normal)] = parts[..] {
-                // Both parts have the direction of the whole reaction: each part pushes, and its friction is within the cone.
+                // Both parts have the direction of the whole reaction: each part pushes, and its friction is within the
+                // cone.
                 let whole = all[i];
                 let share = if whole.normal > 0.0 { (normal / whole.normal).clamp(0.0, 1.0) } else { 0.0 };
                 let part = |share: f64| Reaction { force: whole.force * share, normal: whole.normal * share, ..whole };
