@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::search::Search;
 use crate::constitutive::Constitutive;
+use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 
 /// Number of elements that a coarse element replaces. The three or four tangents of a search from the straight shape
@@ -16,15 +17,15 @@ const TOLERANCE: f64 = 1e-3;
 /// Largest number of iterations on the coarse mesh, which cost as much as four on the mesh of the rod.
 const ITERATIONS: usize = 16;
 /// Smallest resistance of a shape on the coarse mesh. The error of this mesh might hide that a shape with less is
-/// unstable, which [`Equilibrium::jump`](super::Equilibrium::jump) has to report. Elements of order two are too
-/// inaccurate.
+/// unstable, which [`Equilibrium::jump`](super::Equilibrium::jump) has to report.
 const RESISTANCE: f64 = 0.3;
 
 impl<C: Constitutive, const P: usize> Search<'_, C, P> {
     /// Gives a straight rod the shape of its equilibrium on a coarser mesh, if it bends and all shapes of the search
     /// are far from instability. Returns whether the shape has changed.
     pub(super) fn guess_on_coarse_mesh(&mut self, rod: &mut Rod) -> bool {
-        if !self.stable || P < 2 || rod.elements() < SMALLEST || !self.bends_straight(rod) {
+        // A coarse mesh of a lower order is too inaccurate: unstable straight shapes were stable on it.
+        if !self.stable || P < MAX_POINTS || rod.elements() < SMALLEST || !self.bends_straight(rod) {
             return false;
         }
         let Some((mut coarse, places)) = rod.coarsened(RATIO) else { return false };

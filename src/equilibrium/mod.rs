@@ -130,7 +130,8 @@ impl std::fmt::Display for Equilibrium {
             "{} Newton iterations, error {:.1e} rad, energy {:.6e} J, ",
             self.iterations, self.error, self.energy
         )?;
-        write!(f, "{negative} negative and {neutral} neutral eigenvalues")
+        write!(f, "{negative} negative and {neutral} neutral eigenvalues")?;
+        self.jump.map_or(Ok(()), |jump| write!(f, ", {jump:.1e} m from an unstable shape"))
     }
 }
 

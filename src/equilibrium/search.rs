@@ -101,13 +101,14 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         let (mut first, mut guessed) = (true, self.guess_on_coarse_mesh(rod));
         for iteration in 1..=bound {
             self.found.iterations = iteration;
-            self.find_tangent(rod)?;
-            self.find_step()?;
-            if std::mem::take(&mut guessed) && !self.is_close() {
+            let step = self.find_tangent(rod).and_then(|()| self.find_step());
+            // The search starts again from the straight shape if the guess is not close to an equilibrium.
+            if std::mem::take(&mut guessed) && !(step.is_ok() && self.is_close()) {
                 self.system.initial.restore(rod);
                 (self.turn, self.last_shift, self.lost) = (f64::INFINITY, 0.0, None);
                 continue;
             }
+            step?;
             if std::mem::take(&mut first) && self.is_far(rod) && self.moves_to_intrinsic_shape(rod) {
                 continue;
             }

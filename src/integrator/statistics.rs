@@ -52,6 +52,9 @@ impl std::fmt::Display for Statistics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} steps, {} in trial runs, ", self.steps, self.trial_steps)?;
         write!(f, "{} equilibria, {} Newton iterations", self.equilibria, self.iterations)?;
+        if self.snaps > 0 {
+            write!(f, ", {} snaps by up to {:.1e} m", self.snaps, self.largest_jump)?;
+        }
         self.error.map_or(Ok(()), |error| write!(f, ", estimated error {error:.1e} of the length"))
     }
 }

@@ -16,8 +16,8 @@ impl Rod {
         self.locate_after(s, &mut (0, 0.0))
     }
 
-    /// As [`locate`](Self::locate), for increasing arc lengths: the search begins at the element `from`, whose first end
-    /// is at the given arc length (m), and sets `from` to the element found.
+    /// As [`locate`](Self::locate), for increasing arc lengths: the search begins at the element `from`, whose first
+    /// end is at the given arc length (m), and sets `from` to the element found.
     pub(crate) fn locate_after(&self, s: f64, from: &mut (usize, f64)) -> Option<(usize, f64)> {
         if s.is_nan() {
             return None;

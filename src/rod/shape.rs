@@ -165,13 +165,13 @@ impl Rod {
         self.positions_at((0..count).map(|i| i as f64 / last as f64))
     }
 
-    /// Positions at the given arc lengths, relative to the length (m, fixed frame, base at the origin).
+    /// Positions at the given increasing arc lengths, relative to the length (m, fixed frame, base at the origin).
     pub(crate) fn positions_at(&self, shares: impl Iterator<Item = f64>) -> Vec<Vector3<f64>> {
-        let (line, length) = (self.centre_line(), self.length());
+        let (line, length, mut from) = (self.centre_line(), self.length(), (0, 0.0));
         let at = |share: f64| match share {
             0.0 => Some(Vector3::zeros()),
             1.0 => line.last().map(|(_, tip)| *tip),
-            _ => self.locate(length * share).map(|(e, x)| line[e].1 + self.chord(e, x)),
+            _ => self.locate_after(length * share, &mut from).map(|(e, x)| line[e].1 + self.chord(e, x)),
         };
         shares.filter_map(at).collect()
     }

@@ -31,7 +31,8 @@ use crate::scene::earlier;
 ///
 /// // The apex is held at a place, and the shoot may touch a pole of 1 mm radius. The shoot has a radius of 0.5 mm.
 /// let pole = Cylinder { through: Vector3::x() * 0.02, along: Vector3::z(), radius: 1e-3 };
-/// let support = (Hold::apex().at(Vector3::new(0.0, 0.0, 0.04)), Contact { obstacle: pole, radius: 5e-4, friction: 0.0 });
+/// let hold = Hold::apex().at(Vector3::new(0.0, 0.0, 0.04));
+/// let support = (hold, Contact { obstacle: pole, radius: 5e-4, friction: 0.0 });
 /// # let _ = support;
 /// ```
 #[diagnostic::on_unimplemented(

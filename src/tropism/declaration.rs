@@ -53,8 +53,8 @@ pub struct Variable {
     /// The source x of a *linear memory*, a variable with τ ẏ = x − y; otherwise [`Source::Computed`].
     pub remembers: Source,
     /// The stimulus x of a variable with ẏ ≈ (x − y)/τ near a steady state; otherwise [`Source::Computed`]. The
-    /// integrator begins its iteration with the response of a linear memory, which saves evaluations of the rates. It
-    /// changes the result only within the tolerance of the iteration.
+    /// integrator begins its iteration with the response of a linear memory, which saves evaluations of the rates. The
+    /// result of an iteration changes within its tolerance. The number of intervals that are halved may change.
     pub approaches: Source,
     /// Transformation under a rotation of the directors about d3.
     pub rotation: Rotation,

@@ -84,13 +84,13 @@ fn very_short_elements_do_not_increase_the_error() {
 
 #[test]
 fn straight_initial_guess_needs_few_iterations_on_every_mesh() {
-    // Newton's method squares the error in each iteration. Elements of order two and rods of two
+    // Newton's method squares the error in each iteration. Elements of lower order and rods of two
     // elements take (3, 3, 5) iterations, factorisations and evaluations. Others start from a coarse
-    // mesh, whose error depends on the order, and take (2, 2, 2).
+    // mesh and take (2, 2, 2).
     for order in Order::ALL {
         for elements in [2, 8, 32, 128] {
             let found = sag(&mut straight(elements, order), DENSITY, &Still::tilted(FRAC_PI_2));
-            let straight = order == Order::Two || elements == 2;
+            let straight = order != Order::Eight || elements == 2;
             let (tangents, gradients) = if straight { (3, 5) } else { (2, 2) };
             assert!(
                 found.iterations <= tangents && found.factorisations <= tangents,

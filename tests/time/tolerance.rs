@@ -332,8 +332,8 @@ fn strongly_loaded_upright_shoot_is_refined_until_the_tolerance_is_met() {
 
 #[test]
 fn error_of_far_too_coarse_elements_is_not_attributed_to_the_steps() {
-    // The tip curls increasingly, since there is no proprioception. Runs with three and five elements differ by more than
-    // 0.02 of the length.
+    // The tip curls increasingly, since there is no proprioception. Runs with three and five elements differ by more
+    // than 0.02 of the length.
     let (gravitropism, _) = steering(SettledStatoliths);
     let make = |elements: usize| {
         let curls = (gravitropism, Proprioception { sensitivity: 0.0 }.remembered(shoots::MEMORY));

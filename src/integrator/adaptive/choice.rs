@@ -30,8 +30,8 @@ const MAX_REFINEMENTS: usize = 13;
 /// Largest number of refinements after failures at the start of a run, where the mesh of the equilibrium was
 /// refined before: six elements.
 const MAX_REFINEMENTS_AT_START: usize = 5;
-/// Ratio of the first merge tolerance (rad) to the tolerance. Mergers move the centre line by far less than this angle: by
-/// 2e-4 of it in the growing shoot of the examples, by 2e-2 of it where a bend leaves the growth zone.
+/// Ratio of the first merge tolerance (rad) to the tolerance. Mergers move the centre line by far less than this angle:
+/// by 2e-4 of it in the growing shoot of the examples, by 2e-2 of it where a bend leaves the growth zone.
 const FIRST_MERGING: f64 = 10.0;
 /// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
 /// mergers of the run before.
@@ -105,7 +105,8 @@ impl<M: Model> Trials<'_, M> {
         Err(failure.unwrap_or_else(|| self.not_met(ASYMPTOTIC)))
     }
 
-    /// Returns the resolution of the first run: one element in the growth zone, and steps as long as the shortest delay.
+    /// Returns the resolution of the first run: one element in the growth zone, and steps as long as the shortest
+    /// delay.
     fn first_plan(&mut self, until: f64) -> Plan {
         let longest_element = if self.has_started() {
             // The elements of a run that has started are kept.
@@ -127,8 +128,8 @@ impl<M: Model> Trials<'_, M> {
         self.discard_kept();
         self.run(coarse, f64::INFINITY)?;
         let mut finer = Plan { longest_element: self.shorter(coarse.longest_element), ..*coarse };
-        // Half the steps and shorter elements at once: for a large tolerance this run suffices. The elements of a run that
-        // has started already are sufficient for such a tolerance.
+        // Half the steps and shorter elements at once: for a large tolerance this run suffices. The elements of a run
+        // that has started already are sufficient for such a tolerance.
         let both = !self.has_started();
         let mut halved = Plan { step: 0.5 * coarse.step, ..if both { finer } else { *coarse } };
         self.run(&mut halved, f64::INFINITY)?;

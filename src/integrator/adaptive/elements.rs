@@ -25,8 +25,8 @@ pub(super) fn size(shoot: &Shoot<impl Model>) -> f64 {
 }
 
 /// Divides every element into equal parts that are not longer than `longest`, m. The first elements of a shoot without
-/// a history are shorter. The mature part of such a shoot has at least as many elements as the zone, since its stiffness
-/// may vary as steeply.
+/// a history are shorter. The mature part of such a shoot has at least as many elements as the zone, since its
+/// stiffness may vary as steeply.
 pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
     let mut longest_mature = longest;
     if shoot.state.history.levels() == 0 {

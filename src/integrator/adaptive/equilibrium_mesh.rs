@@ -51,8 +51,8 @@ impl Adaptive {
     }
 
     /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
-    /// tolerance. Returns the error estimate, relative to the length, and the cost. The error that the difference of two
-    /// meshes shows is multiplied by `weight`, below one if another comparison shows it too.
+    /// tolerance. Returns the error estimate, relative to the length, and the cost. The error that the difference of
+    /// two meshes shows is multiplied by `weight`, below one if another comparison shows it too.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -86,7 +86,7 @@ impl Adaptive {
             };
             let difference = distance(&coarse.rod, &shoot.state.rod);
             // Shapes with a large difference do not show an order of convergence.
-            let gain = gain.min(difference.sqrt().recip());
+            let gain = gain.min(difference.cbrt().recip());
             let change = weight * SAFETY * difference;
             let weakened = SAFETY * (before - resistance).abs();
             let hidden_turns = hidden_turns(&coarse.rod, shoot);

@@ -9,7 +9,8 @@ pub(super) const SAFETY: f64 = 2.0;
 pub(super) const AIM_IN_SPACE: f64 = 0.2;
 pub(super) const AIM_OF_MERGING: f64 = 0.1;
 /// Target error in time, relative to what the error in space leaves of the tolerance. A run whose error is three times
-/// as large as expected is not repeated. The reserve costs a third more steps, and a repetition more than twice as many.
+/// as large as expected is not repeated. The reserve costs a third more steps, and a repetition more than twice as
+/// many.
 const AIM_IN_TIME: f64 = 0.3;
 /// Largest difference of two runs, relative to the length, that shows an order of convergence.
 pub(super) const ASYMPTOTIC: f64 = 0.02;
@@ -42,8 +43,8 @@ impl Richardson {
         Self { max_order, last: None, order: max_order, converges: true }
     }
 
-    /// An estimate for elements of the given order. A lower one is assumed before an order is observed, since shapes are not
-    /// smooth everywhere.
+    /// An estimate for elements of the given order. A lower one is assumed before an order is observed, since shapes
+    /// are not smooth everywhere.
     pub fn in_space(max_order: f64) -> Self {
         Self { order: max_order.min(f64::from(UNOBSERVED)), ..Self::new(max_order) }
     }
@@ -53,8 +54,8 @@ impl Richardson {
         self.order
     }
 
-    /// Returns the ratio of the next refinement for an error `gain` times smaller, by the order of the method. It may be
-    /// too small, which costs less than elements that are too short.
+    /// Returns the ratio of the next refinement for an error `gain` times smaller, by the order of the method. It may
+    /// be too small, which costs less than elements that are too short.
     pub fn refinement(&self, gain: f64) -> f64 {
         gain.powf(1.0 / self.max_order)
     }
