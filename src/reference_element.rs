@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use simba::simd::WideF64x4;
 
-use crate::numerics::interpolation::{lagrange, lagrange_derivatives};
+use crate::numerics::interpolation::{lagrange_denominator, lagrange_derivatives, lagrange_over};
 use crate::numerics::quadrature::{gauss, lobatto};
 
 /// The largest number of Gauss points in an element.
@@ -57,6 +57,8 @@ pub(crate) struct ReferenceElement {
     pub weights: Vec<f64>,
     /// Lobatto nodes, p + 1 of them.
     pub nodes: Vec<f64>,
+    /// Denominators of the Lagrange polynomials of the Gauss points and of the nodes.
+    denominators: (Vec<f64>, Vec<f64>),
     /// `shape[g][k]`: the polynomial of node k + 1 at Gauss point g.
     pub shape: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `slope[g][k]`: the derivative of that polynomial.
@@ -87,8 +89,10 @@ impl ReferenceElement {
     fn new(p: usize) -> Self {
         let (points, weights) = gauss(p);
         let nodes = lobatto(p);
+        let denominators = |of: &[f64]| (0..of.len()).map(|k| lagrange_denominator(of, k)).collect();
         let mut reference = Self {
             p,
+            denominators: (denominators(&points), denominators(&nodes)),
             nodes,
             shape: [[0.0; MAX_POINTS]; MAX_POINTS],
             slope: [[0.0; MAX_POINTS]; MAX_POINTS],
@@ -103,10 +107,8 @@ impl ReferenceElement {
         };
         for g in 0..p {
             let x = reference.points[g];
-            let mut values = [0.0; MAX_POINTS + 1];
-            lagrange(&reference.nodes, x, &mut values[..=p]);
             let slopes = lagrange_derivatives(&reference.nodes, x);
-            reference.shape[g][..p].copy_from_slice(&values[1..=p]);
+            reference.shape[g] = reference.at_nodes(x);
             reference.slope[g][..p].copy_from_slice(&slopes[1..=p]);
             reference.upto[g] = reference.integral_upto(x);
         }
@@ -137,17 +139,15 @@ impl ReferenceElement {
     /// The values at `x` of the polynomials through the Gauss points.
     pub fn at_points(&self, x: f64) -> [f64; MAX_POINTS] {
         let mut values = [0.0; MAX_POINTS];
-        lagrange(&self.points, x, &mut values[..self.p]);
+        lagrange_over(&self.denominators.0, &self.points, x, &mut values);
         values
     }
 
     /// The values at `x` of the polynomials of the nodes 1 … p.
     pub fn at_nodes(&self, x: f64) -> [f64; MAX_POINTS] {
         let mut values = [0.0; MAX_POINTS + 1];
-        lagrange(&self.nodes, x, &mut values[..=self.p]);
-        let mut out = [0.0; MAX_POINTS];
-        out[..self.p].copy_from_slice(&values[1..=self.p]);
-        out
+        lagrange_over(&self.denominators.1, &self.nodes, x, &mut values);
+        std::array::from_fn(|k| values[k + 1])
     }
 
     /// The weights of `integral_upto` for `x` up to 1, by powers of x. At 1 they are exactly those of the Gauss points.

@@ -214,7 +214,7 @@ where
         for &step in some(quick, course.steps) {
             points.push(timed(quick, &shoot, &mut MethodOfSteps::new(step), &exact, format!("{step} s"))?);
         }
-        methods.push(Method { name: format!("steps, {elements} elements"), by_tolerance: false, points });
+        methods.push(Method { name: format!("steps with {elements} elements"), by_tolerance: false, points });
     }
     let (shoot, mut points) = (make(8)?, Vec::new());
     // The smallest tolerance is below the error of the reference.
@@ -361,7 +361,7 @@ fn snap_through(quick: bool) -> Measured {
                     seconds,
                 });
             }
-            methods.push(Method { name: format!("{name}, steps of {step} s"), by_tolerance: false, points });
+            methods.push(Method { name: format!("{name} with steps of {step} s"), by_tolerance: false, points });
         }
     }
     Ok(Scene {

@@ -13,6 +13,27 @@ pub(crate) fn lagrange(nodes: &[f64], x: f64, values: &mut [f64]) {
     }
 }
 
+/// Returns the product of the differences of node `k` from all other nodes, the denominator of its Lagrange polynomial.
+pub(crate) fn lagrange_denominator(nodes: &[f64], k: usize) -> f64 {
+    let difference = |product: f64, node: &f64| product * (nodes[k] - node);
+    nodes[..k].iter().fold(1.0, difference) * nodes[k + 1..].iter().rev().fold(1.0, difference)
+}
+
+/// Writes the values of [`lagrange`] for given denominators, which saves most divisions.
+pub(crate) fn lagrange_over(denominators: &[f64], nodes: &[f64], x: f64, values: &mut [f64]) {
+    let mut product = 1.0;
+    for (value, node) in values.iter_mut().zip(nodes) {
+        *value = product;
+        product *= x - node;
+    }
+    product = 1.0;
+    // The order of the products is that of the denominators, so that a polynomial is exactly one at its node.
+    for ((value, node), denominator) in values.iter_mut().zip(nodes).zip(denominators).rev() {
+        *value = *value * product / denominator;
+        product *= x - node;
+    }
+}
+
 /// Returns the derivatives at `x` of the Lagrange polynomials of `nodes`.
 pub(crate) fn lagrange_derivatives(nodes: &[f64], x: f64) -> Vec<f64> {
     (0..nodes.len())
@@ -50,7 +71,17 @@ mod tests {
             assert_relative_eq!(sum, cubic(x), epsilon = 1e-14, max_relative = 1e-13);
             assert_relative_eq!(derivative, slope(x), epsilon = 1e-14, max_relative = 1e-13);
         }
+        // The same with given denominators.
+        let denominators: [f64; 4] = std::array::from_fn(|k| lagrange_denominator(&nodes, k));
+        for x in [-2.0, -1.3, 0.4, 1.0, 2.0] {
+            let mut fast = [0.0; 4];
+            lagrange(&nodes, x, &mut values);
+            lagrange_over(&denominators, &nodes, x, &mut fast);
+            assert_relative_eq!(fast[..], values[..], epsilon = 1e-15, max_relative = 1e-15);
+        }
         // At a node its own polynomial is one and the others are zero, exactly.
+        lagrange_over(&denominators, &nodes, -0.5, &mut values);
+        assert_eq!(values, [0.0, 1.0, 0.0, 0.0]);
         lagrange(&nodes, -0.5, &mut values);
         assert_eq!(values, [0.0, 1.0, 0.0, 0.0]);
     }

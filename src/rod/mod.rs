@@ -8,6 +8,7 @@ mod loss;
 mod pair;
 mod parts;
 mod remesh;
+mod sampling;
 mod shape;
 pub(crate) mod tissue;
 

@@ -88,7 +88,7 @@ impl Rod {
     }
 
     /// The strain of the centre line at coordinate `x` of an element: the polynomial through its points.
-    fn line_strain_within(&self, element: usize, x: f64) -> Vector3<f64> {
+    pub(super) fn line_strain_within(&self, element: usize, x: f64) -> Vector3<f64> {
         let p = self.order.points();
         let strains = self.line_strains.get(element * p..(element + 1) * p);
         strains.map_or_else(centre_line_tangent, |strains| weighted(strains, &self.reference().at_points(x)))
@@ -155,25 +155,6 @@ impl Rod {
             line.push((s, position));
         }
         line
-    }
-
-    /// The positions of `count` points at equal arc lengths from base to apex, both included (m, fixed frame, base at
-    /// the origin). A single point is the base.
-    #[must_use]
-    pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
-        let last = count.saturating_sub(1).max(1);
-        self.positions_at((0..count).map(|i| i as f64 / last as f64))
-    }
-
-    /// Positions at the given increasing arc lengths, relative to the length (m, fixed frame, base at the origin).
-    pub(crate) fn positions_at(&self, shares: impl Iterator<Item = f64>) -> Vec<Vector3<f64>> {
-        let (line, length, mut from) = (self.centre_line(), self.length(), (0, 0.0));
-        let at = |share: f64| match share {
-            0.0 => Some(Vector3::zeros()),
-            1.0 => line.last().map(|(_, tip)| *tip),
-            _ => self.locate_after(length * share, &mut from).map(|(e, x)| line[e].1 + self.chord(e, x)),
-        };
-        shares.filter_map(at).collect()
     }
 
     /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to

@@ -24,4 +24,5 @@ mod stops;
 mod supports;
 mod tolerance;
 mod tolerance_events;
+mod tolerance_inside;
 mod tolerance_random;

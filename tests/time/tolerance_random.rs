@@ -1,6 +1,6 @@
 //! Random shoots whose runs keep their tolerance, with an estimate near the true error.
 
-use super::tolerance::{LOOKS, distance, path};
+use super::tolerance::{LOOKS, PLACES, distance, path};
 use crate::fixtures::random::number;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
 use morphorod::constitutive::{Lignifying, LinearElastic};
@@ -41,7 +41,7 @@ fn judge(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, tolerance: f64) -> Op
         Err(IntegrationError::ToleranceNotMet { .. } | IntegrationError::Equilibrium { .. }) => return None,
         cost => cost.unwrap(),
     };
-    let last = vec![(shoot.rod().length(), shoot.rod().centre_line_at(25))];
+    let last = vec![(shoot.rod().length(), shoot.rod().centre_line_at(PLACES))];
     let elements = (2 * shoot.rod().elements()).clamp(12, 30);
     let mut fine = MethodOfSteps::new(0.4 * end / cost.steps as f64);
     (fine.tolerance, fine.solver.tolerance) = (1e-12, 1e-12);

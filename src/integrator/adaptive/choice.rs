@@ -30,9 +30,6 @@ const MAX_REFINEMENTS: usize = 13;
 /// Largest number of refinements after failures at the start of a run, where the mesh of the equilibrium was
 /// refined before: six elements.
 const MAX_REFINEMENTS_AT_START: usize = 5;
-/// Ratio of the first merge tolerance (rad) to the tolerance. Mergers move the centre line by far less than this angle:
-/// by 2e-4 of it in the growing shoot of the examples, by 2e-2 of it where a bend leaves the growth zone.
-const FIRST_MERGING: f64 = 10.0;
 /// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
 /// mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
@@ -117,7 +114,9 @@ impl<M: Model> Trials<'_, M> {
         };
         let step = first_step(self.shoot, until);
         let tolerance = self.integrator.tolerance;
-        let merge_tolerance = (FIRST_MERGING * tolerance).min(LARGEST_INSIDE);
+        // The lost angle may be twenty times this. Where a bend begins in an element of length h, it moves the centre
+        // line by up to 4 h times this.
+        let merge_tolerance = tolerance.min(LARGEST_INSIDE);
         let (reached, error) = (self.start.time, 1.0);
         Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, reached, error }
     }
@@ -184,6 +183,9 @@ impl<M: Model> Trials<'_, M> {
         let mut estimate = Richardson::in_space(order_in_space(self.start.rod.order()));
         let enough = AIM_IN_SPACE * self.integrator.tolerance;
         let (mut error, mut of_given) = (f64::INFINITY, f64::INFINITY);
+        // The longest element and its error before the first difference that did not decrease. The difference before
+        // may have been small by chance.
+        let mut irregular = None;
         for refinement in 0..MAX_REFINEMENTS {
             let (ratio, difference) = (self.element_ratio(), self.difference());
             let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
@@ -205,12 +207,16 @@ impl<M: Model> Trials<'_, M> {
             } else {
                 let next_error = estimate.error(ratio, difference);
                 if !estimate.converges() {
-                    // The remaining difference is due to the steps.
-                    if SAFETY * error > self.integrator.tolerance {
-                        return Ok((Plan { longest_element: compared, ..plan }, f64::INFINITY, f64::INFINITY));
+                    if let Some((longest_element, error)) = irregular {
+                        // The remaining difference is due to the steps.
+                        if SAFETY * error > self.integrator.tolerance {
+                            return Ok((Plan { longest_element: compared, ..plan }, f64::INFINITY, f64::INFINITY));
+                        }
+                        self.keep_earlier();
+                        return Ok((Plan { longest_element, ..plan }, error, of_given));
                     }
-                    self.keep_earlier();
-                    return Ok((Plan { longest_element: compared, ..plan }, error, of_given));
+                    irregular = Some((compared, error));
+                    estimate = Richardson::in_space(order_in_space(self.start.rod.order()));
                 }
                 compared = plan.longest_element;
                 if difference > ASYMPTOTIC {

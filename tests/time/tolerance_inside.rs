@@ -1,0 +1,66 @@
+//! Errors of runs with a tolerance inside elements, of which positions at nodes and the tip show little.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::tolerance::{distance, path};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, steering};
+use morphorod::growth::UniformGrowth;
+use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
+use morphorod::tropism::SettledStatoliths;
+use morphorod::{DynLaws, Shoot, Still};
+
+/// Young shoot of a given length, length of the growth zone (m) and tilt (rad).
+fn tilted(length: f64, zone_length: f64, tilt: f64, elements: usize) -> Shoot<DynLaws> {
+    Shoot::builder(YOUNG)
+        .length(length)
+        .radius(RADIUS)
+        .elements(elements)
+        .merge_tolerance(1e-9)
+        .growth(UniformGrowth { zone_length, time: 20.0 * HOUR })
+        .tropism(steering(SettledStatoliths))
+        .load(WEIGHT)
+        .scene(Still::tilted(tilt))
+        .into_dyn()
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn motion_inside_merged_elements_is_below_the_tolerance() {
+    // A tilted shoot leaves a smooth bend behind its growth zone. Merging elements moves the centre
+    // line between their ends.
+    let make = |elements| tilted(0.04, 0.03, 0.7, elements);
+    let end = 6.0 * HOUR;
+    let mut fine = MethodOfSteps::new(30.0);
+    fine.solver.tolerance = 1e-12;
+    let exact = path(make(14), &mut fine, end).unwrap();
+    for tolerance in [1e-4, 3e-5, 1e-5, 3e-6] {
+        let mut integrator = Adaptive::new(tolerance);
+        // The run takes a few hundred steps, trials included.
+        integrator.max_steps = 5000;
+        let found = path(make(8), &mut integrator, end).unwrap();
+        let error = distance(&found, &exact);
+        assert!(error < tolerance, "{tolerance:e}: {error:e}");
+    }
+}
+
+#[test]
+fn tissue_is_not_merged_across_the_beginning_of_a_bend() {
+    // Within half an hour a layer of half a millimetre leaves the growth zone, at 0.57 of the length. It is curved, and
+    // the tissue behind it is straight.
+    let (end, tolerance) = (0.5 * HOUR, 1e-6);
+    let mut fine = tilted(0.07, 0.03, FRAC_PI_2, 64);
+    let mut reference = MethodOfSteps::new(20.0);
+    reference.solver.tolerance = 1e-13;
+    let _ = reference.advance(&mut fine, end).unwrap();
+    let mut shoot = tilted(0.07, 0.03, FRAC_PI_2, 8);
+    let cost = Adaptive::new(tolerance).advance(&mut shoot, end).unwrap();
+    // The distance of the places is half of the thickness of the layer.
+    let lines = [&shoot, &fine].map(|shoot| shoot.rod().centre_line_at(301));
+    let length = fine.rod().length();
+    let error = lines[0].iter().zip(&lines[1]).map(|(a, b)| (a - b).norm() / length).fold(0.0, f64::max);
+    assert!(error < cost.error.unwrap(), "{error:e}, {cost}");
+    // An element that merges straight and curved tissue has an error that does not depend on its length, so that no
+    // number of elements and steps is sufficient.
+    assert!(shoot.rod().elements() < 20 && cost.steps < 100, "{} elements, {cost}", shoot.rod().elements());
+}
