@@ -1,7 +1,7 @@
 //! Positions at many places, in a time proportional to the number of elements plus the number of places.
 //!
-//! In an element the tangent is expanded in Legendre polynomials, whose integrals are ∫ P₀ = (P₁ + P₀)/2 and
-//! ∫ Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(4k + 2) for the argument 2x − 1 (Abramowitz and Stegun 1964, 22.7.10 and 22.8.5).
+//! In an element the tangent is expanded in Legendre polynomials of 2x − 1. Their integrals from 0 to x are (P₁ + P₀)/2
+//! for P₀ and (Pₖ₊₁ − Pₖ₋₁)/(4k + 2) for Pₖ, since (2k + 1) Pₖ = P′ₖ₊₁ − P′ₖ₋₁.
 
 use std::sync::OnceLock;
 
@@ -20,6 +20,7 @@ const TERMS: usize = 8;
 /// Gauss point at which the tangent is evaluated.
 #[derive(Debug, Clone, Copy, Default)]
 struct Station {
+    /// Coordinate in the element.
     x: f64,
     /// Weights of the rotations and of the material points of an element for the values at the station.
     rotations: [f64; MAX_POINTS],
