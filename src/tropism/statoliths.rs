@@ -76,12 +76,13 @@ impl Perception for Statoliths {
     #[inline]
     fn rates(&self, h: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let (h, up) = (Vector3::from_column_slice(h), Vector3::from_column_slice(stimuli));
-        // The rate is that of equation (6) if |h| = 1. Rounding changes |h|; it returns to 1 with the time constant τa.
-        // Only the direction of h determines the part of the rate across h. Across h the rate then differs from
-        // (up − h)/τa by terms of third order near the settled state, which the integrator needs few sweeps to
-        // resolve. The rate is zero without gravity, since `up` is zero.
-        let n = h.norm_squared().max(f64::MIN_POSITIVE);
-        let rate = (up - h * (up.dot(&h) / n + 0.5 * (n - 1.0) * up.norm_squared())) / self.avalanche_time;
+        // The rate is that of equation (6) if |h| = |up| = 1. Rounding changes |h|, and interpolation in time changes
+        // |up|. |h| approaches |up| with the time constant τa, so that h = up is steady. Only the direction of h
+        // determines the part of the rate across h. Near the settled state the rate then differs from (up − h)/τa by
+        // terms of third order, which the integrator needs few sweeps to resolve. The rate is zero without gravity,
+        // since `up` is zero.
+        let (n, u) = (h.norm_squared().max(f64::MIN_POSITIVE), up.norm_squared());
+        let rate = (up - h * (up.dot(&h) / n + 0.5 * (n - u) * u)) / self.avalanche_time;
         rates.copy_from_slice(rate.as_slice());
     }
 

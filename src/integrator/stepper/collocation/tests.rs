@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::super::picard::TOLERANCE;
 use super::*;
-use crate::tropism::{Growing, Variable};
+use crate::tropism::{Growing, Perception, Statoliths, Variable};
 
 /// Law with one stimulus x, one variable y and a given rate ẏ(y, x).
 struct Law<F> {
@@ -198,6 +198,45 @@ fn an_undeclared_fast_rate_halves_the_interval_and_stays_accurate() {
     assert_abs_diff_eq!(y.unwrap(), -(-6f64).exp_m1(), epsilon = 1e-5);
     let (_, none) = integrated(&iterated_memory(1.0 / 6.0), 1.0, 1, |_| 1.0, 0.0);
     assert_eq!(none, 0, "a declared relaxation needs no halving");
+}
+
+/// Avalanches of statoliths, with the number of evaluations of their rates.
+struct Counted(Statoliths, std::cell::Cell<usize>);
+
+impl TropismLaw for Counted {
+    fn declare(&self, to: &mut Declaration) {
+        self.0.declare(to);
+    }
+
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        self.1.set(self.1.get() + 1);
+        self.0.rates(variables, stimuli, rates);
+    }
+
+    fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+}
+
+#[test]
+fn avalanches_that_are_much_faster_than_the_step_need_one_sweep() {
+    // The ratio of 1 µs to a step of 100 s.
+    let tau = 1e-8;
+    let law = Counted(Statoliths { avalanche_time: tau }, std::cell::Cell::new(0));
+    // A cell that turns by 0.3 rad in each step. The interpolated vertical differs from a unit vector by 1e-4 inside
+    // the step. The pile lags behind the vertical by τ.
+    let up = |t: f64| [(0.3 * t).sin(), 0.0, (0.3 * t).cos()];
+    let (stimuli, mut y) = (LEVELS.times.map(up), up(-tau));
+    let rates = [0.3 * y[2], 0.0, -0.3 * y[0]];
+    let mut collocation = ExponentialCollocation::default();
+    collocation.prepare(&Declaration::of(&law), 1.0, LEVELS);
+    collocation.begin_step();
+    assert!(collocation.integrate(&law, &stimuli.each_ref().map(|x| &x[..]), &mut y, &rates));
+    assert_eq!(law.1.get(), ORDER - 1, "one evaluation at each node after the first");
+    for (y, up) in y.iter().zip(up(1.0 - tau)) {
+        // The slope of the interpolated vertical has an error of 0.3⁴/4, which changes the lag.
+        assert_abs_diff_eq!(*y, up, epsilon = 3e-3 * tau);
+    }
 }
 
 #[test]
