@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use simba::simd::WideF64x4;
 
-use crate::numerics::interpolation::{lagrange_denominator, lagrange_derivatives, lagrange_over};
+use crate::numerics::interpolation::{lagrange_denominator, lagrange_derivatives, lagrange_over, lagrange_powers};
 use crate::numerics::quadrature::{gauss, lobatto};
 
 /// The largest number of Gauss points in an element.
@@ -119,17 +119,10 @@ impl ReferenceElement {
         let weight = |g: usize| reference.weights.get(g).copied().unwrap_or(0.0);
         reference.weights_at_points = AtPoints::from(std::array::from_fn(weight));
         for j in 0..p {
-            // The product of the linear factors (x − xᵢ)/(xⱼ − xᵢ).
-            let mut product = [0.0; MAX_POINTS];
-            product[0] = 1.0;
-            for i in (0..p).filter(|i| *i != j) {
-                let width = reference.points[j] - reference.points[i];
-                for k in (0..p).rev() {
-                    let lower = if k > 0 { product[k - 1] } else { 0.0 };
-                    product[k] = (lower - reference.points[i] * product[k]) / width;
-                }
+            let powers = lagrange_powers(&reference.points, j);
+            for (k, coefficient) in powers.into_iter().enumerate() {
+                reference.integrals[j][k] = coefficient / (k + 1) as f64;
             }
-            reference.integrals[j] = std::array::from_fn(|k| product[k] / (k + 1) as f64);
         }
         let stations = if p < 2 { vec![1.0] } else { lobatto(p - 1)[1..].to_vec() };
         reference.stations = stations.into_iter().map(|x| (x, reference.within(x))).collect();
@@ -161,6 +154,13 @@ impl ReferenceElement {
             weights[..self.p].copy_from_slice(&self.weights);
         }
         weights
+    }
+
+    /// Coefficients of xᵏ⁺¹ in the integral from 0 to x of the polynomial through values at the Gauss points.
+    pub fn integral_powers(&self, values: impl Iterator<Item = f64>) -> [f64; MAX_POINTS] {
+        values
+            .zip(&self.integrals)
+            .fold([0.0; MAX_POINTS], |sum, (value, powers)| std::array::from_fn(|k| sum[k] + value * powers[k]))
     }
 
     /// Weights that integrate a polynomial through the Gauss points from 0 to `x`.

@@ -34,6 +34,19 @@ pub(crate) fn lagrange_over(denominators: &[f64], nodes: &[f64], x: f64, values:
     }
 }
 
+/// Returns the coefficients of the powers of x in the Lagrange polynomial of node `k`, lowest first.
+pub(crate) fn lagrange_powers(nodes: &[f64], k: usize) -> Vec<f64> {
+    let mut product = vec![0.0; nodes.len()];
+    product[0] = 1.0;
+    for (_, node) in nodes.iter().enumerate().filter(|(j, _)| *j != k) {
+        for power in (0..nodes.len()).rev() {
+            let lower = if power > 0 { product[power - 1] } else { 0.0 };
+            product[power] = (lower - node * product[power]) / (nodes[k] - node);
+        }
+    }
+    product
+}
+
 /// Returns the derivatives at `x` of the Lagrange polynomials of `nodes`.
 pub(crate) fn lagrange_derivatives(nodes: &[f64], x: f64) -> Vec<f64> {
     (0..nodes.len())
@@ -78,6 +91,11 @@ mod tests {
             lagrange(&nodes, x, &mut values);
             lagrange_over(&denominators, &nodes, x, &mut fast);
             assert_relative_eq!(fast[..], values[..], epsilon = 1e-15, max_relative = 1e-15);
+        }
+        // The same by powers, whose coefficients are of the size of one.
+        for (k, value) in values.iter().enumerate() {
+            let power = lagrange_powers(&nodes, k).into_iter().rfold(0.0, |sum, coefficient| sum * 2.0 + coefficient);
+            assert_relative_eq!(power, *value, epsilon = 1e-14, max_relative = 1e-14);
         }
         // At a node its own polynomial is one and the others are zero, exactly.
         lagrange_over(&denominators, &nodes, -0.5, &mut values);

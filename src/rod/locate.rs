@@ -6,42 +6,65 @@ use std::ops::Range;
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod};
 use crate::numerics::scalar::{bracketed_root, newton};
+use crate::reference_element::MAX_POINTS;
 
 /// Rounding of a coordinate in an element.
 pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-impl Rod {
-    /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
-    pub(crate) fn locate(&self, s: f64) -> Option<(usize, f64)> {
-        self.locate_after(s, &mut (0, 0.0))
-    }
+/// Search for places at increasing arc lengths.
+#[derive(Debug)]
+pub(crate) struct Walk<'a> {
+    rod: &'a Rod,
+    /// Element of the last place, the arc length of its first end (m), and its length (m).
+    element: usize,
+    start: f64,
+    length: f64,
+    /// Coefficients of xᵏ⁺¹ in the arc length from its first end to the coordinate x, relative to its length.
+    powers: Option<[f64; MAX_POINTS]>,
+}
 
-    /// As [`locate`](Self::locate), for increasing arc lengths: the search begins at the element `from`, whose first
-    /// end is at the given arc length (m), and sets `from` to the element found.
-    pub(crate) fn locate_after(&self, s: f64, from: &mut (usize, f64)) -> Option<(usize, f64)> {
+impl Walk<'_> {
+    /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
+    pub fn to(&mut self, s: f64) -> Option<(usize, f64)> {
         if s.is_nan() {
             return None;
         }
-        let (element, start) = from;
-        let mut rest = s.max(0.0) - *start;
-        let mut length = self.length_of(*element);
-        while rest > length && *element + 1 < self.elements() {
-            rest -= length;
-            *start += length;
-            *element += 1;
-            length = self.length_of(*element);
+        let mut rest = s.max(0.0) - self.start;
+        while rest > self.length && self.element + 1 < self.rod.elements() {
+            rest -= self.length;
+            self.start += self.length;
+            self.element += 1;
+            (self.length, self.powers) = (self.rod.length_of(self.element), None);
         }
-        Some((*element, self.coordinate_at_length(*element, rest, length)))
+        Some((self.element, self.coordinate(rest)))
     }
 
-    /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
-    fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
-        let (reference, points) = (self.reference(), self.element_points(element));
+    /// The coordinate in [0, 1] at the arc length `s` (m) from the first end of the element.
+    fn coordinate(&mut self, s: f64) -> f64 {
+        let (length, points) = (self.length, self.rod.element_points(self.element));
+        if s >= length {
+            return 1.0;
+        }
+        let lengths = points.iter().map(|point| point.jacobian / length);
+        let powers = self.powers.get_or_insert_with(|| self.rod.reference().integral_powers(lengths));
         let excess = |x: f64| {
-            let before = weighted_jacobian(points, &reference.within(x));
-            ((before - s) / length, weighted_jacobian(points, &reference.at_points(x)) / length)
+            // Horner's rule for the sum over cₖ xᵏ, and for its derivative.
+            let (sum, slope) = powers.iter().rfold((0.0, 0.0), |(sum, slope), c| (sum * x + c, slope * x + sum));
+            (sum * x - s / length, sum + slope * x)
         };
         newton([0.0, 1.0], s / length, ROUNDING, excess)
+    }
+}
+
+impl Rod {
+    /// A search from the base.
+    pub(crate) fn walk(&self) -> Walk<'_> {
+        Walk { rod: self, element: 0, start: 0.0, length: self.length_of(0), powers: None }
+    }
+
+    /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
+    pub(crate) fn locate(&self, s: f64) -> Option<(usize, f64)> {
+        self.walk().to(s)
     }
 
     /// The arc lengths (m) of the growth zone, from its beginning to the apex. A rod that has not been made mature is

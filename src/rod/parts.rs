@@ -76,14 +76,14 @@ impl Rod {
     /// of the centre line is not taken.
     pub(crate) fn sample_shape(&mut self, source: &Self) {
         let (reference, p) = (self.reference(), self.order.points());
-        let (mut start, mut near) = (0.0, (0, 0.0));
+        let (mut start, mut walk) = (0.0, source.walk());
         let mut frame = source.frames[0];
         self.frames[0] = frame;
         for e in 0..self.elements() {
             let first = frame.inverse();
             for k in 0..p {
                 let before = weighted_jacobian(self.element_points(e), &reference.within(reference.nodes[k + 1]));
-                let (element, x) = source.locate_after(start + before, &mut near).unwrap_or((0, 0.0));
+                let (element, x) = walk.to(start + before).unwrap_or((0, 0.0));
                 frame = source.frame_within(element, x);
                 self.rotations[e * p + k] = so3::log(&(first * frame));
             }

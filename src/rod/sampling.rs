@@ -1,7 +1,6 @@
 //! Positions at many places, in a time proportional to the number of elements plus the number of places.
 //!
-//! In an element the tangent is expanded in Legendre polynomials of 2x − 1. Their integrals from 0 to x are (P₁ + P₀)/2
-//! for P₀ and (Pₖ₊₁ − Pₖ₋₁)/(4k + 2) for Pₖ, since (2k + 1) Pₖ = P′ₖ₊₁ − P′ₖ₋₁.
+//! In an element the tangent is interpolated at eight Gauss points. Its integral is a polynomial in 2x − 1.
 
 use std::sync::OnceLock;
 
@@ -9,13 +8,14 @@ use nalgebra::Vector3;
 
 use super::Rod;
 use super::shape::{weighted, weighted_jacobian};
-use crate::numerics::quadrature::{legendre_sequence, rule};
+use crate::numerics::interpolation::lagrange_powers;
+use crate::numerics::quadrature::gauss;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::so3;
 
-/// Number of Legendre polynomials in the expansion, and of Gauss points that determine it. In an element that is a
-/// quarter of a circle, the error is below that of the chord by four Gauss points.
-const TERMS: usize = 8;
+/// Number of Gauss points. In an element that is a quarter of a circle, the error is below that of the chord by four
+/// Gauss points.
+const STATIONS: usize = 8;
 
 /// Gauss point at which the tangent is evaluated.
 #[derive(Debug, Clone, Copy, Default)]
@@ -25,22 +25,26 @@ struct Station {
     /// Weights of the rotations and of the material points of an element for the values at the station.
     rotations: [f64; MAX_POINTS],
     points: [f64; MAX_POINTS],
-    /// Products of the weight of the quadrature and the Legendre polynomials.
-    polynomials: [f64; TERMS],
+    /// Coefficients of (2x − 1)ᵏ in the integral from 0 to x of the polynomial that is one at this station and zero at
+    /// the others.
+    powers: [f64; STATIONS + 1],
 }
 
-/// The Gauss points of an element, computed once for each order.
-fn stations(reference: &ReferenceElement) -> &'static [Station; TERMS] {
-    static STATIONS: [OnceLock<[Station; TERMS]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
-    STATIONS[reference.p - 1].get_or_init(|| {
-        let (points, weights) = rule::<TERMS>();
+/// The stations of an element, computed once for each order.
+fn stations(reference: &ReferenceElement) -> &'static [Station; STATIONS] {
+    static ALL: [OnceLock<[Station; STATIONS]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
+    ALL[reference.p - 1].get_or_init(|| {
+        let places = gauss(STATIONS).0;
+        let centred: Vec<f64> = places.iter().map(|x| 2.0 * x - 1.0).collect();
         std::array::from_fn(|i| {
-            let mut polynomials = [0.0; TERMS];
-            for (to, value) in polynomials.iter_mut().zip(legendre_sequence(2.0 * points[i] - 1.0)) {
-                *to = weights[i] * value;
+            let x = places[i];
+            let mut powers = [0.0; STATIONS + 1];
+            for (k, coefficient) in lagrange_powers(&centred, i).into_iter().enumerate() {
+                powers[k + 1] = 0.5 * coefficient / (k + 1) as f64;
             }
-            let x = points[i];
-            Station { x, rotations: reference.at_nodes(x), points: reference.at_points(x), polynomials }
+            // The integral is zero at x = 0, by Horner's rule for 2x − 1 = −1.
+            powers[0] = powers[1..].iter().rfold(0.0, |sum, coefficient| coefficient - sum);
+            Station { x, rotations: reference.at_nodes(x), points: reference.at_points(x), powers }
         })
     })
 }
@@ -55,38 +59,39 @@ impl Rod {
     }
 
     /// Positions at the given increasing arc lengths, relative to the length (m, fixed frame, base at the origin).
-    pub(crate) fn positions_at(&self, shares: impl Iterator<Item = f64>) -> Vec<Vector3<f64>> {
-        let (line, length, mut from) = (self.centre_line(), self.length(), (0, 0.0));
-        // The element of the last place, and the expansion in it.
-        let mut last = (usize::MAX, [Vector3::zeros(); TERMS + 1]);
+    pub(crate) fn positions_at(&self, shares: impl ExactSizeIterator<Item = f64>) -> Vec<Vector3<f64>> {
+        let (line, length, mut walk) = (self.centre_line(), self.length(), self.walk());
+        // The element of the last place, and the polynomial in it.
+        let mut last = (usize::MAX, [Vector3::zeros(); STATIONS + 1]);
+        let mut positions = Vec::with_capacity(shares.len());
         let at = |share: f64| match share {
             0.0 => Some(Vector3::zeros()),
             1.0 => line.last().map(|(_, tip)| *tip),
             _ => {
-                let (e, x) = self.locate_after(length * share, &mut from)?;
+                let (e, x) = walk.to(length * share)?;
                 if last.0 != e {
-                    last = (e, self.chords(e));
+                    last = (e, self.chord_powers(e));
                 }
-                let terms = last.1.iter().zip(legendre_sequence(2.0 * x - 1.0));
-                Some(terms.fold(line[e].1, |sum, (chord, value)| sum + chord * value))
+                let t = 2.0 * x - 1.0;
+                Some(line[e].1 + last.1.iter().rfold(Vector3::zeros(), |sum, coefficient| sum * t + coefficient))
             }
         };
-        shares.filter_map(at).collect()
+        positions.extend(shares.filter_map(at));
+        positions
     }
 
-    /// Coefficients of Legendre polynomials in the vector from the first end of an element to a place in it, in the
-    /// fixed frame, m.
-    fn chords(&self, element: usize) -> [Vector3<f64>; TERMS + 1] {
-        // Halves of the integrals of the products of the tangent and the polynomials, and zero for higher degrees.
-        let mut moments = [Vector3::zeros(); TERMS + 2];
-        for Station { x, rotations, points, polynomials } in stations(self.reference()) {
+    /// Coefficients of (2x − 1)ᵏ in the vector from the first end of an element to the coordinate x, in the fixed
+    /// frame, m.
+    fn chord_powers(&self, element: usize) -> [Vector3<f64>; STATIONS + 1] {
+        let mut sums = [Vector3::zeros(); STATIONS + 1];
+        for Station { x, rotations, points, powers } in stations(self.reference()) {
             let rotation = so3::exp(&weighted(self.element_rotations(element), rotations));
             let jacobian = weighted_jacobian(self.element_points(element), points);
-            let tangent = rotation * self.line_strain_within(element, *x) * (0.5 * jacobian);
-            moments.iter_mut().zip(polynomials).for_each(|(moment, value)| *moment += tangent * *value);
+            let tangent = rotation * self.line_strain_within(element, *x) * jacobian;
+            sums.iter_mut().zip(powers).for_each(|(sum, power)| *sum += tangent * *power);
         }
         let frame = self.frames[element];
-        std::array::from_fn(|k| frame * (moments[k.saturating_sub(1)] - moments[k + 1]))
+        sums.map(|sum| frame * sum)
     }
 }
 

@@ -64,7 +64,7 @@ impl Track {
             _ => Smoothness::Jump,
         };
         self.longest_elements += longest_element(&shoot.state);
-        let line = shoot.rod().positions_at((1..=PLACES).map(|k| k as f64 / PLACES as f64));
+        let line = shoot.rod().positions_at((0..PLACES).map(|k| (k + 1) as f64 / PLACES as f64));
         self.samples.push(Sample {
             time: shoot.time(),
             smoothness,

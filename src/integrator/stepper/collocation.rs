@@ -113,8 +113,13 @@ impl ExponentialCollocation {
     fn fill(&mut self, depth: usize, size: f64) {
         let weights = &mut self.weights[depth];
         weights.size = size;
-        for (i, iterated) in self.parts.iterated().iter().enumerate() {
-            weights.kernels[i / LANES].set(i % LANES, &self.nodes, size, iterated.time);
+        for (kernel, group) in weights.kernels.iter_mut().zip(self.parts.iterated().chunks(LANES)) {
+            for (lane, iterated) in group.iter().enumerate() {
+                match group[..lane].iter().position(|other| other.time == iterated.time) {
+                    Some(same) => kernel.repeat(lane, same),
+                    None => kernel.set(lane, &self.nodes, size, iterated.time),
+                }
+            }
         }
         let memories = (self.parts.of_variables(), self.parts.iterated());
         weights.memories.set_of_iterated(memories, &weights.kernels, &self.nodes, size);

@@ -1,7 +1,7 @@
 //! Linear memories of stimuli, τ ẏ = x − y. Their exact solution over a step is a sum with constant weights.
 
 use super::ORDER;
-use super::relaxation::{Kernel, LANES};
+use super::relaxation::{Kernel, LANES, relaxed_integral};
 use crate::error::ParameterError;
 use crate::tropism::{Declaration, Source, Variable};
 
@@ -106,14 +106,18 @@ struct Memory {
 }
 
 impl Memory {
-    /// Computes the weights of the remembered quantity at the `nodes` of an interval of `size` seconds.
-    fn of(memory: &Remembered, nodes: &[f64], size: f64) -> Self {
-        let mut kernel = Kernel::default();
-        kernel.set(0, nodes, size, memory.time);
-        // The integral of x/τ up to the last node.
-        let weights = kernel.integral[ORDER - 1].map(|integral| integral[0] / memory.time);
-        let (variable, source) = (memory.variable, memory.source);
-        Self { variable, source, decay: kernel.decay[ORDER - 1][0], start: 0.0, weights }
+    /// Computes the weights of the remembered quantities at the `nodes` of an interval of `size` seconds.
+    fn each<'a>(memories: &'a [Remembered], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
+        let mut known = (f64::NAN, 0.0, [0.0; ORDER]);
+        memories.iter().map(move |&Remembered { variable, source, time }| {
+            if known.0 != time {
+                let z = size / time;
+                // The integral of x/τ up to the last node.
+                known = (time, (-z).exp(), relaxed_integral(nodes, z, 1.0).map(|integral| integral * z));
+            }
+            let (_, decay, weights) = known;
+            Self { variable, source, decay, start: 0.0, weights }
+        })
     }
 }
 
@@ -127,7 +131,7 @@ impl Memories {
     /// Computes the weights of stimuli at the `nodes` of an interval of `size` seconds.
     pub fn set(&mut self, memories: &[Remembered], nodes: &[f64], size: f64) {
         self.each.clear();
-        self.each.extend(memories.iter().map(|memory| Memory::of(memory, nodes, size)));
+        self.each.extend(Memory::each(memories, nodes, size));
     }
 
     /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
@@ -140,10 +144,9 @@ impl Memories {
         size: f64,
     ) {
         self.each.clear();
-        for memory in memories {
-            let Some(source) = iterated.iter().position(|each| each.variable == memory.source) else { continue };
+        for of_nodes in Memory::each(memories, nodes, size) {
+            let Some(source) = iterated.iter().position(|each| each.variable == of_nodes.source) else { continue };
             let (kernel, lane) = (&kernels[source / LANES], source % LANES);
-            let of_nodes = Memory::of(memory, nodes, size);
             let mut sum = Memory { source, weights: [0.0; ORDER], ..of_nodes };
             for (j, weight) in of_nodes.weights.into_iter().enumerate() {
                 sum.start += weight * kernel.decay[j][lane];

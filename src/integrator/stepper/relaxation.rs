@@ -24,6 +24,12 @@ pub(super) struct Kernel {
 }
 
 impl Kernel {
+    /// Copies the weights of another variable to variable `lane`, which has the same time constant.
+    pub fn repeat(&mut self, lane: usize, from: usize) {
+        let rows = self.integral.iter_mut().flatten().chain(&mut self.decay).chain([&mut self.reach]);
+        rows.for_each(|row| row[lane] = row[from]);
+    }
+
     /// Computes the weights of variable `lane`, with time constant `tau` (s), for an interval of `size` (s).
     pub fn set(&mut self, lane: usize, nodes: &[f64], size: f64, tau: f64) {
         let z = size / tau;
@@ -39,7 +45,7 @@ impl Kernel {
 }
 
 /// Returns ∫ exp(−(c − t) z) pl(t) dt from 0 to `c` for each Lagrange polynomial pl of `nodes`.
-fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; ORDER] {
+pub(super) fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; ORDER] {
     let mut out = [0.0; ORDER];
     if c == 0.0 {
         return out;
