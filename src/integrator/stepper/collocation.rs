@@ -8,7 +8,7 @@
 
 use super::memories::{Memories, Parts};
 use super::picard::Picard;
-use super::relaxation::{Kernel, LANES};
+use super::relaxation::Kernel;
 use super::{MAX_HALVINGS, ORDER};
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto;
@@ -100,7 +100,7 @@ impl ExponentialCollocation {
     /// Allocates the workspace of all levels of halving, so that later steps need no allocation.
     fn make_room(&mut self, laws: &Declaration) {
         self.stimuli.resize(ORDER * laws.size().stimuli, 0.0);
-        self.picard.set(laws.size().variables, self.parts.iterated());
+        self.picard.set(laws.size().variables, &self.parts);
         for weights in &mut self.weights {
             weights.size = 0.0;
             weights.kernels.clear();
@@ -113,7 +113,7 @@ impl ExponentialCollocation {
     fn fill(&mut self, depth: usize, size: f64) {
         let weights = &mut self.weights[depth];
         weights.size = size;
-        for (kernel, group) in weights.kernels.iter_mut().zip(self.parts.iterated().chunks(LANES)) {
+        for (kernel, group) in weights.kernels.iter_mut().zip(self.parts.groups()) {
             for (lane, iterated) in group.iter().enumerate() {
                 match group[..lane].iter().position(|other| other.time == iterated.time) {
                     Some(same) => kernel.repeat(lane, same),
@@ -121,8 +121,7 @@ impl ExponentialCollocation {
                 }
             }
         }
-        let memories = (self.parts.of_variables(), self.parts.iterated());
-        weights.memories.set_of_iterated(memories, &weights.kernels, &self.nodes, size);
+        weights.memories.set_of_iterated(&self.parts, &weights.kernels, &self.nodes, size);
         if depth == 0 {
             self.at_nodes_memories.set(self.parts.of_stimuli(), &self.nodes, size);
         }

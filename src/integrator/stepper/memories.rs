@@ -82,6 +82,17 @@ impl Parts {
         &self.iterated
     }
 
+    /// Groups of iterated variables at consecutive places.
+    pub fn groups(&self) -> impl Iterator<Item = &[Iterated]> {
+        self.iterated.chunk_by(|a, b| a.variable + 1 == b.variable).flat_map(|run| run.chunks(LANES))
+    }
+
+    /// The group of a variable and its lane, if it is iterated.
+    fn lane(&self, variable: usize) -> Option<(usize, usize)> {
+        let lane = |group: &[Iterated]| group.iter().position(|each| each.variable == variable);
+        self.groups().enumerate().find_map(|(i, group)| Some((i, lane(group)?)))
+    }
+
     /// Memories of iterated variables, which are integrated last.
     pub fn of_variables(&self) -> &[Remembered] {
         &self.of_variables
@@ -99,6 +110,7 @@ pub(super) struct Memories {
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     variable: usize,
+    /// The stimulus, or the group of the remembered variable times [`LANES`] plus its lane.
     source: usize,
     decay: f64,
     start: f64,
@@ -135,19 +147,13 @@ impl Memories {
     }
 
     /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
-    /// variables in `kernels`. A source is the place among the `iterated` variables.
-    pub fn set_of_iterated(
-        &mut self,
-        (memories, iterated): (&[Remembered], &[Iterated]),
-        kernels: &[Kernel],
-        nodes: &[f64],
-        size: f64,
-    ) {
+    /// variables in `kernels`.
+    pub fn set_of_iterated(&mut self, parts: &Parts, kernels: &[Kernel], nodes: &[f64], size: f64) {
         self.each.clear();
-        for of_nodes in Memory::each(memories, nodes, size) {
-            let Some(source) = iterated.iter().position(|each| each.variable == of_nodes.source) else { continue };
-            let (kernel, lane) = (&kernels[source / LANES], source % LANES);
-            let mut sum = Memory { source, weights: [0.0; ORDER], ..of_nodes };
+        for of_nodes in Memory::each(&parts.of_variables, nodes, size) {
+            let Some((group, lane)) = parts.lane(of_nodes.source) else { continue };
+            let kernel = &kernels[group];
+            let mut sum = Memory { source: group * LANES + lane, weights: [0.0; ORDER], ..of_nodes };
             for (j, weight) in of_nodes.weights.into_iter().enumerate() {
                 sum.start += weight * kernel.decay[j][lane];
                 sum.weights

@@ -1,7 +1,7 @@
 //! Picard iteration for the variables of a point that depend on each other, over one interval.
 
 use super::ORDER;
-use super::memories::Iterated;
+use super::memories::Parts;
 use super::relaxation::{Kernel, LANES, Lanes};
 use crate::tropism::TropismLaw;
 
@@ -13,11 +13,12 @@ const MAX_SWEEPS: usize = 9;
 /// error in time.
 pub(super) const TOLERANCE: f64 = 1e-12;
 
-/// Group of iterated variables of a point. Unused entries of the last group are zero.
+/// Group of iterated variables at consecutive places among the variables of a point. Values in further lanes are NaN.
 #[derive(Debug, Clone, Copy, Default)]
 struct Group {
-    /// Places of the variables among all variables of a point. Unused entries have a place after the last one.
-    places: [usize; LANES],
+    /// Place of the first variable, and the number of variables.
+    first: usize,
+    count: usize,
     /// The stimuli that the variables approach. Others have a place after the last one.
     sources: [usize; LANES],
     /// 1/τ.
@@ -67,18 +68,11 @@ impl Group {
         }
     }
 
-    /// Entries of the group in a list with a number for each variable.
+    /// Entries of the group in a list with a number for each variable. Further lanes have any value.
     #[inline]
     fn gather(&self, from: &[f64]) -> Lanes {
-        self.places.map(|place| from[place])
-    }
-
-    /// Writes the values of the group to such a list.
-    #[inline]
-    fn scatter(&self, to: &mut [f64]) {
-        for (place, value) in self.places.iter().zip(self.value) {
-            to[*place] = value;
-        }
+        let after = from.get(self.first..).unwrap_or_default();
+        after.first_chunk().copied().unwrap_or_else(|| std::array::from_fn(|i| after.get(i).copied().unwrap_or(0.0)))
     }
 }
 
@@ -88,10 +82,9 @@ pub(super) struct Picard {
     /// Number of variables of a point.
     variables: usize,
     groups: Vec<Group>,
-    /// Variables at each node, and one number for unused entries of the last group. Variables that are not iterated
-    /// are NaN.
-    values: [Vec<f64>; ORDER],
-    /// Rates, and one number for unused entries.
+    /// Variables at a node, and numbers for further lanes of the last group. Variables that are not iterated are NaN.
+    values: Vec<f64>,
+    /// Rates, and numbers for further lanes.
     rates: Vec<f64>,
     /// Whether the last interval of this step converged. Its N − x/τ is then the initial guess of the next one.
     follows: bool,
@@ -100,30 +93,29 @@ pub(super) struct Picard {
 }
 
 impl Picard {
-    /// Allocates the workspace for a number of variables of which some are `iterated`.
-    pub fn set(&mut self, variables: usize, iterated: &[Iterated]) {
+    /// Allocates the workspace for a number of variables, some of which are iterated.
+    pub fn set(&mut self, variables: usize, parts: &Parts) {
         self.variables = variables;
         self.groups.clear();
-        for part in iterated.chunks(LANES) {
-            let mut group = Group { places: [variables; LANES], sources: [usize::MAX; LANES], ..Group::default() };
-            for (i, iterated) in part.iter().enumerate() {
-                (group.places[i], group.inverse[i]) = (iterated.variable, 1.0 / iterated.time);
+        self.groups.extend(parts.groups().map(|iterated| {
+            let mut group = Group { sources: [usize::MAX; LANES], count: iterated.len(), ..Group::default() };
+            group.first = iterated.first().map_or(variables, |iterated| iterated.variable);
+            for (i, iterated) in iterated.iter().enumerate() {
+                group.inverse[i] = 1.0 / iterated.time;
                 group.sources[i] = iterated.source.unwrap_or(usize::MAX);
             }
-            self.groups.push(group);
-        }
-        for numbers in self.values.iter_mut().chain([&mut self.rates]) {
+            group
+        }));
+        for numbers in [&mut self.values, &mut self.rates] {
             numbers.clear();
-            numbers.resize(variables + 1, f64::NAN);
+            numbers.resize(variables + LANES, f64::NAN);
         }
-        self.rates[variables] = 0.0;
     }
 
     /// Begins a step: there is no initial guess, and rates that the law does not write are NaN.
     pub fn begin_step(&mut self) {
         self.forget();
-        let variables = self.variables;
-        self.rates.iter_mut().take(variables).for_each(|rate| *rate = f64::NAN);
+        self.rates.fill(f64::NAN);
     }
 
     /// Discards what the last interval contributes to the next one.
@@ -136,17 +128,24 @@ impl Picard {
         self.groups.len()
     }
 
-    /// An iterated variable at the start of the interval, and its N at each node.
+    /// An iterated variable at the start of the interval, and its N at each node. The variable is given by its group
+    /// times [`LANES`] plus its lane.
     #[inline]
-    pub fn course(&self, iterated: usize) -> (f64, [f64; ORDER]) {
-        let (group, lane) = (&self.groups[iterated / LANES], iterated % LANES);
+    pub fn course(&self, place: usize) -> (f64, [f64; ORDER]) {
+        let (group, lane) = (&self.groups[place / LANES], place % LANES);
         (group.start[lane], group.forcing.map(|forcing| forcing[lane]))
     }
 
-    /// Evaluates the rates at node `j`.
+    /// Writes the values of a group to the list of all variables. The next groups overwrite further lanes.
     #[inline]
-    fn evaluate_rates(&mut self, law: &impl TropismLaw, j: usize, stimuli: &[f64]) {
-        law.coupled_rates(&self.values[j][..self.variables], stimuli, &mut self.rates[..self.variables]);
+    fn scatter(values: &mut [f64], group: &Group) {
+        values[group.first..group.first + LANES].copy_from_slice(&group.value);
+    }
+
+    /// Evaluates the rates of the present values.
+    #[inline]
+    fn evaluate_rates(&mut self, law: &impl TropismLaw, stimuli: &[f64]) {
+        law.coupled_rates(&self.values[..self.variables], stimuli, &mut self.rates[..self.variables]);
     }
 
     /// Sets the initial guess of an interval that starts with variables `y`, and with their rates if these are known.
@@ -161,42 +160,41 @@ impl Picard {
     ) {
         let follows = self.follows;
         for group in &mut self.groups {
-            group.start = group.places.map(|place| y.get(place).copied().unwrap_or(0.0));
+            group.start = group.gather(y);
         }
         if rates.is_none() {
             for group in &mut self.groups {
                 group.value = group.start;
-                group.scatter(&mut self.values[0]);
+                group.value[group.count..].fill(f64::NAN);
+                Self::scatter(&mut self.values, group);
             }
-            self.evaluate_rates(law, 0, stimuli[0]);
+            self.evaluate_rates(law, stimuli[0]);
         }
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
-            let rate = match rates {
-                Some(rates) => group.places.map(|place| rates.get(place).copied().unwrap_or(0.0)),
-                None => group.gather(&self.rates),
-            };
+            let rate = group.gather(rates.unwrap_or(&self.rates));
             let mut forcing = [0.0; LANES];
             for i in 0..LANES {
                 group.motion[i] = kernel.reach[i] * rate[i].abs();
                 forcing[i] = rate[i] + group.start[i] * group.inverse[i];
             }
-            let mut rest = [[0.0; LANES]; ORDER];
-            if follows {
-                for (j, rest) in rest.iter_mut().enumerate() {
+            // N − x/τ at the start of the last interval, and x/τ at the start of this one.
+            let (mut rest, mut first) = ([0.0; LANES], [0.0; LANES]);
+            for (j, stimuli) in stimuli.iter().enumerate() {
+                let (at, target) = (&mut group.forcing[j], &mut group.target[j]);
+                let mut change = [0.0; LANES];
+                if follows {
                     for i in 0..LANES {
-                        rest[i] = group.forcing[j][i] - group.target[j][i];
+                        change[i] = at[i] - target[i];
                     }
                 }
-            }
-            for (target, stimuli) in group.target.iter_mut().zip(stimuli) {
                 for i in 0..LANES {
                     target[i] = group.inverse[i] * stimuli.get(group.sources[i]).copied().unwrap_or(0.0);
                 }
-            }
-            let (first, first_rest) = (group.target[0], rest[0]);
-            for ((at, target), rest) in group.forcing.iter_mut().zip(&group.target).zip(&rest) {
+                if j == 0 {
+                    (rest, first) = (change, *target);
+                }
                 for i in 0..LANES {
-                    at[i] = forcing[i] + (target[i] - first[i]) + (rest[i] - first_rest[i]);
+                    at[i] = forcing[i] + (target[i] - first[i]) + (change[i] - rest[i]);
                 }
             }
         }
@@ -207,14 +205,14 @@ impl Picard {
     fn integrate_to(&mut self, j: usize, kernels: &[Kernel]) {
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
             group.integrate_to(j, kernel);
-            group.scatter(&mut self.values[j]);
+            Self::scatter(&mut self.values, group);
         }
     }
 
     /// Evaluates N at node `j`.
     #[inline]
     fn force(&mut self, law: &impl TropismLaw, j: usize, stimuli: &[f64], kernels: &[Kernel]) {
-        self.evaluate_rates(law, j, stimuli);
+        self.evaluate_rates(law, stimuli);
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
             group.force(j, &group.gather(&self.rates), kernel);
         }
@@ -263,11 +261,9 @@ impl Picard {
                 self.integrate_to(ORDER - 1, kernels);
                 let mut finite = true;
                 for group in &self.groups {
-                    for (place, value) in group.places.iter().zip(group.value) {
-                        if let Some(y) = y.get_mut(*place) {
-                            *y = value;
-                            finite &= value.is_finite();
-                        }
+                    for (y, value) in y.iter_mut().skip(group.first).zip(&group.value[..group.count]) {
+                        *y = *value;
+                        finite &= value.is_finite();
                     }
                 }
                 self.follows = finite;

@@ -13,7 +13,7 @@ pub(super) const LANES: usize = 4;
 pub(super) type Lanes = [f64; LANES];
 
 /// Weights of a group of variables for an interval of δ seconds.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Kernel {
     /// exp(−c δ/τ) at each node c.
     pub decay: [Lanes; ORDER],
@@ -21,6 +21,14 @@ pub(super) struct Kernel {
     pub integral: [[Lanes; ORDER]; ORDER],
     /// ∫ exp(−t/τ) dt over the interval, s: the time over which a constant rate acts on the variable.
     pub reach: Lanes,
+}
+
+impl Default for Kernel {
+    /// Weights of lanes without a variable, whose values are NaN.
+    fn default() -> Self {
+        let integral = [[[0.0; LANES]; ORDER]; ORDER];
+        Self { decay: [[f64::NAN; LANES]; ORDER], integral, reach: [0.0; LANES] }
+    }
 }
 
 impl Kernel {
