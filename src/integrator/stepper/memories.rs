@@ -300,6 +300,24 @@ mod tests {
     }
 
     #[test]
+    fn groups_are_runs_of_at_most_four_consecutive_iterated_variables() {
+        let mut laws = Declaration::default();
+        let stimulus = laws.stimuli(1);
+        for iterated in [3, 6] {
+            for _ in 0..iterated {
+                laws.variable(Variable::unread());
+            }
+            laws.uncoupled_memories(1, stimulus, TAUS[0], None);
+        }
+        let mut parts = Parts::default();
+        parts.read(&laws);
+        let places = |group: &[Iterated]| group.iter().map(|each| each.variable).collect();
+        let groups: Vec<Vec<usize>> = parts.groups().map(places).collect();
+        assert_eq!(groups, [vec![0, 1, 2], vec![4, 5, 6, 7], vec![8, 9]]);
+        assert_eq!([2, 3, 7, 9].map(|variable| parts.lane(variable)), [Some((0, 2)), None, Some((1, 3)), Some((2, 1))]);
+    }
+
+    #[test]
     fn declared_memories_are_accepted_up_to_rounding_of_their_rates() {
         let (y, x) = ([0.3, -2.0], [0.7, 1.1]);
         let rates = [(x[1] - y[0]) / TAUS[0], (x[0] - y[1]) / TAUS[1]];

@@ -68,7 +68,7 @@ impl Group {
         }
     }
 
-    /// Entries of the group in a list with a number for each variable. Further lanes have any value.
+    /// Entries of the group in a list with a number for each variable. Values in further lanes are arbitrary.
     #[inline]
     fn gather(&self, from: &[f64]) -> Lanes {
         let after = from.get(self.first..).unwrap_or_default();

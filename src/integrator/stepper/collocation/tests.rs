@@ -200,6 +200,39 @@ fn an_undeclared_fast_rate_halves_the_interval_and_stays_accurate() {
     assert_eq!(none, 0, "a declared relaxation needs no halving");
 }
 
+/// A variable that follows a memory, which is declared as one on which no other rate depends.
+struct Misdeclared;
+
+impl TropismLaw for Misdeclared {
+    fn declare(&self, to: &mut Declaration) {
+        let stimulus = to.stimuli(1);
+        to.variable(Variable::unread().relaxing_in(2.0));
+        to.uncoupled_memories(1, stimulus, 1.0, None);
+    }
+
+    fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+        rates.copy_from_slice(&[0.5 * (y[1] - y[0]), x[0] - y[1]]);
+    }
+
+    fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+}
+
+#[test]
+fn a_rate_that_reads_an_uncoupled_memory_is_a_failure() {
+    // The memory is at the place after the only iterated variable. It is NaN with known and with unknown rates at the
+    // start.
+    for rates in [Some(&[0.0, 0.0][..]), None] {
+        let mut collocation = ExponentialCollocation::default();
+        collocation.prepare(&Declaration::of(&Misdeclared), 0.5, LEVELS);
+        collocation.begin_step();
+        let stimuli = LEVELS.times.map(|time| [time]);
+        let ends = stimuli.each_ref().map(|x| &x[..]);
+        assert!(!collocation.advance(&Misdeclared, &ends, (&mut [0.0, 0.0], rates), 0.0, 0), "{rates:?}");
+    }
+}
+
 /// Avalanches of statoliths, with the number of evaluations of their rates.
 struct Counted(Statoliths, std::cell::Cell<usize>);
 
