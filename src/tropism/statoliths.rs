@@ -77,12 +77,13 @@ impl Perception for Statoliths {
     fn rates(&self, h: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let (h, up) = (Vector3::from_column_slice(h), Vector3::from_column_slice(stimuli));
         // The rate is that of equation (6) if |h| = |up| = 1. Rounding changes |h|, and interpolation in time changes
-        // |up|. |h| approaches |up| with the time constant τa, so that h = up is steady. Only the direction of h
-        // determines the part of the rate across h. Near the settled state the rate then differs from (up − h)/τa by
-        // terms of third order, which the integrator needs few sweeps to resolve. The rate is zero without gravity,
-        // since `up` is zero.
+        // |up|. The length of h approaches that of `up`, and one without gravity, where `up` is zero. The time constant
+        // is τa for any length. Only the direction of h determines the part of the rate across h. Near the settled
+        // state the rate then differs little from (up − h)/τa, and the integrator needs few sweeps.
         let (n, u) = (h.norm_squared().max(f64::MIN_POSITIVE), up.norm_squared());
-        let rate = (up - h * (up.dot(&h) / n + 0.5 * (n - u) * u)) / self.avalanche_time;
+        let target = if u > 0.0 { u } else { 1.0 };
+        let excess = (n - target) * target / (n * n + target * target);
+        let rate = (up - h * (up.dot(&h) / n + excess)) / self.avalanche_time;
         rates.copy_from_slice(rate.as_slice());
     }
 
