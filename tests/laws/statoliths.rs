@@ -111,8 +111,8 @@ fn pile_lags_by_a_constant_angle_on_a_slow_clinostat() {
         for step in [90.0, 45.0, 22.5] {
             let (lag, off) = Cell::new(avalanche, step, Clinostat(rate)).lean(8.0 * HOUR);
             // The verticals are interpolated by cubics through the last four values, which are Ω dt =
-            // 0.157, 0.079 and 0.039 rad apart. The error within the step is at most 0.04 (Ω dt)⁴. Most
-            // of the error m is in the length, which |h| follows, so that sin φ (1 + m) = Ωτa.
+            // 0.157, 0.079 and 0.039 rad apart. The error within the step is at most 0.04 (Ω dt)⁴. Its
+            // relative error m is mostly in the length, which |h| approaches, so that sin φ (1 + m) = Ωτa.
             let bound = 0.04 * (rate * step).powi(4);
             assert!(off < bound, "τa = {avalanche} s, step {step} s: |h| differs from 1 by {off:e} > {bound:e}");
             let (error, bound) = ((lag - exact).abs(), bound * (1.0 + exact.tan()));
@@ -134,7 +134,8 @@ fn tip(perception: impl Perception<Signal = [f64; 2]> + Send + Sync + 'static, s
 fn fast_avalanches_give_the_shape_of_settled_statoliths_at_any_step() {
     for step in [360.0, 180.0, 90.0] {
         let difference = tip(Statoliths { avalanche_time: 1e-6 }, step) - tip(SettledStatoliths, step);
-        // The pile lags by 1e-6 s. A tip at 5 cm that makes one turn per hour moves at 9e-5 m/s.
+        // The pile lags by 1e-6 s. A tip at 5 cm that makes one turn per hour moves at 9e-5 m/s, and so
+        // by 9e-11 m during this lag.
         assert!(difference.norm() < 1e-10, "step {step} s: {difference:e}");
     }
 }

@@ -40,11 +40,12 @@ pub(super) fn distance(a: &Path, b: &Path) -> f64 {
 }
 
 /// True error, relative to a fine run of fixed resolution, and error estimate for each tolerance. The true error is the
-/// larger one of a run that is shown on the way, and of the end of a run that is not.
+/// larger one of two: the error at all output times of a run, and the error at the end of a run without output times.
 fn errors(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, step: f64, tolerances: &[f64]) -> Vec<(f64, f64)> {
     let mut fine = MethodOfSteps::new(step);
     fine.solver.tolerance = 1e-12;
-    // With 28 elements the error inside the first one is 8e-6 for a strong curl, near the smallest estimates.
+    // With half of these elements the error inside the first one is 8e-6 for a strong curl, near the smallest
+    // estimates.
     let exact = path(make(56), &mut fine, end).unwrap();
     tolerances
         .iter()

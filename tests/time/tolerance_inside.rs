@@ -1,4 +1,4 @@
-//! Errors of runs with a tolerance inside elements, of which positions at nodes and the tip show little.
+//! Errors inside elements, for runs with a tolerance. Nodes, the tip among them, are too accurate to show these errors.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,7 +9,7 @@ use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
 use morphorod::tropism::SettledStatoliths;
 use morphorod::{DynLaws, Shoot, Still};
 
-/// Young shoot of a given length, length of the growth zone (m) and tilt (rad).
+/// Young shoot with a length (m), a length of the growth zone (m), a tilt (rad) and a number of elements.
 fn tilted(length: f64, zone_length: f64, tilt: f64, elements: usize) -> Shoot<DynLaws> {
     Shoot::builder(YOUNG)
         .length(length)
@@ -60,7 +60,6 @@ fn tissue_is_not_merged_across_the_beginning_of_a_bend() {
     let length = fine.rod().length();
     let error = lines[0].iter().zip(&lines[1]).map(|(a, b)| (a - b).norm() / length).fold(0.0, f64::max);
     assert!(error < cost.error.unwrap(), "{error:e}, {cost}");
-    // An element that merges straight and curved tissue has an error that does not depend on its length, so that no
-    // number of elements and steps is sufficient.
+    // Shorter elements and steps do not reduce the error of an element that merges straight and curved tissue.
     assert!(shoot.rod().elements() < 20 && cost.steps < 100, "{} elements, {cost}", shoot.rod().elements());
 }

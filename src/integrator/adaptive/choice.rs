@@ -114,8 +114,8 @@ impl<M: Model> Trials<'_, M> {
         };
         let step = first_step(self.shoot, until);
         let tolerance = self.integrator.tolerance;
-        // The lost angle may be twenty times this. Where a bend begins in an element of length h, it moves the centre
-        // line by up to 4 h times this.
+        // A merger may lose up to twenty times this angle (rad). Where a bend begins in an element of relative length
+        // h, that moves the centre line by up to 4 h times the merge tolerance.
         let merge_tolerance = tolerance.min(LARGEST_INSIDE);
         let (reached, error) = (self.start.time, 1.0);
         Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, reached, error }
@@ -183,8 +183,8 @@ impl<M: Model> Trials<'_, M> {
         let mut estimate = Richardson::in_space(order_in_space(self.start.rod.order()));
         let enough = AIM_IN_SPACE * self.integrator.tolerance;
         let (mut error, mut of_given) = (f64::INFINITY, f64::INFINITY);
-        // The longest element and its error before the first difference that did not decrease. The difference before
-        // may have been small by chance.
+        // Length of the longest element and error estimate before the first difference that did not decrease. The
+        // difference before may have been small by chance.
         let mut irregular = None;
         for refinement in 0..MAX_REFINEMENTS {
             let (ratio, difference) = (self.element_ratio(), self.difference());

@@ -10,9 +10,9 @@ use crate::numerics::interpolation::lagrange;
 use crate::shoot::Shoot;
 
 /// Number of compared places, at equal distances along the shoot, the last of which is the apex. The error is largest
-/// inside elements and far smaller at nodes. Since the number is prime, places are inside the elements of a mesh of
-/// another number of equal elements. With 17 places the error of the elements in a sharp curl at the base was three
-/// times the estimate.
+/// inside elements and far smaller at nodes. Since the number is prime, all places but the apex are inside the elements
+/// of a mesh of equal elements, unless their number is a multiple of it. With 17 places the error of the elements in a
+/// sharp curl at the base was three times the estimate.
 const PLACES: usize = 37;
 
 /// Positions of a shoot after every step.

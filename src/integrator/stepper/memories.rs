@@ -82,7 +82,7 @@ impl Parts {
         &self.iterated
     }
 
-    /// Groups of iterated variables at consecutive places.
+    /// Groups of at most [`LANES`] iterated variables at consecutive places.
     pub fn groups(&self) -> impl Iterator<Item = &[Iterated]> {
         self.iterated.chunk_by(|a, b| a.variable + 1 == b.variable).flat_map(|run| run.chunks(LANES))
     }
@@ -120,6 +120,7 @@ struct Memory {
 impl Memory {
     /// Computes the weights of the remembered quantities at the `nodes` of an interval of `size` seconds.
     fn each<'a>(memories: &'a [Remembered], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
+        // Successive memories with the same time constant have the same weights.
         let mut known = (f64::NAN, 0.0, [0.0; ORDER]);
         memories.iter().map(move |&Remembered { variable, source, time }| {
             if known.0 != time {
