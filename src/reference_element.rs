@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use simba::simd::WideF64x4;
+use nalgebra::Vector3;
+use simba::simd::{SimdValue, WideF64x4};
 
 use crate::numerics::interpolation::{lagrange_denominator, lagrange_derivatives, lagrange_over, lagrange_powers};
 use crate::numerics::quadrature::{gauss, lobatto};
@@ -175,6 +176,20 @@ impl ReferenceElement {
         }
         out
     }
+}
+
+/// The polynomial through vectors at the nodes 1 … p, given the values of the nodal polynomials at the points.
+#[inline]
+pub(crate) fn interpolated(vectors: &[Vector3<f64>], shape: &[AtPoints]) -> Vector3<AtPoints> {
+    let each = vectors.iter().zip(shape);
+    each.fold(Vector3::zeros(), |sum, (vector, shape)| sum + vector.map(AtPoints::splat) * *shape)
+}
+
+/// The sum over the points.
+#[inline]
+pub(crate) fn total(values: AtPoints) -> f64 {
+    let [a, b, c, d] = values.into_arr();
+    (a + c) + (b + d)
 }
 
 #[cfg(test)]

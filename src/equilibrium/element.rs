@@ -9,9 +9,9 @@ use nalgebra::{Matrix3, SimdComplexField, SimdPartialOrd, SimdValue, UnitQuatern
 use super::Inertia;
 use super::elimination::{Elimination, Row, vector_at};
 use super::line::LineYields;
-use super::points::{Responses, at_points, interpolated, total, vectors_at_points};
+use super::points::{Responses, at_points, vectors_at_points};
 use crate::constitutive::{Constitutive, Tissue};
-use crate::reference_element::{AtPoints, MAX_POINTS, ReferenceElement};
+use crate::reference_element::{AtPoints, MAX_POINTS, ReferenceElement, interpolated, total};
 use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
 use crate::so3::{Form, Real, s_functions};
 

@@ -1,6 +1,6 @@
 //! Quantities at all Gauss points of an element, which are computed together.
 
-use nalgebra::{Matrix3, SimdValue, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::constitutive::{Constitutive, LineResponse, Tissue};
 use crate::reference_element::AtPoints;
@@ -16,20 +16,6 @@ pub(super) fn at_points<const P: usize>(idle: f64, value: impl Fn(usize) -> f64)
 #[inline]
 pub(super) fn vectors_at_points<const P: usize>(vector: impl Fn(usize) -> Vector3<f64>) -> Vector3<AtPoints> {
     Vector3::from_fn(|i, _| at_points::<P>(0.0, |g| vector(g)[i]))
-}
-
-/// The polynomial through vectors at the nodes 1 … p, given the values of the nodal polynomials at the points.
-#[inline]
-pub(super) fn interpolated(vectors: &[Vector3<f64>], shape: &[AtPoints]) -> Vector3<AtPoints> {
-    let each = vectors.iter().zip(shape);
-    each.fold(Vector3::zeros(), |sum, (vector, shape)| sum + vector.map(AtPoints::splat) * *shape)
-}
-
-/// The sum over the points.
-#[inline]
-pub(super) fn total(values: AtPoints) -> f64 {
-    let [a, b, c, d] = values.into_arr();
-    (a + c) + (b + d)
 }
 
 /// Responses of an elastic law at the points.

@@ -47,12 +47,13 @@ impl Walk<'_> {
         }
         let lengths = points.iter().map(|point| point.jacobian / length);
         let powers = self.powers.get_or_insert_with(|| self.rod.reference().integral_powers(lengths));
+        let share = s / length;
         let excess = |x: f64| {
             // Horner's rule for the sum over cₖ xᵏ, and for its derivative.
             let (sum, slope) = powers.iter().rfold((0.0, 0.0), |(sum, slope), c| (sum * x + c, slope * x + sum));
-            (sum * x - s / length, sum + slope * x)
+            (sum * x - share, sum + slope * x)
         };
-        newton([0.0, 1.0], s / length, ROUNDING, excess)
+        newton([0.0, 1.0], share, ROUNDING, excess)
     }
 }
 
@@ -126,10 +127,15 @@ impl Rod {
             let (from, to) = if x < 0.5 { (first, 1.0 - 2.0 * x) } else { (last, 2.0 * x - 1.0) };
             return point.initial_apex_distance + (from - point.initial_apex_distance) * to;
         }
-        if e + 1 == self.elements() && e >= self.first_growing {
+        if !self.interpolates_initial_distance(e) {
             return self.initial_distance_at_apex(x);
         }
         points.iter().zip(self.reference().at_points(x)).map(|(point, w)| w * point.initial_apex_distance).sum()
+    }
+
+    /// Whether the distance from the apex at t = 0 is the polynomial through the points of an element.
+    pub(super) fn interpolates_initial_distance(&self, e: usize) -> bool {
+        self.order.points() > 1 && !(e + 1 == self.elements() && e >= self.first_growing)
     }
 
     /// The distance from the apex at t = 0 in the last element. Its ratio to the coordinate's distance from the

@@ -63,12 +63,12 @@ impl Rod {
             for (g, weights) in parts[side].iter().enumerate().take(p) {
                 let at = from + (to - from) * reference.points[g];
                 let (apex_distance, jacobian) = place(at);
-                new[side * p + g] = MaterialPoint {
-                    jacobian: jacobian * (to - from),
-                    apex_distance,
-                    initial_apex_distance: self.initial_apex_distance(e, at),
-                    ..MaterialPoint::weighted(&old, weights)
-                };
+                let mut point = MaterialPoint::weighted(&old, weights);
+                (point.jacobian, point.apex_distance) = (jacobian * (to - from), apex_distance);
+                if !self.interpolates_initial_distance(e) {
+                    point.initial_apex_distance = self.initial_apex_distance(e, at);
+                }
+                new[side * p + g] = point;
             }
         }
         if self.yields() {
@@ -159,6 +159,11 @@ impl Rod {
     }
 }
 
+/// Whether no node of an element is rotated against the first one.
+fn is_straight(rotations: &[Vector3<f64>]) -> bool {
+    rotations.iter().all(|theta| *theta == Vector3::zeros())
+}
+
 /// Divides element `e` at `x` in lists of rotation vectors.
 pub(crate) fn split_rotations<'a>(
     reference: &ReferenceElement,
@@ -172,6 +177,10 @@ pub(crate) fn split_rotations<'a>(
         std::array::from_fn::<_, MAX_POINTS, _>(|k| reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)]))
     });
     for rotations in lists {
+        if is_straight(&rotations[e * p..(e + 1) * p]) {
+            rotations.splice(e * p..e * p, [Vector3::zeros(); MAX_POINTS].into_iter().take(p));
+            continue;
+        }
         let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
         let at = |weights: &[f64; MAX_POINTS]| weighted(&old[..p], weights);
         let back = so3::exp(&at(&middle)).inverse();
@@ -197,6 +206,10 @@ pub(crate) fn merge_rotations<'a>(
         reference.at_nodes(if x <= share { x / share } else { (x - share) / (1.0 - share) })
     });
     for rotations in lists {
+        if is_straight(&rotations[e * p..(e + 2) * p]) {
+            rotations.drain(e * p..(e + 1) * p);
+            continue;
+        }
         let middle = so3::exp(&rotations[(e + 1) * p - 1]);
         let mut new = [Vector3::zeros(); MAX_POINTS];
         for k in 0..p {

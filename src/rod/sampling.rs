@@ -5,46 +5,58 @@
 use std::sync::OnceLock;
 
 use nalgebra::Vector3;
+use simba::simd::{SimdValue, WideF64x4};
 
 use super::Rod;
-use super::shape::{weighted, weighted_jacobian};
 use crate::numerics::interpolation::lagrange_powers;
 use crate::numerics::quadrature::gauss;
-use crate::reference_element::{MAX_POINTS, ReferenceElement};
-use crate::so3;
+use crate::reference_element::{MAX_POINTS, ReferenceElement, interpolated, total};
+use crate::so3::{self, Form};
 
 /// Number of Gauss points. In an element that is a quarter of a circle, the error is below that of the chord by four
 /// Gauss points.
 const STATIONS: usize = 8;
 
-/// Gauss point at which the tangent is evaluated.
-#[derive(Debug, Clone, Copy, Default)]
-struct Station {
-    /// Coordinate in the element.
-    x: f64,
-    /// Weights of the rotations and of the material points of an element for the values at the station.
-    rotations: [f64; MAX_POINTS],
-    points: [f64; MAX_POINTS],
-    /// Coefficients of (2x − 1)ᵏ in the integral from 0 to x of the polynomial that is one at this station and zero at
+/// A number at four stations, or at four other places in an element.
+type AtPlaces = WideF64x4;
+const LANES: usize = AtPlaces::LANES;
+
+/// Gauss points of an element at which the tangents are evaluated together.
+#[derive(Debug, Clone, Copy)]
+struct Stations {
+    /// Coordinates in the element.
+    x: [f64; LANES],
+    /// Weights of the rotations and of the material points of an element for the values at the stations.
+    rotations: [AtPlaces; MAX_POINTS],
+    points: [AtPlaces; MAX_POINTS],
+    /// Coefficients of (2x − 1)ᵏ in the integral from 0 to x of the polynomial that is one at a station and zero at
     /// the others.
-    powers: [f64; STATIONS + 1],
+    powers: [AtPlaces; STATIONS + 1],
 }
 
 /// The stations of an element, computed once for each order.
-fn stations(reference: &ReferenceElement) -> &'static [Station; STATIONS] {
-    static ALL: [OnceLock<[Station; STATIONS]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
+fn stations(reference: &ReferenceElement) -> &'static [Stations; STATIONS / LANES] {
+    static ALL: [OnceLock<[Stations; STATIONS / LANES]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
     ALL[reference.p - 1].get_or_init(|| {
         let places = gauss(STATIONS).0;
         let centred: Vec<f64> = places.iter().map(|x| 2.0 * x - 1.0).collect();
-        std::array::from_fn(|i| {
-            let x = places[i];
+        let powers = |i: usize| {
             let mut powers = [0.0; STATIONS + 1];
             for (k, coefficient) in lagrange_powers(&centred, i).into_iter().enumerate() {
                 powers[k + 1] = 0.5 * coefficient / (k + 1) as f64;
             }
             // The integral is zero at x = 0, by Horner's rule for 2x − 1 = −1.
             powers[0] = powers[1..].iter().rfold(0.0, |sum, coefficient| coefficient - sum);
-            Station { x, rotations: reference.at_nodes(x), points: reference.at_points(x), powers }
+            powers
+        };
+        std::array::from_fn(|group| {
+            let each = |value: &dyn Fn(usize) -> f64| AtPlaces::from([0, 1, 2, 3].map(|i| value(group * LANES + i)));
+            Stations {
+                x: std::array::from_fn(|i| places[group * LANES + i]),
+                rotations: std::array::from_fn(|k| each(&|i| reference.at_nodes(places[i])[k])),
+                points: std::array::from_fn(|k| each(&|i| reference.at_points(places[i])[k])),
+                powers: std::array::from_fn(|k| each(&|i| powers(i)[k])),
+            }
         })
     })
 }
@@ -55,43 +67,49 @@ impl Rod {
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let last = count.saturating_sub(1).max(1);
-        self.positions_at((0..count).map(|i| i as f64 / last as f64))
+        let mut positions = Vec::with_capacity(count);
+        self.append_positions((0..count).map(|i| i as f64 / last as f64), &mut positions);
+        positions
     }
 
-    /// Positions at the given increasing arc lengths, relative to the length (m, fixed frame, base at the origin).
-    pub(crate) fn positions_at(&self, shares: impl ExactSizeIterator<Item = f64>) -> Vec<Vector3<f64>> {
+    /// Appends the positions at the given increasing arc lengths, relative to the length (m, fixed frame, base at the
+    /// origin). A rod whose length is NaN has no positions.
+    pub(crate) fn append_positions(&self, shares: impl Iterator<Item = f64>, positions: &mut Vec<Vector3<f64>>) {
         let (line, length, mut walk) = (self.centre_line(), self.length(), self.walk());
-        // The element of the last place, and the polynomial in it.
-        let mut last = (usize::MAX, [Vector3::zeros(); STATIONS + 1]);
-        let mut positions = Vec::with_capacity(shares.len());
-        let at = |share: f64| match share {
-            0.0 => Some(Vector3::zeros()),
-            1.0 => line.last().map(|(_, tip)| *tip),
-            _ => {
-                let (e, x) = walk.to(length * share)?;
-                if last.0 != e {
-                    last = (e, self.chord_powers(e));
-                }
-                let t = 2.0 * x - 1.0;
-                Some(line[e].1 + last.1.iter().rfold(Vector3::zeros(), |sum, coefficient| sum * t + coefficient))
+        let places: Vec<_> = shares.filter_map(|share| walk.to(length * share)).collect();
+        for places in places.chunk_by(|a, b| a.0 == b.0) {
+            let e = places[0].0;
+            let powers = self.chord_powers(e);
+            for places in places.chunks(LANES) {
+                let t = AtPlaces::from(std::array::from_fn(|i| places.get(i).map_or(0.0, |(_, x)| 2.0 * x - 1.0)));
+                let zero = Vector3::repeat(AtPlaces::ZERO);
+                let chords = powers.iter().rfold(zero, |sum, power| sum * t + power.map(AtPlaces::splat));
+                let [x1, x2, x3]: [[f64; LANES]; 3] = [chords.x.into(), chords.y.into(), chords.z.into()];
+                positions.extend(places.iter().enumerate().map(|(i, (_, x))| match x {
+                    0.0 => line[e].1,
+                    1.0 => line[e + 1].1,
+                    _ => line[e].1 + Vector3::new(x1[i], x2[i], x3[i]),
+                }));
             }
-        };
-        positions.extend(shares.filter_map(at));
-        positions
+        }
     }
 
     /// Coefficients of (2x − 1)ᵏ in the vector from the first end of an element to the coordinate x, in the fixed
     /// frame, m.
     fn chord_powers(&self, element: usize) -> [Vector3<f64>; STATIONS + 1] {
-        let mut sums = [Vector3::zeros(); STATIONS + 1];
-        for Station { x, rotations, points, powers } in stations(self.reference()) {
-            let rotation = so3::exp(&weighted(self.element_rotations(element), rotations));
-            let jacobian = weighted_jacobian(self.element_points(element), points);
-            let tangent = rotation * self.line_strain_within(element, *x) * jacobian;
-            sums.iter_mut().zip(powers).for_each(|(sum, power)| *sum += tangent * *power);
+        let (rotations, points) = (self.element_rotations(element), self.element_points(element));
+        let mut sums = [Vector3::repeat(AtPlaces::ZERO); STATIONS + 1];
+        for stations in stations(self.reference()) {
+            let theta = interpolated(rotations, &stations.rotations);
+            let each = points.iter().zip(&stations.points);
+            let jacobian = each.fold(AtPlaces::ZERO, |sum, (point, w)| sum + AtPlaces::splat(point.jacobian) * *w);
+            let strains = stations.x.map(|x| self.line_strain_within(element, x));
+            let strain = Vector3::from_fn(|i, _| AtPlaces::from(strains.map(|strain| strain[i])));
+            let tangent = Form::exp(&so3::s_functions(theta.dot(&theta))).apply(&theta, &strain) * jacobian;
+            sums.iter_mut().zip(&stations.powers).for_each(|(sum, power)| *sum += tangent * *power);
         }
-        let frame = self.frames[element];
-        sums.map(|sum| frame * sum)
+        let frame = self.frames[element].to_rotation_matrix();
+        sums.map(|sum| frame * sum.map(total))
     }
 }
 

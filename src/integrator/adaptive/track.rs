@@ -19,6 +19,8 @@ const PLACES: usize = 37;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Track {
     samples: Vec<Sample>,
+    /// Places of all samples, one after the other, m.
+    places: Vec<Vector3<f64>>,
     /// Sum of the longest elements of all samples, m.
     longest_elements: f64,
 }
@@ -29,7 +31,6 @@ struct Sample {
     /// Smoothness of the positions at this time.
     smoothness: Smoothness,
     length: f64,
-    places: [Vector3<f64>; PLACES],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +53,7 @@ impl Smoothness {
 impl Track {
     pub fn clear(&mut self) {
         self.samples.clear();
+        self.places.clear();
         self.longest_elements = 0.0;
     }
 
@@ -64,14 +66,15 @@ impl Track {
             _ => Smoothness::Jump,
         };
         self.longest_elements += longest_element(&shoot.state);
-        let line = shoot.rod().positions_at((0..PLACES).map(|k| (k + 1) as f64 / PLACES as f64));
-        self.samples.push(Sample {
-            time: shoot.time(),
-            smoothness,
-            length: shoot.rod().length(),
-            // A rod whose length is NaN has no positions.
-            places: std::array::from_fn(|k| line.get(k).copied().unwrap_or(Vector3::repeat(f64::NAN))),
-        });
+        self.samples.push(Sample { time: shoot.time(), smoothness, length: shoot.rod().length() });
+        shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut self.places);
+        // A rod whose length is NaN has no positions.
+        self.places.resize(self.samples.len() * PLACES, Vector3::repeat(f64::NAN));
+    }
+
+    /// Returns the places of a sample, m.
+    fn places(&self, sample: usize) -> &[Vector3<f64>] {
+        &self.places[sample * PLACES..(sample + 1) * PLACES]
     }
 
     /// Returns the longest element, averaged over the steps of the run, m.
@@ -84,12 +87,15 @@ impl Track {
     pub fn distance(&self, coarser: &Self) -> f64 {
         let mut largest = 0.0_f64;
         let mut near = 0;
-        for sample in coarser.samples.iter().filter(|sample| sample.smoothness != Smoothness::ContactChange) {
+        for (i, sample) in coarser.samples.iter().enumerate() {
+            if sample.smoothness == Smoothness::ContactChange {
+                continue;
+            }
             while near < self.samples.len() && self.samples[near].time < sample.time {
                 near += 1;
             }
             let Some(places) = self.at(sample.time, near) else { continue };
-            for (a, b) in places.iter().zip(&sample.places) {
+            for (a, b) in places.iter().zip(coarser.places(i)) {
                 // NaN counts as an infinite distance.
                 let distance = (a - b).norm() / sample.length;
                 largest = if distance.is_nan() { f64::INFINITY } else { largest.max(distance) };
@@ -100,8 +106,8 @@ impl Track {
 
     /// Interpolates the places at a time. `near` is the index of the first sample at that time or later.
     fn at(&self, time: f64, near: usize) -> Option<[Vector3<f64>; PLACES]> {
-        if let Some(sample) = self.samples.get(near).filter(|sample| sample.time == time) {
-            return Some(sample.places);
+        if self.samples.get(near).is_some_and(|sample| sample.time == time) {
+            return self.places(near).try_into().ok();
         }
         let smoothness = |i: usize| self.samples[i].smoothness;
         // Positions are interpolated through two more samples than the order of the method. The first sample is
@@ -126,8 +132,8 @@ impl Track {
         let mut weights = [0.0; POINTS];
         lagrange(&times[..end - first], time, &mut weights[..end - first]);
         let mut places = [Vector3::zeros(); PLACES];
-        for (other, weight) in self.samples[first..end].iter().zip(weights) {
-            for (place, at) in places.iter_mut().zip(&other.places) {
+        for (other, weight) in (first..end).zip(weights) {
+            for (place, at) in places.iter_mut().zip(self.places(other)) {
                 *place += at * weight;
             }
         }
