@@ -95,7 +95,7 @@ impl<E> MethodOfSteps<E> {
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics> {
         let Self { solver, workspace: Workspace { stepper, backup }, .. } = self;
-        undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history))
+        undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history, None))
     }
 
     fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics> {
@@ -108,6 +108,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
             max_corrections: self.max_corrections,
             mesh: shoot.mesh,
             coarsest_step: None,
+            known: None,
         };
         let Self { solver, workspace: Workspace { stepper, backup }, .. } = self;
         let position = stepper.grid.position();

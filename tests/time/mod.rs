@@ -26,3 +26,4 @@ mod tolerance;
 mod tolerance_events;
 mod tolerance_inside;
 mod tolerance_random;
+mod trial_runs;

@@ -134,8 +134,12 @@ impl<M: Model> Trials<'_, M> {
         self.run(&mut halved, f64::INFINITY)?;
         let (ratio, difference) = (self.element_ratio(), self.difference());
         if both && self.last.merge_loss <= LOSSLESS && ratio > MIN_RATIO && difference <= ASYMPTOTIC {
-            let estimate = ErrorEstimate::of_both(ratio, difference, self.initial_error(&halved));
-            if estimate.reported() <= self.integrator.tolerance {
+            let order = order_in_space(self.start.rod.order());
+            let estimate = ErrorEstimate::of_both(ratio, difference, order, self.initial_error(&halved));
+            let tolerance = self.integrator.tolerance;
+            // If the elements are sufficient, only the steps may have to be shorter.
+            let short_enough = estimate.space() <= (AIM_IN_SPACE + AIM_OF_MERGING) * tolerance;
+            if short_enough || estimate.reported() <= tolerance {
                 return Ok((halved, estimate));
             }
         }
@@ -180,7 +184,10 @@ impl<M: Model> Trials<'_, M> {
     /// the run before has the longest element `compared`. Returns the resolution, its error, and that of the given
     /// `plan`. The errors are infinite if the steps are too long to show them.
     fn refine_elements(&mut self, mut compared: f64, mut plan: Plan) -> Outcome<(Plan, f64, f64)> {
-        let mut estimate = Richardson::in_space(order_in_space(self.start.rod.order()));
+        let order = order_in_space(self.start.rod.order());
+        // Merged tissue and tissue with a history are often not smooth.
+        let smooth = !self.has_started() && self.last.merge_loss <= LOSSLESS;
+        let mut estimate = if smooth { Richardson::in_smooth_space(order) } else { Richardson::in_space(order) };
         let enough = AIM_IN_SPACE * self.integrator.tolerance;
         let (mut error, mut of_given) = (f64::INFINITY, f64::INFINITY);
         // Length of the longest element and error estimate before the first difference that did not decrease. The
@@ -216,7 +223,7 @@ impl<M: Model> Trials<'_, M> {
                         return Ok((Plan { longest_element, ..plan }, error, of_given));
                     }
                     irregular = Some((compared, error));
-                    estimate = Richardson::in_space(order_in_space(self.start.rod.order()));
+                    estimate = Richardson::in_space(order);
                 }
                 compared = plan.longest_element;
                 if difference > ASYMPTOTIC {

@@ -43,22 +43,22 @@ impl Adaptive {
             cut(shoot, longest);
         }
         shoot.state.forget();
-        let (error, refinement) = self.refine_equilibrium(shoot, self.tolerance, 1.0)?;
-        let mut statistics = self.stepper.start(shoot, &mut self.solver, history)?;
+        let (error, found, refinement) = self.refine_equilibrium(shoot, self.tolerance, 1.0)?;
+        let mut statistics = self.stepper.start(shoot, &mut self.solver, history, Some(found))?;
         let error = Some(error + statistics.equilibrium_error);
         statistics += refinement;
         Ok(Statistics { error, ..statistics })
     }
 
     /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
-    /// tolerance. Returns the error estimate, relative to the length, and the cost. The error that the difference of
-    /// two meshes shows is multiplied by `weight`, below one if another comparison shows it too.
+    /// tolerance. Returns the error estimate, relative to the length, the equilibrium, and the cost. The error that the
+    /// difference of two meshes shows is multiplied by `weight`, below one if another comparison shows it too.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         tolerance: f64,
         weight: f64,
-    ) -> Outcome<(f64, Statistics)> {
+    ) -> Outcome<(f64, Equilibrium, Statistics)> {
         self.solver.tolerance = tolerance_of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
         // Positions have order 2 p in the length of short elements. The estimate assumes two orders less, since
@@ -68,7 +68,7 @@ impl Adaptive {
         cut_turns(shoot);
         loop {
             let before = match self.equilibrium_or_folded(shoot, &mut statistics)? {
-                Ok(found) => found.resistance,
+                Ok(found) => found,
                 Err(folded) => {
                     cut_into(&mut shoot.state, folded, 2);
                     continue;
@@ -76,8 +76,8 @@ impl Adaptive {
             };
             let coarse = shoot.state.clone();
             halve(&mut shoot.state);
-            let resistance = match self.equilibrium_or_folded(shoot, &mut statistics)? {
-                Ok(found) => found.resistance,
+            let found = match self.equilibrium_or_folded(shoot, &mut statistics)? {
+                Ok(found) => found,
                 Err(folded) => {
                     shoot.state.copy_from(&coarse);
                     cut_into(&mut shoot.state, folded / 2, 2);
@@ -88,18 +88,18 @@ impl Adaptive {
             // Shapes with a large difference do not show an order of convergence.
             let gain = gain.min(difference.cbrt().recip());
             let change = weight * SAFETY * difference;
-            let weakened = SAFETY * (before - resistance).abs();
+            let weakened = SAFETY * (before.resistance - found.resistance).abs();
             let hidden_turns = hidden_turns(&coarse.rod, shoot);
             let hidden = SAFETY * hidden_turns.iter().sum::<f64>();
             // The coarse elements are sufficient if their error is far enough below the tolerance.
-            let error = change + hidden + fall(before, weakened);
+            let error = change + hidden + fall(before.resistance, weakened);
             if SAFETY * error <= tolerance {
                 shoot.state.copy_from(&coarse);
-                return Ok((error, statistics));
+                return Ok((error, before, statistics));
             }
-            let error = change / gain + hidden + fall(resistance, weakened / gain);
+            let error = change / gain + hidden + fall(found.resistance, weakened / gain);
             if error <= tolerance {
-                return Ok((error, statistics));
+                return Ok((error, found, statistics));
             }
             if 2 * shoot.rod().elements() > MAX_ELEMENTS {
                 return Err(IntegrationError::ToleranceNotMet { tolerance, reached: error, steps: 0 });

@@ -31,14 +31,15 @@ pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> 
     let elastic = |i: usize| -> Vector3<f64> { fine.strain_at_point(i / p, i % p) - fine.points()[i].intrinsic };
     let within = |e: usize| {
         let own = &before[e * p..(e + 1) * p];
-        let (mut turn, mut rough) = (0.0, false);
-        for k in 0..2 * p {
-            let (i, g) = (2 * e * p + k, k % p);
-            let share = departure(i, own, 0.5 * ((k / p) as f64 + reference.points[g]));
-            rough |= !(share <= SMOOTH);
-            turn += reference.weights[g] * fine.points()[i].jacobian * elastic(i).norm() * share;
+        let share = |k: usize| departure(2 * e * p + k, own, 0.5 * ((k / p) as f64 + reference.points[k % p]));
+        if (0..2 * p).all(|k| share(k) <= SMOOTH) {
+            return 0.0;
         }
-        if rough { turn } else { 0.0 }
+        let turn = |k: usize| {
+            let i = 2 * e * p + k;
+            reference.weights[k % p] * fine.points()[i].jacobian * elastic(i).norm() * share(k)
+        };
+        (0..2 * p).map(turn).sum()
     };
     let mut hidden: Vec<f64> = (0..coarse.elements()).map(within).collect();
     // Between the last point of an element and the first point of the next.

@@ -37,7 +37,7 @@ use super::error::Outcome;
 use super::stepper::{MAX_CORRECTIONS, RunOptions, StepEnd, Stepper, check_ahead};
 use super::undo::undo_on_error;
 use super::{ConstantHistory, HistoryFunction, Integrator, Statistics};
-use crate::equilibrium::NewtonSolver;
+use crate::equilibrium::{Equilibrium, NewtonSolver};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::{Mesh, Shoot};
@@ -127,6 +127,7 @@ impl Adaptive {
         plan: &Plan,
         until: f64,
         max_steps: usize,
+        known: Option<Equilibrium>,
         observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
         let tolerance = tolerance_of_equilibria(plan.tolerance);
@@ -140,6 +141,7 @@ impl Adaptive {
             max_corrections: MAX_CORRECTIONS,
             mesh: Mesh { longest_element: plan.longest_element, merge_tolerance: plan.merge_tolerance },
             coarsest_step: Some(plan.coarsest_step),
+            known,
         };
         self.stepper.advance(shoot, &mut self.solver, options, observe)
     }
@@ -180,7 +182,7 @@ impl Integrator for Adaptive {
             let valid = started && !start.changed;
             let usable = |plan: &Plan| valid && plan.tolerance == integrator.tolerance && until <= plan.until;
             let (plan, statistics) = match start.plan().filter(usable) {
-                Some(plan) => (plan, integrator.follow(shoot, &plan, until, max_steps, |_, _| ())?),
+                Some(plan) => (plan, integrator.follow(shoot, &plan, until, max_steps, None, |_, _| ())?),
                 None => Trials::new(integrator, shoot, start).choose(until, max_steps)?,
             };
             shoot.state.plan = Some(Plan { reached: shoot.time(), ..plan });

@@ -21,8 +21,8 @@ const MAX_REFINEMENT: f64 = 8.0;
 const MIN_REFINEMENT: f64 = 1.25;
 /// Smallest assumed order. Kinks reduce the order in time to three, and runs that are not resolved show no order.
 const MIN_ORDER: f64 = 2.0;
-/// Assumed order of two runs that differ in their elements, or in steps and elements, before an order is observed.
-const UNOBSERVED: i32 = 3;
+/// Assumed order before an order is observed, in time and in the length of elements.
+const UNOBSERVED: f64 = 3.0;
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;
 
@@ -46,7 +46,13 @@ impl Richardson {
     /// An estimate for elements of the given order. A lower one is assumed before an order is observed, since shapes
     /// are not smooth everywhere.
     pub fn in_space(max_order: f64) -> Self {
-        Self { order: max_order.min(f64::from(UNOBSERVED)), ..Self::new(max_order) }
+        Self { order: max_order.min(UNOBSERVED), ..Self::new(max_order) }
+    }
+
+    /// An estimate for elements of the given order in a shoot whose tissue is likely to be smooth. An order of one less
+    /// is assumed before an order is observed.
+    pub fn in_smooth_space(max_order: f64) -> Self {
+        Self { order: (max_order - 1.0).max(MIN_ORDER), ..Self::new(max_order) }
     }
 
     /// Returns the observed order, at most that of the method.
@@ -101,16 +107,24 @@ impl ErrorEstimate {
         Self { time, space, steps }
     }
 
-    /// Error estimate of a run from its difference from a run with twice the steps and elements that are longer by
-    /// `ratio`. The order is assumed to be three in both, since it has not been observed.
-    pub fn of_both(ratio: f64, difference: f64, space: f64) -> Self {
-        let time = difference / (ratio.min(2.0).powi(UNOBSERVED) - 1.0);
-        Self { time, space, steps: Richardson { last: Some((2.0, difference)), ..Richardson::new(ORDER as f64) } }
+    /// Error estimate of a run from its difference from a run with twice the steps and elements of the given order that
+    /// are longer by `ratio`. Either may have caused all of the difference. An order of one less than that of the
+    /// method is assumed, since no order has been observed. `initial` is the error of the initial equilibrium.
+    pub fn of_both(ratio: f64, difference: f64, order_in_space: f64, initial: f64) -> Self {
+        let space = initial + Richardson::in_smooth_space(order_in_space).error(ratio, difference);
+        let steps = Richardson { last: Some((2.0, difference)), ..Richardson::new(ORDER as f64) };
+        let time = difference / (2.0_f64.powf(UNOBSERVED) - 1.0);
+        Self { time, space, steps }
     }
 
     /// Returns whether the runs are close enough to each other to show an order of convergence.
     pub fn is_asymptotic(&self) -> bool {
         self.time <= ASYMPTOTIC && self.space <= ASYMPTOTIC
+    }
+
+    /// Returns the error of elements, merging and the initial equilibrium, relative to the length.
+    pub fn space(&self) -> f64 {
+        self.space
     }
 
     /// Returns the error in time, relative to the length.
@@ -186,7 +200,7 @@ mod tests {
         let error = |h: f64, l: f64| (h / 1000.0).powi(4) + (l / 10.0).powi(5);
         for ratio in [1.25, 1.5, 2.0, 3.0] {
             let (coarse, fine) = (error(200.0, 1.0), error(100.0, 1.0 / ratio));
-            let estimate = ErrorEstimate::of_both(ratio, coarse - fine, 0.0);
+            let estimate = ErrorEstimate::of_both(ratio, coarse - fine, 6.0, 0.0);
             assert!(estimate.reported() >= 2.0 * fine, "{ratio}: {estimate:?}");
         }
     }

@@ -5,6 +5,7 @@ use super::elements::{FIRST_LENGTH, cut, longest_element, merge_lossless};
 use super::richardson::{AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::Track;
 use super::{Adaptive, Outcome, Statistics};
+use crate::equilibrium::Equilibrium;
 use crate::integrator::IntegrationError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -37,6 +38,7 @@ pub(super) struct Trials<'a, M> {
 struct FirstMesh {
     longest_element: f64,
     state: State,
+    found: Equilibrium,
     /// Estimated error of the equilibrium, relative to the length.
     error: f64,
 }
@@ -74,9 +76,10 @@ impl<'a, M: Model> Trials<'a, M> {
         self.tracks.swap(0, 1);
         let mut track = std::mem::take(&mut self.tracks[0]);
         track.clear();
-        self.divide(plan)?;
+        let known = self.divide(plan)?;
         let left = most - self.steps();
-        let result = self.integrator.follow(self.shoot, plan, plan.until, left, |shoot, end| track.record(shoot, end));
+        let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
+        let result = self.integrator.follow(self.shoot, plan, plan.until, left, known, record);
         self.tracks[0] = track;
         self.earlier += std::mem::replace(&mut self.last, result?).as_trial();
         if self.shoot.time() < plan.until { Err(self.not_met(reached)) } else { Ok(()) }
@@ -84,38 +87,39 @@ impl<'a, M: Model> Trials<'a, M> {
 
     /// Makes the first steps of a plan, without a comparison. Returns the statistics of the call.
     pub fn run_uncompared(&mut self, plan: &mut Plan, max_steps: usize) -> Outcome<Statistics> {
-        self.divide(plan)?;
-        let result = self.integrator.follow(self.shoot, plan, plan.until, max_steps, |_, _| ())?;
+        let known = self.divide(plan)?;
+        let result = self.integrator.follow(self.shoot, plan, plan.until, max_steps, known, |_, _| ())?;
         self.earlier += std::mem::replace(&mut self.last, result).as_trial();
         Ok(self.statistics())
     }
 
     /// Restores the state at the beginning of the call, and divides the shoot into elements for a run. For a shoot
     /// without a history, refines the mesh of the initial equilibrium, whose error is a part of the error in space.
-    fn divide(&mut self, plan: &mut Plan) -> Outcome {
+    /// Returns this equilibrium.
+    fn divide(&mut self, plan: &mut Plan) -> Outcome<Option<Equilibrium>> {
         if let Some(mesh) = self.meshes.iter().find(|mesh| mesh.longest_element == plan.longest_element) {
             self.shoot.state.copy_from(&mesh.state);
-            return Ok(());
+            return Ok(Some(mesh.found));
         }
         if self.has_started() {
             self.shoot.state.copy_from(self.start);
             cut(self.shoot, plan.longest_element);
-        } else {
-            self.shoot.state.copy_from(&self.undivided);
-            cut(self.shoot, plan.longest_element);
-            // The comparison of runs shows the error of the shape as well, except near buckling and where the stiffness
-            // is discontinuous.
-            let tolerance = INITIAL * self.integrator.tolerance;
-            let weight = (tolerance / ASYMPTOTIC).min(1.0);
-            let (error, statistics) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight)?;
-            self.earlier += statistics.as_trial();
-            // Longer elements than these would not change the initial mesh.
-            plan.longest_element = plan.longest_element.min(longest_element(&self.shoot.state) / FIRST_LENGTH);
-            let state = self.shoot.state.clone();
-            self.meshes.retain(|mesh| mesh.longest_element != plan.longest_element);
-            self.meshes.push(FirstMesh { longest_element: plan.longest_element, state, error });
+            return Ok(None);
         }
-        Ok(())
+        self.shoot.state.copy_from(&self.undivided);
+        cut(self.shoot, plan.longest_element);
+        // The comparison of runs shows the error of the shape as well, except near buckling and where the stiffness
+        // is discontinuous.
+        let tolerance = INITIAL * self.integrator.tolerance;
+        let weight = (tolerance / ASYMPTOTIC).min(1.0);
+        let (error, found, statistics) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight)?;
+        self.earlier += statistics.as_trial();
+        // Longer elements than these would not change the initial mesh.
+        plan.longest_element = plan.longest_element.min(longest_element(&self.shoot.state) / FIRST_LENGTH);
+        let state = self.shoot.state.clone();
+        self.meshes.retain(|mesh| mesh.longest_element != plan.longest_element);
+        self.meshes.push(FirstMesh { longest_element: plan.longest_element, state, found, error });
+        Ok(Some(found))
     }
 
     /// Returns the error of the initial equilibrium in the runs of a plan, relative to the length.

@@ -82,15 +82,17 @@ struct Step {
 }
 
 impl Stepper {
-    /// Solves the first equilibrium and sets the history of the laws. After an error the caller restores the shoot.
+    /// Solves the first equilibrium, unless it is `known`, and sets the history of the laws. After an error the caller
+    /// restores the shoot.
     pub fn start(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         history: &impl HistoryFunction,
+        known: Option<Equilibrium>,
     ) -> Outcome<Statistics> {
         self.prepare(shoot)?;
-        self.begin(shoot, solver, history)?;
+        self.begin(shoot, solver, history, known)?;
         Ok(self.finish())
     }
 
@@ -106,7 +108,7 @@ impl Stepper {
         options.check(shoot)?;
         self.prepare(shoot)?;
         if shoot.state.history.levels() == 0 {
-            self.begin(shoot, solver, &ConstantHistory::Empty)?;
+            self.begin(shoot, solver, &ConstantHistory::Empty, options.known)?;
         }
         let (declared, known) = (self.laws.size(), shoot.state.history.size());
         let own = known == (declared.variables, declared.stimuli);

@@ -1,5 +1,6 @@
 //! Options of a run.
 
+use crate::equilibrium::Equilibrium;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::{Mesh, Shoot};
@@ -28,6 +29,8 @@ pub(in crate::integrator) struct RunOptions {
     /// Longest step of the coarsest of several compared runs, s. Steps in short intervals and fast transients
     /// are reduced in proportion to `step` over this length, so that all steps of these runs differ.
     pub coarsest_step: Option<f64>,
+    /// Equilibrium at the start of the run, if the shoot without a history is already in equilibrium.
+    pub known: Option<Equilibrium>,
 }
 
 impl RunOptions {

@@ -72,6 +72,19 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
         time: f64,
     ) -> Outcome<Equilibrium> {
+        let environment = self.move_base(shoot, time)?;
+        let (model, rod) = (&shoot.model, &mut shoot.state.rod);
+        if !model.support().is_absent() {
+            return self.solve_held(shoot, solver, &environment);
+        }
+        self.force.update(rod, model.load(), &environment);
+        solver
+            .equilibrate(rod, model.constitutive(), &self.force)
+            .map_err(|error| IntegrationError::Equilibrium { time, error })
+    }
+
+    /// Moves the base to its frame at `time` (s), and returns the environment of that time.
+    pub(super) fn move_base(&self, shoot: &mut Shoot<impl Model>, time: f64) -> Outcome<Environment> {
         let started = shoot.state.history.levels() > 0;
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
         let (base, environment) = (model.scene().base(time), model.scene().environment(time));
@@ -82,8 +95,7 @@ impl Stepper {
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
-        let support = model.support();
-        match support.base().filter(|_| started) {
+        match model.support().base().filter(|_| started) {
             None => rod.set_base(base)?,
             Some(Joint::Ball) => {}
             Some(Joint::Hinge(axis)) => {
@@ -93,13 +105,7 @@ impl Stepper {
                 }
             }
         }
-        if !support.is_absent() {
-            return self.solve_held(shoot, solver, &environment);
-        }
-        self.force.update(rod, model.load(), &environment);
-        solver
-            .equilibrate(rod, model.constitutive(), &self.force)
-            .map_err(|error| IntegrationError::Equilibrium { time, error })
+        Ok(environment)
     }
 
     /// Solves the equilibrium of a shoot with a support.

@@ -2,26 +2,37 @@
 
 use super::step_end::starts_at_discontinuity;
 use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, Stepper};
-use crate::equilibrium::EquilibriumSolver;
+use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::model::Model;
 use crate::numerics::interpolation::lagrange_derivatives;
 use crate::scene::before;
 use crate::shoot::Shoot;
 use crate::state::History;
+use crate::support::Support;
 
 impl Stepper {
-    /// Solves the equilibrium at the present time and sets the history of the laws.
+    /// Solves the equilibrium at the present time, unless it is `known`, and sets the history of the laws.
     pub(super) fn begin(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         past: &impl HistoryFunction,
+        known: Option<Equilibrium>,
     ) -> Outcome {
         let now = shoot.state.time;
         let discontinuity = starts_at_discontinuity(shoot)?;
         self.begin_increment(shoot);
-        let found = self.solve_equilibrium(shoot, solver, if discontinuity { before(now) } else { now })?;
-        self.statistics.add_equilibrium(&found);
+        match known.filter(|_| !discontinuity && shoot.model.support().is_absent()) {
+            Some(known) => {
+                let environment = self.move_base(shoot, now)?;
+                self.force.update(&shoot.state.rod, shoot.model.load(), &environment);
+                self.statistics.equilibrium_error = known.error;
+            }
+            None => {
+                let found = self.solve_equilibrium(shoot, solver, if discontinuity { before(now) } else { now })?;
+                self.statistics.add_equilibrium(&found);
+            }
+        }
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
         state.predictor.allocate(&state.rod, now);
         (state.smooth_since, state.changed) = (now, false);
@@ -33,14 +44,16 @@ impl Stepper {
         let first = if longest == 0.0 { intervals } else { 0 };
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
-        self.visit_stimuli((&state.rod, state.contact.shape.as_ref()), &shoot.model, now, |i, site, stimuli| {
-            for level in 0..history.levels() {
-                let time = history.time(level) - now;
-                let point = history.at_mut(level, i);
-                past.variables(tropism, time, site, stimuli, point.variables);
-                point.stimuli.copy_from_slice(stimuli);
-            }
-        })?;
+        if size.variables + size.stimuli > 0 {
+            self.visit_stimuli((&state.rod, state.contact.shape.as_ref()), &shoot.model, now, |i, site, stimuli| {
+                for level in 0..history.levels() {
+                    let time = history.time(level) - now;
+                    let point = history.at_mut(level, i);
+                    past.variables(tropism, time, site, stimuli, point.variables);
+                    point.stimuli.copy_from_slice(stimuli);
+                }
+            })?;
+        }
         if !past.is_constant() && longest > 0.0 {
             differentiate(&mut history);
         }

@@ -1,0 +1,29 @@
+//! Numbers of trial runs and of equilibria of runs with a tolerance.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, righting};
+use morphorod::integrator::{Adaptive, ConstantHistory, Integrator};
+use morphorod::{Shoot, Still};
+
+#[test]
+fn equilibrium_is_solved_once_on_a_mesh_and_once_on_its_halves() {
+    let shoot =
+        Shoot::builder(YOUNG).length(0.0659).radius(RADIUS).load(WEIGHT).scene(Still::tilted(FRAC_PI_2)).build();
+    let mut shoot = shoot.unwrap();
+    let cost = Adaptive::new(1e-4).start(&mut shoot, &ConstantHistory::Empty).unwrap();
+    // Each search from the last shape needs one tangent.
+    assert!(cost.equilibria == 2 && cost.factorisations == 2, "{cost:?}");
+}
+
+#[test]
+fn smooth_shoot_needs_no_run_that_only_confirms_its_elements() {
+    let trial_steps = |tolerance: f64| {
+        Adaptive::new(tolerance).advance(&mut righting().build().unwrap(), 1.5 * HOUR).unwrap().trial_steps
+    };
+    // Steps of 675 s, a sixteenth of that after the start and after the delay, take 18 steps, and half of them 26.
+    assert_eq!(trial_steps(1e-3), 18);
+    assert_eq!(trial_steps(1e-4), 18 + 26);
+    // Two runs with more elements, because the bound from the first two exceeds a fifth of the tolerance.
+    assert_eq!(trial_steps(1e-5), 18 + 26 + 2 * 18);
+}
