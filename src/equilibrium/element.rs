@@ -225,9 +225,11 @@ impl ElementSystem {
         self.hessian.inverse_pivots()
     }
 
-    /// The parts of an eliminated row that belong to the rotations of the last and of the first frame.
-    pub fn outer<const P: usize>(&self, row: &Row) -> (Vector3<f64>, Vector3<f64>) {
-        let m = 3 * (P - 1);
+    /// The parts of an eliminated row that belong to the rotations of the last and of the first frame, with `points`
+    /// Gauss points.
+    #[inline]
+    pub fn outer(&self, row: &Row, points: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let m = 3 * (points - 1);
         let (last, whole) = (vector_at(row, m), vector_at(row, m + 3));
         (self.chain.tr_mul(&last), whole - self.chain * last)
     }
@@ -235,6 +237,11 @@ impl ElementSystem {
     /// The gradient after the elimination.
     pub fn condensed(&self) -> &Row {
         &self.condensed
+    }
+
+    /// Replaces the gradient after the elimination.
+    pub fn set_condensed(&mut self, condensed: Row) {
+        self.condensed = condensed;
     }
 
     /// Sets the gradient after the elimination to zero.
@@ -278,7 +285,7 @@ impl ElementSystem {
             self.condensed.as_flattened_mut()[3 * k..3 * k + 3].copy_from_slice(self.gradient[k].as_slice());
         }
         self.hessian.reduce::<P>(&mut self.condensed);
-        self.outer::<P>(&self.condensed)
+        self.outer(&self.condensed, P)
     }
 
     /// The Newton step of the interior rotation vectors from the gradient of

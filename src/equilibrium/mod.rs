@@ -1,6 +1,7 @@
 //! Equilibrium of a rod under its load, equations (1) and (9) to (12).
 
 mod coarse;
+mod contact;
 mod element;
 mod elimination;
 mod held;

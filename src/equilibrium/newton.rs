@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::contact::{self, Body, ContactSearch, Mechanics};
 use super::held::{Found, HeldSearch, HeldWorkspace};
 use super::line::{check_line, strain_line};
 use super::search::Search;
@@ -249,6 +250,7 @@ impl NewtonSolver {
     fn search_held<C: Constitutive, L: Load, U: Support, const P: usize>(
         &mut self,
         held: &HeldRod<C, L, U>,
+        quick: bool,
     ) -> Result<Held, EquilibriumError> {
         let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before } = held;
         let mut force = InternalForce::of(rod, load, environment);
@@ -261,6 +263,9 @@ impl NewtonSolver {
         if let Some(before) = before {
             search.since(before);
         }
+        if quick {
+            search.end_early();
+        }
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
         let Found { equilibrium, increments, foundations, reactions, patches } =
@@ -270,6 +275,45 @@ impl NewtonSolver {
         check_line(&strains, &force)?;
         *shape.line_strains_mut() = strains;
         Ok(Held { equilibrium, increments, foundations, reactions, rod: shape, patches })
+    }
+
+    /// Searches for an equilibrium with supports. A `quick` search ends after its first failure.
+    fn search_with_points<C: Constitutive, L: Load, U: Support>(
+        &mut self,
+        held: &HeldRod<C, L, U>,
+        quick: bool,
+    ) -> Result<Held, EquilibriumError> {
+        let answer = match held.rod.order().points() {
+            1 => self.search_held::<_, _, _, 1>(held, quick),
+            2 => self.search_held::<_, _, _, 2>(held, quick),
+            3 => self.search_held::<_, _, _, 3>(held, quick),
+            _ => self.search_held::<_, _, _, 4>(held, quick),
+        };
+        self.workspace.system.joints.clear();
+        answer
+    }
+
+    /// Searches for an equilibrium with contacts by the contact problem in each iteration.
+    fn search_contacts<C: Constitutive, L: Load, U: Support>(
+        &mut self,
+        held: &HeldRod<C, L, U>,
+    ) -> Result<Held, EquilibriumError> {
+        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before } = held;
+        let mut force = InternalForce::of(rod, load, environment);
+        let body = body_of(rod, (material, load), &mut force, &mut self.workspace.system);
+        let mut search = ContactSearch::new(body, rod, support, (self.stable_only, self.tolerance))?;
+        if let Some(before) = before {
+            search.since(before);
+        }
+        let mut shape = rod.clone();
+        search.guess(&mut shape, earlier, last);
+        let found = search.run(&mut shape, self.max_iterations)?;
+        let mut strains = Vec::new();
+        strain_line(&mut strains, &shape, material, &force);
+        check_line(&strains, &force)?;
+        *shape.line_strains_mut() = strains;
+        let contact::Found { equilibrium, increments, reactions, patches } = found;
+        Ok(Held { equilibrium, increments, foundations: 0, reactions, rod: shape, patches })
     }
 
     fn search<const P: usize>(
@@ -291,13 +335,19 @@ impl EquilibriumSolver for NewtonSolver {
     ) -> Result<Held, EquilibriumError> {
         ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
         held.support.check()?;
-        let answer = match held.rod.order().points() {
-            1 => self.search_held::<_, _, _, 1>(held),
-            2 => self.search_held::<_, _, _, 2>(held),
-            3 => self.search_held::<_, _, _, 3>(held),
-            _ => self.search_held::<_, _, _, 4>(held),
-        };
-        self.workspace.system.joints.clear();
+        let fails =
+            |answer: &Result<Held, EquilibriumError>| answer.as_ref().is_err_and(EquilibriumError::is_recoverable);
+        // A search for the contacts that does not succeed at once seldom does later. The contact problem solves most
+        // of these cases.
+        let contacts = self.stable_only && !held.support.contacts().is_empty();
+        let mut answer = self.search_with_points(held, contacts);
+        if contacts && fails(&answer) {
+            answer = self.search_contacts(held);
+            self.workspace.system.joints.clear();
+        }
+        if contacts && fails(&answer) {
+            answer = self.search_with_points(held, false);
+        }
         answer
     }
 
@@ -329,6 +379,21 @@ impl EquilibriumSolver for NewtonSolver {
             check_turns(rod)?;
         }
         answer
+    }
+}
+
+/// The mechanics of a rod under a load.
+fn body_of<'a, C: Constitutive, L: Load>(
+    rod: &Rod,
+    (material, load): (&'a C, &'a L),
+    force: &'a mut InternalForce,
+    system: &'a mut System,
+) -> Box<dyn Mechanics + 'a> {
+    match rod.order().points() {
+        1 => Box::new(Body::<C, L, 1> { system, material, load, force }),
+        2 => Box::new(Body::<C, L, 2> { system, material, load, force }),
+        3 => Box::new(Body::<C, L, 3> { system, material, load, force }),
+        _ => Box::new(Body::<C, L, 4> { system, material, load, force }),
     }
 }
 

@@ -139,7 +139,7 @@ fn at_frames<const P: usize>(
 ) -> Vec<Vector3<f64>> {
     let mut nodes = vec![Vector3::zeros(); system.elements.len() + 1];
     for (e, row) in rows.iter().enumerate() {
-        let (last, start) = system.elements[e].outer::<P>(row);
+        let (last, start) = system.elements[e].outer(row, P);
         nodes[e + 1] += last;
         nodes[e] += start;
     }

@@ -152,6 +152,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let fails =
             |result: &Result<(), EquilibriumError>| result.as_ref().is_err_and(EquilibriumError::is_recoverable);
         let mut result = self.find_contacts(rod, bound.min(ATTEMPT));
+        if self.quick {
+            return result;
+        }
         for width in FOUNDATIONS {
             if !fails(&result) {
                 return result;

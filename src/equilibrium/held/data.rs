@@ -50,6 +50,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) sites: Vec<Site>,
     pub(super) frames: Vec<HeldFrame>,
     pub(super) laws: Laws<'a>,
+    /// Whether the search ends after its first failure.
+    pub(super) quick: bool,
     /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit.
     pub(super) weight: f64,
     pub(super) boosts: Vec<(usize, f64)>,

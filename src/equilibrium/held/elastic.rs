@@ -21,7 +21,7 @@ const CHECK_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// The law of a spring or an elastic joint.
 #[derive(Clone, Copy)]
-pub(super) enum Law<'a> {
+pub(in crate::equilibrium) enum Law<'a> {
     /// A linear law: stiffness, and the argument without force.
     Linear(Matrix3<f64>, Vector3<f64>),
     /// The potential of a user.
@@ -32,7 +32,7 @@ pub(super) enum Law<'a> {
 
 /// The laws of the springs and elastic joints of a rod.
 #[derive(Default)]
-pub(super) struct Laws<'a> {
+pub(in crate::equilibrium) struct Laws<'a> {
     pub springs: Vec<Law<'a>>,
     /// Frames without rotation and laws, in the order of the elastic joints of the system.
     pub joints: Vec<(UnitQuaternion<f64>, Law<'a>)>,
@@ -95,7 +95,7 @@ fn relative(error: f64, size: f64, rounding: f64) -> f64 {
 
 /// A spring at a place, in the present configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Spring {
+pub(in crate::equilibrium) struct Spring {
     /// Number of its law.
     pub law: usize,
     /// Force on the rod, N. In equilibrium it is minus the gradient.
@@ -153,7 +153,7 @@ impl Spring {
 
 /// Couple and stiffness of an elastic joint in a rotation φ of its frame, R exp(φ). The rotation vector changes by
 /// dθ = Jr⁻¹ φ.
-pub(super) fn elastic_joint(
+pub(in crate::equilibrium) fn elastic_joint(
     node: usize,
     turn: &Vector3<f64>,
     gradient: &Vector3<f64>,

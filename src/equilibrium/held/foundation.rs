@@ -6,7 +6,7 @@ use crate::support::{Contact, Energy, Obstacle};
 
 /// An obstacle whose surface acts on a place of the rod as a spring.
 #[derive(Clone, Copy)]
-pub(super) struct Foundation<'a> {
+pub(in crate::equilibrium) struct Foundation<'a> {
     pub contact: Contact<&'a dyn Obstacle>,
     /// Displacement of the obstacle, m.
     pub yielded: Vector3<f64>,

@@ -64,6 +64,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             sites,
             frames,
             laws,
+            quick: false,
             weight: 0.0,
             boosts: Vec::new(),
             energy_scale: 0.0,
@@ -73,6 +74,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             increments: 0,
             foundations: 0,
         })
+    }
+
+    /// Lets the search end after its first failure, without increments and estimates of the contacts.
+    pub fn end_early(&mut self) {
+        self.quick = true;
     }
 
     /// Sets the rod and its reactions at the end of the increment before, and the time since then (s).
@@ -231,6 +237,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 Ok(()) => done = next,
                 Err(error)
                     if error.is_recoverable()
+                        && !self.quick
                         && share > SMALLEST_SHARE
                         && done + share > done
                         && (number > 1.0 || far > 0.0 || turned > 0.0) =>

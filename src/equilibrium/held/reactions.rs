@@ -7,6 +7,7 @@ use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::friction::NO_SLIP;
 use super::sites::Site;
+use super::spread::spread;
 use crate::constitutive::Constitutive;
 use crate::load::Load;
 use crate::rod::Rod;
@@ -65,7 +66,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             });
             all.push(Reaction { force, obstacle, normal, slip, ..reaction(site.element, site.x) });
         }
-        self.spread(rod, &mut all);
+        spread(rod, self.obstacles.contacts.len(), &mut all);
         let joints = &self.system.joints;
         let mut couples = Vec::new();
         for ((node, _), held) in joints.confined.iter().zip(&joints.held) {

@@ -20,7 +20,7 @@ const AT_KEPT_NODE: f64 = 1e-5;
 
 /// A place at which a support acts.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Site {
+pub(in crate::equilibrium) struct Site {
     pub element: usize,
     pub x: f64,
     /// Unit vectors along which the position is given.
@@ -38,7 +38,7 @@ pub(super) struct Site {
 
 /// Gap between a place of the centre line and an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Gap {
+pub(in crate::equilibrium) struct Gap {
     pub value: f64,
     pub normal: Vector3<f64>,
     pub curvature: Matrix3<f64>,
@@ -46,7 +46,7 @@ pub(super) struct Gap {
 
 /// A contact at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Touch {
+pub(in crate::equilibrium) struct Touch {
     pub obstacle: usize,
     /// Normal force, N.
     pub push: f64,
@@ -63,7 +63,7 @@ pub(super) struct Touch {
 
 /// Friction at a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Friction {
+pub(in crate::equilibrium) struct Friction {
     pub coefficient: f64,
     /// Whether the place sticks to the obstacle.
     pub sticks: bool,
@@ -123,7 +123,7 @@ impl Site {
 }
 
 /// The node at a distance from the apex at t = 0 (m).
-pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError> {
+pub(in crate::equilibrium) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError> {
     let (name, length) = ("distance of a held place from the apex", rod.initial_length());
     let on = distance >= 0.0 && distance <= length * (1.0 + AT_NODE);
     ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
@@ -138,7 +138,7 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
 }
 
 /// A unit vector across another one, and the one across both.
-pub(super) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
+pub(in crate::equilibrium) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let first = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
     [first, normal.cross(&first)]
 }
@@ -161,7 +161,7 @@ fn site_of(hold: &Hold, node: usize, laws: &mut Laws) -> Option<Site> {
 
 /// A frame that is held, up to a rotation about an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct HeldFrame {
+pub(in crate::equilibrium) struct HeldFrame {
     pub node: usize,
     pub frame: UnitQuaternion<f64>,
     /// The axis along the directors; `None` for a frame that does not rotate.
@@ -187,9 +187,9 @@ impl HeldFrame {
 
 /// Sorts the supports of a rod at a time (s), besides contacts, into sites, held frames, and the laws of springs and
 /// elastic joints.
-pub(super) fn sort<'a>(
+pub(in crate::equilibrium) fn sort<'a>(
     rod: &Rod,
-    support: &'a impl Support,
+    support: &'a (impl Support + ?Sized),
     time: f64,
     joints: &mut Joints,
 ) -> Result<(Vec<Site>, Vec<HeldFrame>, Laws<'a>), EquilibriumError> {
@@ -251,7 +251,13 @@ fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), Parame
 /// Rotates frames by shares of a rotation vector along their directors, which increases linearly with the node
 /// from `from` to `at`. Frames beyond follow: they keep their position relative to `at`, or rotate by shares that
 /// decrease to zero at `to`.
-pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: usize, to: Option<usize>) {
+pub(in crate::equilibrium) fn turn_frames(
+    rod: &mut Rod,
+    turn: &Vector3<f64>,
+    from: usize,
+    at: usize,
+    to: Option<usize>,
+) {
     let p = rod.order().points();
     let reference = rod.reference();
     let lengths: Vec<f64> = (0..rod.elements()).map(|e| rod.length_of(e)).collect();

@@ -1,0 +1,246 @@
+//! An attempt at a step: the linear rod, its contacts, and the length of the step.
+//!
+//! A step removes a share of the unbalanced couples and of the violated conditions. The share is one unless the step
+//! would leave the range of the linear rod. Then the contact problem is solved for smaller shares until a step fits, and
+//! for larger ones with extrapolated forces, so that the contacts stay on their sides of the obstacles.
+
+use nalgebra::DVector;
+
+use super::linear::Linear;
+use super::newton::{Course, SLOW};
+use super::obstacles::Line;
+use super::reduced::Contact;
+use super::search::ContactSearch;
+use super::settings::SETTINGS;
+use super::step::Start;
+use crate::equilibrium::{EquilibriumError, Inertia};
+use crate::rod::Rod;
+
+/// Rotation in a step below which the steps are expected to converge, rad.
+const CLOSE_TURN: f64 = 0.02;
+/// Rotation in a step that is not shortened but needs a shift, rad: the tangent is almost singular.
+const LONGEST_STEP: f64 = 10.0;
+/// Rotation in a step that needs neither a correction nor a comparison, rad.
+const TINY_TURN: f64 = 1e-9;
+
+/// An accepted step.
+pub(super) struct Step {
+    /// Largest rotation, rad.
+    pub turn: f64,
+    pub fraction: f64,
+    pub shift: f64,
+    pub pivots: Inertia,
+    pub linear: Linear,
+    /// Whether the state of a contact has changed.
+    pub changed: bool,
+    /// Largest stretch of the rod by the changes of the reactions, m.
+    pub stretch: f64,
+}
+
+/// The outcome of an attempt at a step with a given shift.
+pub(super) enum Attempt {
+    Accepted(Box<Step>),
+    /// The rod has moved without a step, from a straight shape or a saddle.
+    Moved,
+    /// A larger shift is needed.
+    Rejected,
+}
+
+/// A step on the linear rod.
+pub(super) struct Trial {
+    pub linear: Linear,
+    pub contacts: Vec<Contact>,
+    /// Changes of the reactions of holds and springs.
+    pub links: DVector<f64>,
+    /// Largest rotation, rad.
+    pub turn: f64,
+    /// Whether the contact problem is solved.
+    pub solved: bool,
+}
+
+/// Whether a step fits the range of the linear rod.
+enum Fit {
+    Fits,
+    Misses,
+    /// Obstacles within reach have been added to the candidates.
+    Found,
+}
+
+impl ContactSearch<'_> {
+    /// Attempts a step with a shift. After a rejection rod and reactions are those before.
+    pub(super) fn attempt(
+        &mut self,
+        rod: &mut Rod,
+        course: &mut Course,
+        shift: f64,
+    ) -> Result<Attempt, EquilibriumError> {
+        let (energy, pivots) = self.factorise(rod, shift)?;
+        self.body.balance();
+        let mut start = self.start(rod);
+        let merit = self.merit(rod, energy);
+        self.found.energy = merit.energy;
+        let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
+        loop {
+            let linear = self.linearise(rod);
+            if !std::mem::replace(&mut tested, true)
+                && let Some(attempt) = self.test_tangent(rod, course, (&linear, pivots, shift))
+            {
+                return Ok(attempt);
+            }
+            let zero = DVector::zeros(linear.response.size());
+            let (contacts, links, solved) = self.solve_linear(&linear, &start, &zero, None);
+            let turn = self.body.system().largest_turn();
+            if !turn.is_finite() && (shift > 0.0 || !self.stable) {
+                return Err(EquilibriumError::NotFinite { what: "Newton step" });
+            }
+            // The comparison fails for NaN.
+            if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
+                return Ok(Attempt::Rejected);
+            }
+            if shift > 0.0 && self.is_at_saddle(turn, course.last) {
+                if course.saddles == SETTINGS.saddles.0 {
+                    return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
+                }
+                self.leave_saddle(rod, &linear, course.saddles);
+                course.saddles += 1;
+                self.locate(rod);
+                return Ok(Attempt::Moved);
+            }
+            let mut trial = Trial { linear, contacts, links, turn, solved };
+            match self.fit(rod, &mut start, &mut trial, &mut searched) {
+                Fit::Found => continue,
+                Fit::Misses => {
+                    self.return_to(rod, &start);
+                    return Ok(Attempt::Rejected);
+                }
+                Fit::Fits => {}
+            }
+            if additions < SETTINGS.additions && self.add_to(rod, &mut start) {
+                additions += 1;
+                continue;
+            }
+            let Some(fraction) = self.descend(rod, (&start, &trial), &merit, self.is_unchecked(&trial, shift, course))
+            else {
+                self.return_to(rod, &start);
+                return Ok(Attempt::Rejected);
+            };
+            let changed = start.candidates.iter().zip(&self.candidates).any(|(a, b)| a.status != b.status);
+            let (stretch, fraction) = (self.stretch(rod, &start.sites), fraction * trial.linear.share);
+            let Trial { linear, turn, .. } = trial;
+            return Ok(Attempt::Accepted(Box::new(Step { turn, fraction, shift, pivots, linear, changed, stretch })));
+        }
+    }
+
+    /// Tests a tangent: a straight rod is bent first, and a tangent that is negative in a permitted direction needs a
+    /// shift. Without a guard the inertia of a rod in contact is tested at the equilibrium only.
+    fn test_tangent(
+        &mut self,
+        rod: &mut Rod,
+        course: &mut Course,
+        (linear, pivots, shift): (&Linear, Inertia, f64),
+    ) -> Option<Attempt> {
+        let tests = !self.is_loaded() || course.guarded;
+        let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
+        if shift == 0.0 && tests {
+            self.found.inertia = inertia;
+        }
+        if !course.bowed && shift == 0.0 && self.is_straight(linear) {
+            course.bowed = true;
+            let missing = linear.residuals.amax() / self.length;
+            self.bow(rod, 2.0 * missing.sqrt());
+            self.locate(rod);
+            return Some(Attempt::Moved);
+        }
+        (self.stable && tests && inertia.negative > 0).then_some(Attempt::Rejected)
+    }
+
+    /// Finds a share of the step that fits, and moves the rod.
+    fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, searched: &mut bool) -> Fit {
+        let (zero, deepest) = (DVector::zeros(trial.linear.response.size()), start.deepest());
+        // The contacts of the last step that fits, and its share.
+        let mut fitting: Option<(Vec<Contact>, f64)> = None;
+        for attempt in 0..=SETTINGS.shortenings {
+            if attempt > 0 {
+                let share = trial.linear.share;
+                let guess = fitting.as_ref().map(|(contacts, known)| (&contacts[..], share / known));
+                self.solve_trial(trial, start, &zero, guess);
+            }
+            // By this factor the step may be longer.
+            let within = f64::min(1.0, SETTINGS.largest_turn / trial.turn);
+            self.move_by(rod, start, trial, within);
+            let mut factor = (SETTINGS.largest_turn / trial.turn).min(within * self.safe_share(rod, start));
+            if factor < 1.0 && !std::mem::replace(searched, true) {
+                let reach = start.stations.iter().zip(Line::new(rod, &self.tangents).stations());
+                let reach = reach.map(|(a, b)| (b.position - a.position).norm()).fold(0.0, f64::max);
+                self.return_to(rod, start);
+                if self.add_candidates(rod, reach) {
+                    self.locate(rod);
+                    start.candidates.clone_from(&self.candidates);
+                    return Fit::Found;
+                }
+            }
+            if !trial.solved {
+                factor = factor.min(0.0);
+            }
+            if factor >= 1.0 && trial.turn >= TINY_TURN {
+                self.correct(rod, start, trial);
+                // The linear rod holds where corrections lead to the conditions.
+                let permitted = SETTINGS.permitted * self.length + deepest * (1.0 - 0.5 * trial.linear.share);
+                if self.deepest() > permitted || self.safe_share(rod, start) < 1.0 {
+                    factor = 0.0;
+                }
+            }
+            let share = trial.linear.share;
+            if factor >= 1.0 {
+                if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
+                    return Fit::Fits;
+                }
+                fitting = Some((trial.contacts.clone(), share));
+                trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
+            } else if fitting.is_some() {
+                break;
+            } else {
+                trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
+            }
+        }
+        let Some((known, share)) = fitting else { return Fit::Misses };
+        trial.linear.share = share;
+        self.solve_trial(trial, start, &zero, Some((&known, 1.0)));
+        self.move_by(rod, start, trial, 1.0);
+        self.correct(rod, start, trial);
+        Fit::Fits
+    }
+
+    /// Adds candidates at which the rod penetrates obstacles after a step, and returns to the start. Returns whether there
+    /// are any.
+    fn add_to(&mut self, rod: &mut Rod, start: &mut Start) -> bool {
+        let known = self.candidates.clone();
+        if !self.add_candidates(rod, -SETTINGS.rounding * self.length) {
+            return false;
+        }
+        let new = self.candidates.split_off(known.len());
+        for ((own, at), from) in self.candidates.iter().zip(&known).zip(&mut start.candidates) {
+            if (own.element, own.x) != (at.element, at.x) {
+                (from.element, from.x) = (own.element, own.x);
+            }
+        }
+        start.candidates.extend(new);
+        self.return_to(rod, start);
+        start.candidates.clone_from(&self.candidates);
+        true
+    }
+
+    /// Whether a step needs no comparison of merits: it converges, or its change of the energy is close to rounding. With
+    /// friction, two shapes may satisfy the laws in turn.
+    fn is_unchecked(&self, trial: &Trial, shift: f64, course: &Course) -> bool {
+        let rubs = trial.contacts.iter().any(|at| at.friction > 0.0);
+        let small = if rubs { TINY_TURN } else { SETTINGS.small_turn };
+        let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SLOW * course.last;
+        trial.turn < small || !self.stable || converges
+    }
+
+    /// Whether a step with a shifted tangent and the rotation `turn` (rad) is at a saddle of the energy.
+    fn is_at_saddle(&self, turn: f64, last: f64) -> bool {
+        turn < 1e-7 && turn > SLOW * last || turn < SETTINGS.at_saddle
+    }
+}

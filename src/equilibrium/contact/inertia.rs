@@ -1,0 +1,109 @@
+//! Inertia of a held equilibrium on the directions that its supports permit.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::candidate::Candidate;
+use super::law::Status;
+use super::linear::{Linear, NEUTRAL, Rows, along};
+use super::search::ContactSearch;
+use crate::equilibrium::Inertia;
+use crate::equilibrium::held::sites::across;
+
+/// The conditions of an earlier contact along the rod: obstacle, arc length (m), and the factors of each.
+type Previous = (usize, f64, Vec<Vec<(usize, f64)>>);
+
+impl ContactSearch<'_> {
+    /// The inertia of the bordered tangent of a linear rod, whose factorisation has pivots with the signs `inertia`.
+    /// The rows are the conditions of the links, the gaps and slips of contacts, and the stiffnesses by which contact
+    /// forces turn with the normal and move along the rod.
+    pub(super) fn inertia_of(&self, linear: &Linear, mut inertia: Inertia) -> Inertia {
+        let mut rows = linear.links.clone();
+        self.add_contact_rows(linear, &mut rows);
+        let t = rows.matrix(linear.response.size());
+        let mut matrix: DMatrix<f64> = &t * &linear.response.compliance * t.transpose();
+        let terms: Vec<f64> =
+            rows.factors.iter().enumerate().map(|(i, row)| linear.response.terms(row, matrix[(i, i)])).collect();
+        matrix = -matrix;
+        rows.diagonal.iter().enumerate().for_each(|(i, d)| matrix[(i, i)] += d);
+        let n = rows.len();
+        let scale =
+            DVector::from_fn(n, |i, _| (terms[i] + rows.diagonal[i].abs()).max(f64::MIN_POSITIVE).sqrt().recip());
+        let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        if scaled.iter().any(|value| !value.is_finite()) {
+            return Inertia { margin: f64::NAN, ..inertia };
+        }
+        let eigenvalues = if n > 0 { scaled.symmetric_eigenvalues() } else { DVector::zeros(0) };
+        // The bordered matrix has one negative eigenvalue for every condition and every spring of positive stiffness.
+        let expected = rows.diagonal.iter().filter(|d| **d <= 0.0).count();
+        let positive = n - expected;
+        let (mut negative, mut above) = (inertia.negative, inertia.positive);
+        for value in eigenvalues.iter() {
+            inertia.margin = inertia.margin.min(value.abs());
+            if value.abs() <= NEUTRAL {
+                inertia.neutral += 1;
+            } else if *value < 0.0 {
+                negative += 1;
+            } else {
+                above += 1;
+            }
+        }
+        let confined = self.body.system().joints.confined_directions();
+        inertia.negative = negative.saturating_sub(expected);
+        inertia.positive = above.saturating_sub(positive + confined + expected);
+        inertia
+    }
+
+    /// Adds the rows of the loaded contacts.
+    fn add_contact_rows(&self, linear: &Linear, rows: &mut Rows) {
+        let loaded = |(_, at): &(usize, &Candidate)| at.status != Status::Open && at.normal() > 0.0;
+        let mut order: Vec<(usize, &Candidate)> = self.candidates.iter().enumerate().filter(loaded).collect();
+        order.sort_by(|a, b| a.1.obstacle.cmp(&b.1.obstacle).then(a.1.arc_length.total_cmp(&b.1.arc_length)));
+        let mut previous: Vec<Previous> = Vec::new();
+        for (i, at) in order {
+            let (first, normal) = (linear.response.first(self.sites.len() + i), at.gap.normal);
+            let mut conditions: Vec<Vec<(usize, f64)>> = vec![along(first, &normal).collect()];
+            if at.status == Status::Sticking {
+                conditions.extend(across(&normal).map(|side| along(first, &side).collect::<Vec<_>>()));
+            }
+            // Conditions at neighbouring stations are nearly equal. Their divided differences up to the second are
+            // the basis in which the matrix is well scaled.
+            for (kind, own) in conditions.iter().enumerate() {
+                let same = |(obstacle, _, rows): &&Previous| *obstacle == at.obstacle && rows.len() > kind;
+                let mut row = own.clone();
+                let earlier: Vec<_> = previous.iter().rev().filter(same).take(2).collect();
+                if let Some((_, s, before)) = earlier.first() {
+                    let slope = 1.0 / (at.arc_length - s);
+                    row = combined(&[(own, slope), (&before[kind], -slope)]);
+                    if let Some((_, s0, first)) = earlier.get(1) {
+                        let other = 1.0 / (s - s0);
+                        row = combined(&[(own, slope), (&before[kind], -slope - other), (&first[kind], other)]);
+                    }
+                }
+                rows.push(row, 0.0);
+            }
+            previous.push((at.obstacle, at.arc_length, conditions));
+            let push = at.normal();
+            // The normal force turns with the normal: a stiffness −λ ∇²g.
+            let eigen = at.gap.curvature.symmetric_eigen();
+            for (side, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+                let stiffness = -push * value;
+                if stiffness != 0.0 {
+                    let side = side.into_owned() * stiffness.abs().sqrt();
+                    rows.push(along(first, &side), -stiffness.signum());
+                }
+            }
+            if linear.response.turns(self.sites.len() + i) && at.approach().1 > 0.0 {
+                // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
+                let factor = (push / at.approach().1).sqrt();
+                let turned = at.gap.curvature * at.tangent * factor;
+                let tangent = normal * factor;
+                rows.push(along(first, &turned).chain(along(first + 3, &tangent)), -1.0);
+            }
+        }
+    }
+}
+
+/// A combination of rows.
+fn combined(rows: &[(&Vec<(usize, f64)>, f64)]) -> Vec<(usize, f64)> {
+    rows.iter().flat_map(|(row, factor)| row.iter().map(move |(i, value)| (*i, value * factor))).collect()
+}

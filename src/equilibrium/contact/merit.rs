@@ -1,0 +1,91 @@
+//! Merit and residual, which decide whether a step is accepted.
+
+use super::attempt::Trial;
+use super::search::ContactSearch;
+use super::settings::SETTINGS;
+use super::step::Start;
+use crate::equilibrium::held::sites::Site;
+use crate::rod::Rod;
+
+/// Quantities that decide whether a step is accepted.
+#[derive(Clone, Copy)]
+pub(super) struct Merit {
+    /// Energy of the rod with its supports, J.
+    pub energy: f64,
+    /// Sum of the violated distances, m.
+    pub violation: f64,
+    /// Work of friction, J.
+    pub friction: f64,
+    /// Largest violation of a balance or a law, relative to the force and the length.
+    pub residual: f64,
+}
+
+impl ContactSearch<'_> {
+    /// The merit at the last evaluation, in which the rod with its loads had the given energy (J).
+    pub(super) fn merit(&mut self, rod: &Rod, energy: f64) -> Merit {
+        let force = self.force_scale();
+        let energy = self.potential(rod, energy);
+        let mut residual = self.body.system().unbalanced / (force * self.length);
+        let mut friction = 0.0;
+        for at in &self.candidates {
+            let (gap, push) = (at.gap.value / self.length, at.normal() / force);
+            residual = residual.max(gap.min(push).abs());
+            let coefficient = self.obstacles.contacts[at.obstacle].friction;
+            if coefficient > 0.0 {
+                let slip = at.slip(&self.obstacles.yielded[at.obstacle]);
+                friction += coefficient * at.normal().max(0.0) * slip.norm();
+                let tangential = (at.force - at.gap.normal * at.normal()) / force;
+                let trial = tangential - slip / self.length;
+                let radius = coefficient * push.max(0.0);
+                let within = if trial.norm() <= radius { trial } else { trial * (radius / trial.norm()) };
+                residual = residual.max((tangential - within).norm());
+            }
+        }
+        let missing = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        residual = missing.fold(residual, |residual, distance| residual.max(distance / self.length));
+        Merit { energy, violation: self.violation(), friction, residual }
+    }
+
+    /// Takes the largest fraction of a step with which the merit or the residual decreases, and returns it; `None` if
+    /// none of those tried does.
+    pub(super) fn descend(
+        &mut self,
+        rod: &mut Rod,
+        (start, trial): (&Start, &Trial),
+        merit: &Merit,
+        unchecked: bool,
+    ) -> Option<f64> {
+        let (mut fraction, slope) = (1.0, self.body.slope());
+        let forces = trial.contacts.iter().map(|contact| contact.force.norm());
+        let links = self.sites.iter().map(|site| site.force.norm());
+        self.weight = (0.25 * self.weight).max(2.0 * forces.chain(links).fold(0.0, f64::max));
+        let value = |merit: &Merit, weight: f64| merit.energy + weight * merit.violation + merit.friction;
+        let before = value(merit, self.weight);
+        let slack = 1e-12 * (before.abs() + self.force_scale() * self.length);
+        for halving in 0..=SETTINGS.halvings {
+            if halving > 0 {
+                fraction *= 0.5;
+                self.move_by(rod, start, trial, fraction);
+            }
+            let energy = self.body.evaluate(rod);
+            self.found.evaluations += 1;
+            self.stretch_joints(rod);
+            let whole = (self.body.system().turns.clone(), self.body.system().steps.clone());
+            self.body.balance();
+            let reached = self.merit(rod, energy);
+            (self.body.system_mut().turns, self.body.system_mut().steps) = whole;
+            let after = value(&reached, self.weight);
+            let predicted = (slope - self.weight * merit.violation).min(0.0);
+            let falls = after <= before + SETTINGS.decrease.0 * fraction * predicted + slack;
+            let converges = reached.residual < merit.residual * (1.0 - SETTINGS.decrease.1 * fraction);
+            if after.is_finite() && (falls || converges || unchecked) {
+                self.found.energy = reached.energy;
+                return Some(fraction);
+            }
+            if fraction * trial.turn < 1e-9 {
+                break;
+            }
+        }
+        None
+    }
+}

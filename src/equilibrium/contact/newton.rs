@@ -1,0 +1,200 @@
+//! The Newton iteration for a rod in contact.
+//!
+//! Each iteration factorises the tangent of the rod with its present reactions, solves the frictional contact problem of
+//! the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
+
+use nalgebra::Vector3;
+
+use super::attempt::{Attempt, Step};
+use super::before::Before;
+use super::candidate::Candidate;
+use super::law::Status;
+use super::search::ContactSearch;
+use super::settings::{SAME, SETTINGS};
+use crate::equilibrium::EquilibriumError;
+use crate::equilibrium::held::sites::Site;
+use crate::rod::Rod;
+
+/// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
+pub(super) const SLOW: f64 = 0.25;
+/// Largest rotation in a step that may be due to rounding, rad, and one that always is.
+const STAGNANT: f64 = 1e-6;
+const ROUNDING: f64 = 1e-13;
+/// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
+const BALANCED: f64 = 1e-13;
+/// Eigenvalue of the scaled matrix of the reactions below which the inertia is evaluated at the equilibrium.
+const CLOSE: f64 = 1e-3;
+
+/// What an iteration needs to know of those before it.
+pub(super) struct Course {
+    /// Whether the tangent has to be positive on the permitted directions also while contacts are loaded.
+    pub guarded: bool,
+    /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
+    pub last: f64,
+    /// Shift of the last step, N.
+    pub shift: f64,
+    pub saddles: usize,
+    /// Whether a straight rod was bent.
+    pub bowed: bool,
+    pub placements: usize,
+}
+
+impl ContactSearch<'_> {
+    /// Newton's iteration for the present targets.
+    pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
+        let (last, shift, saddles, bowed, placements) = (f64::INFINITY, 0.0, 0, false, 0);
+        let mut course = Course { guarded, last, shift, saddles, bowed, placements };
+        self.apply(rod);
+        self.locate(rod);
+        for _ in 0..SETTINGS.iterations[usize::from(guarded)] {
+            if self.found.iterations >= self.bound {
+                break;
+            }
+            self.found.iterations += 1;
+            let moves = course.placements < SETTINGS.placements.0;
+            let misplaced = self.place(rod, moves, course.last) > SETTINGS.placed * self.length;
+            // Far from equilibrium the contacts move with every step.
+            course.placements += usize::from(misplaced && course.last < SETTINGS.placing_turn);
+            self.drop_candidates();
+            if self.add_candidates(rod, -SETTINGS.rounding * self.length) {
+                self.locate(rod);
+            }
+            self.apply(rod);
+            let Some(step) = self.step(rod, &mut course)? else {
+                course.last = f64::INFINITY;
+                continue;
+            };
+            let done = step.fraction == 1.0
+                && step.shift == 0.0
+                && step.turn < SETTINGS.small_turn
+                && !(misplaced && moves)
+                && self.has_converged(rod, &step, course.last)?;
+            if done {
+                if self.stable && self.found.inertia.negative > 0 {
+                    course.guarded = true;
+                } else {
+                    return Ok(());
+                }
+            }
+            course.last = step.turn;
+            if course.guarded && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
+                // In a descent friction dissipates energy in every step: slip counts from the last one.
+                self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
+                self.candidates.iter_mut().for_each(|at| at.before = Vector3::zeros());
+            }
+        }
+        Err(self.not_found(course.last))
+    }
+
+    /// Removes candidates that are not close to an obstacle, and merges contact points that have slid to the same place.
+    fn drop_candidates(&mut self) {
+        let far = SETTINGS.far * self.length;
+        self.candidates.retain(|at| at.status != Status::Open || !at.point || at.gap.value < far);
+        let near = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let mut kept: Vec<Candidate> = Vec::new();
+        for at in self.candidates.drain(..) {
+            let same = |other: &&mut Candidate| {
+                let points = at.point && other.point && at.obstacle == other.obstacle;
+                points && (at.arc_length - other.arc_length).abs() < near
+            };
+            match kept.iter_mut().find(same) {
+                Some(other) => {
+                    let force = other.force + at.force;
+                    if at.force.norm() > other.force.norm() {
+                        *other = at;
+                    }
+                    other.force = force;
+                }
+                None => kept.push(at),
+            }
+        }
+        self.candidates = kept;
+    }
+
+    /// Takes a step with the smallest shift that is accepted. `None` if the rod has moved without a step.
+    fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
+        let scale = self.force_scale();
+        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / 16.0 } else { 0.0 };
+        if !self.is_loaded() || course.guarded {
+            shift = 0.0;
+        }
+        loop {
+            match self.attempt(rod, course, shift)? {
+                Attempt::Accepted(step) => {
+                    course.shift = if shift > 0.0 {
+                        shift
+                    } else if course.guarded {
+                        course.shift
+                    } else {
+                        0.0
+                    };
+                    return Ok(Some(step));
+                }
+                Attempt::Moved => return Ok(None),
+                Attempt::Rejected => {}
+            }
+            let buckling = 1.0 / (self.body.system().compliance() * self.length);
+            if !(shift <= SETTINGS.largest_shift * self.force_scale().max(buckling)) {
+                return Err(self.not_found(self.body.system().largest_turn()));
+            }
+            shift = if shift > 0.0 {
+                SETTINGS.shift.1 * shift
+            } else if course.shift > 0.0 {
+                course.shift / 16.0
+            } else {
+                SETTINGS.shift.0 * self.force_scale()
+            };
+        }
+    }
+
+    /// Whether a candidate is in contact.
+    pub(super) fn is_loaded(&self) -> bool {
+        self.candidates.iter().any(|at| at.status != Status::Open)
+    }
+
+    /// Largest displacement of a hold or spring of a rod that stretches, from its place in `sites`, m. A step may stretch the
+    /// rod without a rotation.
+    pub(super) fn stretch(&self, rod: &Rod, sites: &[Site]) -> f64 {
+        if self.body.line_compliance(rod, 0, 0).is_none() {
+            return 0.0;
+        }
+        let moved = self.sites.iter().zip(sites).map(|(a, b)| (a.position - b.position).norm());
+        moved.fold(0.0, f64::max)
+    }
+
+    /// Whether the rod is in equilibrium after a whole Newton step, which followed one with the rotation `last` (rad).
+    fn has_converged(&mut self, rod: &Rod, step: &Step, last: f64) -> Result<bool, EquilibriumError> {
+        let turn = step.turn;
+        let stretching = step.stretch > 1e-8 * self.length;
+        // The next error is the square of the step.
+        let ratio = (turn / last.min(1.0)).max(turn);
+        let error = 4.0 * turn * ratio.min(1.0);
+        // A new contact is one that the last step has missed.
+        let found = self.add_candidates(rod, -SETTINGS.rounding * self.length);
+        // A contact point is where the gap is least, or at the apex.
+        let skew = self.candidates.iter().any(|at| {
+            let inside = at.arc_length < self.length * (1.0 - SAME) || at.approach().0 > 0.0;
+            at.status != Status::Open && at.slides() && inside && at.approach().0.abs() > SETTINGS.tangential
+        });
+        let apart = skew || found || self.largest_violation() > SETTINGS.rounding * self.length;
+        // Close to a loss of stability rounding rotates the frames in every iteration.
+        let balanced = self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
+        let rounds = turn < STAGNANT && !apart && !stretching && (SLOW * turn..STAGNANT).contains(&last) && balanced;
+        if !rounds && (stretching || apart || step.changed || error > self.tolerance && turn >= ROUNDING) {
+            return Ok(false);
+        }
+        self.found.error = if rounds { error.max(turn) } else { error };
+        let inertia = self.inertia_of(&step.linear, step.pivots);
+        self.found.inertia = inertia;
+        let close = inertia.margin < CLOSE && self.stable || last.is_infinite() || inertia.negative > 0;
+        if close {
+            // A step that is small for the shape may change the sign of an eigenvalue close to zero, and the reactions
+            // of a first iteration are those of the initial guess.
+            let (_, pivots) = self.factorise(rod, 0.0)?;
+            self.body.balance();
+            let linear = self.linearise(rod);
+            self.found.inertia = self.inertia_of(&linear, pivots);
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,245 @@
+//! The obstacles of a rod, and the places of the rod that are close to them.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::candidate::Candidate;
+use super::law::Gap;
+use super::reduced::Surfaces;
+use super::response::upto_parts;
+use super::settings::SETTINGS;
+use crate::rod::Rod;
+use crate::support::{Contact, Obstacle, Reaction};
+
+/// Number of halvings of an interval between two stations in the search for places close to an obstacle.
+const DEPTH: usize = 16;
+/// Length of an interval that is not halved further, relative to the radius of curvature of the obstacle.
+const RESOLUTION: f64 = 0.25;
+
+/// The obstacles of a rod at a time.
+pub(super) struct Obstacles<'a> {
+    pub contacts: Vec<Contact<&'a dyn Obstacle>>,
+    /// Displacements of the obstacles by the forces on them, m.
+    pub yielded: Vec<Vector3<f64>>,
+    /// Their displacements per force, m/N.
+    pub compliances: Vec<Matrix3<f64>>,
+    pub time: f64,
+}
+
+impl Surfaces for Obstacles<'_> {
+    fn gap(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
+        let contact = &self.contacts[obstacle];
+        let distance = contact.obstacle.distance(place, self.time);
+        Gap { value: distance.value - contact.radius, normal: distance.normal, curvature: distance.curvature }
+    }
+}
+
+impl<'a> Obstacles<'a> {
+    pub fn new(contacts: Vec<Contact<&'a dyn Obstacle>>, time: f64) -> Self {
+        let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
+        let yielded = vec![Vector3::zeros(); contacts.len()];
+        Self { contacts, yielded, compliances, time }
+    }
+
+    /// The gap at a place (m) to an obstacle in its displaced position.
+    pub fn gap_at(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
+        self.gap(obstacle, &(place - self.yielded[obstacle]))
+    }
+
+    /// The displacements of the obstacles by the opposites of forces on the rod (N), m.
+    pub fn displacements(&self, forces: impl Iterator<Item = (usize, Vector3<f64>)>) -> Vec<Vector3<f64>> {
+        let mut all = vec![Vector3::zeros(); self.contacts.len()];
+        for (obstacle, force) in forces {
+            // An earlier equilibrium may have had more obstacles.
+            if let Some(displacement) = all.get_mut(obstacle) {
+                *displacement -= self.compliances[obstacle] * force;
+            }
+        }
+        all
+    }
+
+    /// The displacements of the obstacles in an equilibrium with the given reactions, m.
+    pub fn displacements_by(&self, reactions: &[Reaction]) -> Vec<Vector3<f64>> {
+        self.displacements(reactions.iter().filter_map(|reaction| Some((reaction.obstacle?, reaction.force))))
+    }
+
+    /// The least radius of curvature of an obstacle at a place, given the gap there, m.
+    pub fn radius(gap: &Gap) -> f64 {
+        // The principal curvatures a and b follow from a + b and a² + b².
+        let (trace, square) = (gap.curvature.trace(), gap.curvature.norm_squared());
+        let largest = 0.5 * (trace + (2.0 * square - trace * trace).max(0.0).sqrt());
+        if largest > 0.0 { (1.0 / largest - gap.value).max(0.0) } else { f64::INFINITY }
+    }
+}
+
+/// A place of a rod.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    pub element: usize,
+    pub x: f64,
+    pub arc_length: f64,
+    pub position: Vector3<f64>,
+}
+
+/// The centre line of a rod for given tangents at its material points.
+pub(super) struct Line<'b> {
+    pub rod: &'b Rod,
+    pub tangents: &'b [Vector3<f64>],
+    /// Arc lengths (m) and positions (m) of the starts of the elements and of the apex.
+    pub starts: Vec<(f64, Vector3<f64>)>,
+}
+
+impl<'b> Line<'b> {
+    pub fn new(rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
+        let mut line = Self { rod, tangents, starts: vec![(0.0, Vector3::zeros())] };
+        for e in 0..rod.elements() {
+            let end = line.place((e, 1.0));
+            line.starts.push((end.arc_length, end.position));
+        }
+        line
+    }
+
+    /// The place at coordinate `x` of an element.
+    pub fn place(&self, (element, x): (usize, f64)) -> Place {
+        let p = self.rod.order().points();
+        let parts = upto_parts(self.rod, element, x);
+        let (start, from) = self.starts[element];
+        let tangents = &self.tangents[element * p..(element + 1) * p];
+        let position = tangents.iter().zip(parts).fold(from, |sum, (tangent, part)| sum + tangent * part);
+        Place { element, x, arc_length: start + parts[..p].iter().sum::<f64>(), position }
+    }
+
+    /// The stations of all elements, from base to apex.
+    pub fn stations(&self) -> Vec<Place> {
+        let stations = &self.rod.reference().stations;
+        (0..self.rod.elements()).flat_map(|e| stations.iter().map(move |(x, _)| self.place((e, *x)))).collect()
+    }
+
+    /// The place at a length (m) from another one, at most in the elements next to it.
+    pub fn moved(&self, (mut element, x): (usize, f64), by: f64) -> (usize, f64) {
+        let length = |e: usize| self.rod.length_of(e);
+        let mut rest = x * length(element) + by;
+        while rest < 0.0 && element > 0 {
+            element -= 1;
+            rest += length(element);
+        }
+        while rest > length(element) && element + 1 < self.rod.elements() {
+            rest -= length(element);
+            element += 1;
+        }
+        (element, (rest / length(element)).clamp(0.0, 1.0))
+    }
+}
+
+/// The gap to an obstacle at a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sample {
+    pub element: usize,
+    pub x: f64,
+    pub arc_length: f64,
+    pub gap: f64,
+    /// Derivative of the gap along the rod.
+    pub slope: f64,
+    pub radius: f64,
+}
+
+/// The gaps of a rod to one obstacle.
+pub(super) struct Gaps<'b, 'a> {
+    pub line: &'b Line<'b>,
+    pub obstacles: &'b Obstacles<'a>,
+    pub obstacle: usize,
+}
+
+impl Gaps<'_, '_> {
+    pub fn at(&self, place: &Place) -> Sample {
+        let gap = self.obstacles.gap_at(self.obstacle, &place.position);
+        let tangent = self.line.rod.frame_within(place.element, place.x) * Vector3::z();
+        let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
+        Sample { element: place.element, x: place.x, arc_length: place.arc_length, gap: gap.value, slope, radius }
+    }
+
+    /// The gaps at the base and at all stations.
+    pub fn samples(&self, stations: &[Place]) -> Vec<Sample> {
+        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
+        std::iter::once(&base).chain(stations).map(|place| self.at(place)).collect()
+    }
+
+    /// The place of the least local minimum of the gap inside an interval between two neighbouring stations, among
+    /// minima below `bound` (m). A gap changes by at most the arc length.
+    pub fn least(&self, from: &Sample, to: &Sample, bound: f64) -> Option<Sample> {
+        let element = to.element;
+        let from = if from.element == element { *from } else { Sample { element, x: 0.0, ..*from } };
+        let finest = RESOLUTION * from.radius.min(to.radius);
+        let (mut parts, mut least) = (vec![(from, *to, 0)], None::<Sample>);
+        while let Some((from, to, depth)) = parts.pop() {
+            let size = to.arc_length - from.arc_length;
+            if !(from.gap + to.gap - size < 2.0 * bound) {
+                continue;
+            }
+            if size > finest && depth < DEPTH {
+                let middle = self.at(&self.line.place((element, 0.5 * (from.x + to.x))));
+                parts.extend([(from, middle, depth + 1), (middle, to, depth + 1)]);
+            } else if from.slope < 0.0 && to.slope > 0.0 {
+                let at = self.minimum(&from, &to);
+                if at.gap < bound && least.is_none_or(|least| at.gap < least.gap) {
+                    least = Some(at);
+                }
+            }
+        }
+        least
+    }
+
+    /// The minimum of the gap between two places with slopes of opposite signs: regula falsi with halving.
+    fn minimum(&self, from: &Sample, to: &Sample) -> Sample {
+        let (mut low, mut high) = (*from, *to);
+        let mut at = low;
+        for i in 0..60 {
+            let share = if i % 3 == 2 { 0.5 } else { low.slope / (low.slope - high.slope) };
+            let x = low.x + (high.x - low.x) * share;
+            at = self.at(&self.line.place((to.element, x)));
+            if at.slope < 0.0 {
+                low = at
+            } else {
+                high = at
+            }
+            if at.slope.abs() < 1e-12 || high.x - low.x < 1e-12 {
+                break;
+            }
+        }
+        at
+    }
+}
+
+/// The factor by which a displacement of the stations may be longer, so that no part of the rod moves by more than half
+/// of its gap to an obstacle or a part of the radius of the obstacle. Parts beside a candidate, up to the next maxima of
+/// the gap, are left out: the candidate represents them.
+pub(super) fn largest_share(obstacles: &Obstacles, candidates: &[Candidate], from: &[Place], to: &[Place]) -> f64 {
+    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
+    let places: Vec<&Place> = std::iter::once(&base).chain(from).collect();
+    let moved = from.iter().zip(to).map(|(a, b)| (b.position - a.position).norm());
+    let moved: Vec<f64> = std::iter::once(0.0).chain(moved).collect();
+    let mut share = f64::INFINITY;
+    for obstacle in 0..obstacles.contacts.len() {
+        let at = |place: &&Place| {
+            let gap = obstacles.gap_at(obstacle, &place.position);
+            (gap.value, Obstacles::radius(&gap))
+        };
+        let gaps: Vec<(f64, f64)> = places.iter().map(at).collect();
+        let mut known = vec![false; from.len()];
+        for candidate in candidates.iter().filter(|at| at.obstacle == obstacle) {
+            let after = from.iter().position(|place| place.arc_length >= candidate.arc_length);
+            let here = after.unwrap_or(from.len() - 1);
+            let ahead = (here..from.len()).take_while(|i| *i == here || gaps[i + 1].0 >= gaps[*i].0);
+            let behind = (0..=here).rev().take_while(|i| *i == here || gaps[*i].0 >= gaps[i + 1].0);
+            ahead.chain(behind).for_each(|i| known[i] = true);
+        }
+        for i in (0..from.len()).filter(|i| !known[*i]) {
+            let size = places[i + 1].arc_length - places[i].arc_length;
+            let (before, after) = (gaps[i], gaps[i + 1]);
+            // A gap changes by at most the arc length.
+            let least = before.0.min(after.0).min(0.5 * (before.0 + after.0 - size));
+            let allowed = (0.5 * least).max(SETTINGS.approach * (before.1.min(after.1) + least.max(0.0)));
+            share = share.min(allowed / moved[i].max(moved[i + 1]));
+        }
+    }
+    share
+}

@@ -1,0 +1,298 @@
+//! Nodes at contacts: the shape of a rod is smooth only between the places at which contact forces act.
+//!
+//! A contact point has a node of its own. At the ends of a contact segment the curvature of the rod is that of the
+//! obstacle. An end that is misplaced by δ changes the shape by O(δ³), so that the relative curvature g″ at a fixed
+//! place depends on it to second order only: −g″/g‴, with the derivative on the free side, is Newton's step for the
+//! end.
+
+use nalgebra::Vector3;
+
+use super::candidate::Candidate;
+use super::law::Status;
+use super::obstacles::{Line, Place};
+use super::search::ContactSearch;
+use super::settings::{SAME, SETTINGS};
+use crate::reference_element::MAX_POINTS;
+use crate::rod::Rod;
+use crate::support::Patch;
+
+/// Distance of a contact from a node, relative to the element, below which the element is not divided.
+const AT_NODE: f64 = 1e-4;
+/// Distance over which the derivative of the curvature is estimated, relative to an element.
+const DIFFERENCE: f64 = 1e-3;
+/// Largest gap inside a contact segment while the search is far from equilibrium, relative to an element. Stations that
+/// the elements do not resolve yet alternate with small gaps.
+const TOUCHING: f64 = 1e-4;
+/// Ratio of the distances from a contact of the nodes that resolve the layer beside it.
+const GRADING: f64 = 3.0;
+
+impl ContactSearch<'_> {
+    /// Moves nodes to the contacts of the present shape, if `moves`. Returns the largest distance of a contact from its
+    /// node, m.
+    pub(super) fn place(&mut self, rod: &mut Rod, moves: bool, last: f64) -> f64 {
+        if self.obstacles.contacts.is_empty() {
+            return 0.0;
+        }
+        let touching = (TOUCHING * self.length / self.parent.elements() as f64).min(last * self.length);
+        let mut patches = self.patches(rod, touching);
+        let misplaced = self.move_ends(rod, &mut patches);
+        let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
+        let off = |s: f64| nodes.iter().map(|node| (node - s).abs()).fold(f64::INFINITY, f64::min);
+        let reach = AT_NODE * self.length / self.parent.elements() as f64;
+        let apart = patches.iter().flat_map(|patch| [off(patch.from), off(patch.to)]).fold(0.0, f64::max);
+        let apart = if apart <= 2.0 * reach { 0.0 } else { apart };
+        let largest = misplaced.max(apart);
+        let forces = self.forces_along();
+        self.layer = self.bending_length(rod, &forces);
+        let many = rod.elements() > self.parent.elements() + self.cuts(&patches).len();
+        if moves && (largest > SETTINGS.placed * self.length || many) {
+            let old = self.candidates.clone();
+            self.arrange(rod, &patches, &old);
+        }
+        largest
+    }
+
+    /// The contacts, in order of obstacle and arc length. Neighbouring stations in contact are one segment; the gap
+    /// between them is at most `touching` (m).
+    pub(super) fn patches(&self, rod: &Rod, touching: f64) -> Vec<Patch> {
+        let mut loaded: Vec<&Candidate> = self.candidates.iter().filter(|at| at.status != Status::Open).collect();
+        loaded.sort_by(|a, b| a.obstacle.cmp(&b.obstacle).then(a.arc_length.total_cmp(&b.arc_length)));
+        let line = Line::new(rod, &self.tangents);
+        let stations = line.stations();
+        let margin = SAME * self.length;
+        let open = |obstacle: usize, from: f64, to: f64| {
+            let inside = |s: f64| s > from + margin && s < to - margin;
+            let candidates = self.candidates.iter().filter(|at| at.obstacle == obstacle && at.status == Status::Open);
+            let wide = touching.max(margin);
+            candidates.clone().any(|at| inside(at.arc_length) && at.gap.value > wide)
+                || stations.iter().any(|place| {
+                    inside(place.arc_length) && self.obstacles.gap_at(obstacle, &place.position).value > wide
+                })
+        };
+        let mut patches: Vec<(Patch, Vec<&Candidate>)> = Vec::new();
+        for at in loaded {
+            match patches.last_mut() {
+                Some((patch, members))
+                    if patch.obstacle == at.obstacle && !open(at.obstacle, patch.to, at.arc_length) =>
+                {
+                    patch.to = at.arc_length;
+                    members.push(at);
+                }
+                _ => {
+                    let (from, to) = (at.arc_length, at.arc_length);
+                    patches.push((Patch { obstacle: at.obstacle, from, to }, vec![at]));
+                }
+            }
+        }
+        let first = stations.first().map_or(0.0, |place| place.arc_length);
+        let resolved = |(mut patch, members): (Patch, Vec<&Candidate>)| {
+            // Two neighbouring stations carry the force of a contact point between them.
+            if let [a, b] = members[..]
+                && a.approach().1 > 0.0
+                && b.approach().1 > 0.0
+            {
+                let (p, q) = (a.normal().max(0.0), b.normal().max(0.0));
+                patch.from = if p + q > 0.0 { (patch.from * p + patch.to * q) / (p + q) } else { patch.from };
+                patch.to = patch.from;
+            }
+            // A contact along the first element may begin at the base.
+            let at_base = patch.to > patch.from && patch.from <= first + margin;
+            if at_base && self.obstacles.gap_at(patch.obstacle, &Vector3::zeros()).value <= margin {
+                patch.from = 0.0;
+            }
+            patch
+        };
+        patches.into_iter().map(resolved).collect()
+    }
+
+    /// Moves the ends of contact segments to the places at which the relative curvature vanishes. Returns the largest
+    /// motion, m.
+    fn move_ends(&self, rod: &Rod, patches: &mut [Patch]) -> f64 {
+        let mut largest = 0.0_f64;
+        let element = self.length / self.parent.elements() as f64;
+        let inside = |s: f64| s > SAME * self.length && s < self.length * (1.0 - SAME);
+        for patch in patches.iter_mut().filter(|patch| patch.to > patch.from) {
+            let Patch { obstacle, from, to } = *patch;
+            // `outward` is the direction along the rod from the contact to its free side.
+            for (end, outward) in [(from, -1.0), (to, 1.0)] {
+                if !inside(end) {
+                    continue;
+                }
+                let delta = outward * DIFFERENCE * element;
+                let bend = self.relative_bend(rod, obstacle, end);
+                let slope = (self.relative_bend(rod, obstacle, end + delta) - bend) / delta;
+                let longest = SETTINGS.placements.1 * element;
+                // Beyond the end the relative curvature increases; otherwise the end moves by the largest step.
+                let by = if slope * outward > 0.0 { -bend / slope } else { outward * -bend.signum() * f64::INFINITY };
+                let by = by.clamp(-longest, longest);
+                largest = largest.max(by.abs());
+                if outward < 0.0 { patch.from += by } else { patch.to += by }
+            }
+            patch.to = patch.to.min(self.length);
+            patch.from = patch.from.max(0.0);
+            if patch.from >= patch.to {
+                let middle = 0.5 * (patch.from + patch.to);
+                (patch.from, patch.to) = (middle, middle);
+            }
+        }
+        largest
+    }
+
+    /// Second derivative of the gap along the rod at an arc length (m), 1/m, from the couple at the place.
+    fn relative_bend(&self, rod: &Rod, obstacle: usize, s: f64) -> f64 {
+        let Some((e, x)) = rod.locate(s) else { return f64::NAN };
+        let p = rod.order().points();
+        let line = Line::new(rod, &self.tangents);
+        let gap = self.obstacles.gap_at(obstacle, &line.place((e, x)).position);
+        let (frame, point) = (rod.frame_within(e, x), rod.point_within(e, x));
+        // The couple at the place, integrated from the apex.
+        let mut couple: Vector3<f64> = self.couples_beyond(rod, e, x);
+        let forces = self.body.force().at_points();
+        let reference = rod.reference();
+        let upto = if x < 1.0 { reference.integral_upto(x) } else { [0.0; MAX_POINTS] };
+        for i in e * p..rod.points().len() {
+            let share = if i >= (e + 1) * p {
+                reference.weights[i % p]
+            } else if x < 1.0 {
+                reference.weights[i % p] - upto[i % p]
+            } else {
+                0.0
+            };
+            couple += self.tangents[i].cross(&forces[i]) * (share * rod.points()[i].jacobian);
+        }
+        let near = rod.strain_within(e, x) - point.intrinsic;
+        let local = frame.inverse_transform_vector(&couple);
+        let strain = point.intrinsic + self.body.strain_under(&point, &near, &local);
+        let tangent = frame * Vector3::z();
+        let bend = frame * strain.cross(&Vector3::z());
+        gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent))
+    }
+
+    /// The couples of held frames beyond a place, N m.
+    fn couples_beyond(&self, rod: &Rod, e: usize, x: f64) -> Vector3<f64> {
+        let joints = &self.body.system().joints;
+        let each = joints.confined.iter().zip(&joints.held);
+        let beyond = each.filter(|((node, _), _)| *node > e + usize::from(x >= 1.0));
+        beyond.map(|((node, _), held)| rod.frames()[*node] * -held).sum()
+    }
+
+    /// The arc lengths (m) of the nodes that contacts add: their ends, and places beside them that resolve the layer in
+    /// which the rod bends from the obstacle.
+    fn cuts(&self, patches: &[Patch]) -> Vec<f64> {
+        let mut cuts = Vec::new();
+        let longest = self.length / self.parent.elements() as f64;
+        for patch in patches {
+            cuts.extend([patch.from, patch.to]);
+            let mut distance = self.layer.max(SAME * self.length);
+            while distance < 0.7 * longest {
+                cuts.extend([patch.from - distance, patch.to + distance]);
+                distance *= GRADING;
+            }
+        }
+        cuts.retain(|s| *s >= 0.0 && *s <= self.length);
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup_by(|a, b| *a - *b <= SAME * self.length);
+        cuts
+    }
+
+    /// The length √(B/n) over which the rod bends beside a contact, m, for the largest force n (N) between given
+    /// reactions in their order along the rod. It is rounded to a power of two, so that the nodes do not move with each
+    /// change of the force.
+    pub(super) fn bending_length(&self, rod: &Rod, reactions: &[Vector3<f64>]) -> f64 {
+        let bending = rod.points().iter().map(|point| self.body.stiffness(point)).map(|k| k[(0, 0)].min(k[(1, 1)]));
+        let mut force = self.body.force().load_at_base() + reactions.iter().sum::<Vector3<f64>>();
+        let mut largest = force.norm();
+        for reaction in reactions {
+            force -= reaction;
+            largest = largest.max(force.norm());
+        }
+        let length = (bending.fold(f64::INFINITY, f64::min) / largest).sqrt();
+        length.log2().round().exp2()
+    }
+
+    /// The forces of all sites and candidates in their order along the rod, N.
+    fn forces_along(&self) -> Vec<Vector3<f64>> {
+        let sites = self.sites.iter().map(|site| (site.element as f64 + site.x, site.force + site.spring_force()));
+        let candidates = self.candidates.iter().map(|at| (at.element as f64 + at.x, at.force));
+        let mut all: Vec<_> = sites.chain(candidates).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.into_iter().map(|(_, force)| force).collect()
+    }
+
+    /// Gives the rod nodes at the ends of patches, and candidates at contact points and at all stations of contact
+    /// segments. Each takes the force of the nearest one of `old`.
+    pub(super) fn arrange(&mut self, rod: &mut Rod, patches: &[Patch], old: &[Candidate]) {
+        let source = rod.clone();
+        let nodes: Vec<f64> = source.centre_line().iter().map(|(s, _)| *s).collect();
+        *rod = self.parent.with_nodes(&self.cuts(patches), AT_NODE);
+        rod.sample_shape(&source);
+        let new: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
+        let margin = SAME * self.length;
+        // Holds are at ends of elements of the parent, which are ends of elements of each rod.
+        let moved = |node: usize| new.iter().position(|s| (s - nodes[node]).abs() <= margin).unwrap_or(node);
+        for site in &mut self.sites {
+            site.element = moved(site.element + 1).saturating_sub(1);
+        }
+        self.frames.iter_mut().for_each(|frame| frame.node = moved(frame.node));
+        let joints = &mut self.body.system_mut().joints;
+        let held: Vec<usize> = joints.nodes().map(moved).collect();
+        joints.set_nodes(held.into_iter());
+        self.body.renew_load(rod);
+        let tangents: Vec<Vector3<f64>> = (0..rod.points().len())
+            .map(|i| rod.frame_at_point(i / rod.order().points(), i % rod.order().points()) * Vector3::z())
+            .collect();
+        let stations = Line::new(rod, &tangents).stations();
+        self.candidates.clear();
+        for patch in patches {
+            let mut candidates = self.stations_of(rod, patch, &stations);
+            for at in &mut candidates {
+                if let Some(nearest) = nearest(old, at.obstacle, at.arc_length) {
+                    (at.force, at.status, at.before) = (nearest.force, nearest.status, nearest.before);
+                }
+            }
+            self.candidates.extend(candidates);
+        }
+        self.apply(rod);
+        self.locate(rod);
+    }
+
+    /// The candidates of a contact: a point, or the ends and all stations of a segment.
+    fn stations_of(&self, rod: &Rod, patch: &Patch, stations: &[Place]) -> Vec<Candidate> {
+        let margin = SAME * self.length;
+        let point = patch.from == patch.to;
+        let new = |s: f64, at| Candidate { arc_length: s, ..Candidate::at(patch.obstacle, at, point) };
+        let mut ends = vec![patch.from, patch.to];
+        ends.dedup();
+        // The base does not move.
+        ends.retain(|s| *s > margin);
+        let mut candidates: Vec<Candidate> =
+            ends.iter().filter_map(|s| Some(new(*s, at_node(rod, *s, margin)?))).collect();
+        let close = SETTINGS.spacing * self.length / self.parent.elements() as f64;
+        let inside = stations.iter().filter(|place| {
+            let within = !point && place.arc_length > patch.from && place.arc_length < patch.to;
+            within && ends.iter().all(|s| (place.arc_length - s).abs() > close)
+        });
+        candidates.extend(inside.map(|place| new(place.arc_length, (place.element, place.x))));
+        candidates.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
+        candidates
+    }
+}
+
+/// The place at an arc length (m): the last end of an element if it is within a margin (m).
+fn at_node(rod: &Rod, s: f64, margin: f64) -> Option<(usize, f64)> {
+    let (e, x) = rod.locate(s)?;
+    let length = rod.length_of(e);
+    if x * length <= margin && e > 0 {
+        Some((e - 1, 1.0))
+    } else if (1.0 - x) * length <= margin {
+        Some((e, 1.0))
+    } else {
+        Some((e, x))
+    }
+}
+
+/// The candidate for an obstacle that is nearest to an arc length (m).
+fn nearest(all: &[Candidate], obstacle: usize, arc_length: f64) -> Option<&Candidate> {
+    let distance = |at: &&Candidate| (at.arc_length - arc_length).abs();
+    all.iter().filter(|at| at.obstacle == obstacle).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}

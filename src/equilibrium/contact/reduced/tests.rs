@@ -1,0 +1,71 @@
+//! Tests of the contact problem.
+
+use approx::assert_relative_eq;
+
+use super::*;
+
+/// A sphere of unit radius about the origin.
+struct Ball;
+
+impl Surfaces for Ball {
+    fn gap(&self, _: usize, place: &Vector3<f64>) -> Gap {
+        let (norm, normal) = (place.norm(), place.normalize());
+        let curvature = (Matrix3::identity() - normal * normal.transpose()) / norm;
+        Gap { value: norm - 1.0, normal, curvature }
+    }
+}
+
+fn contact(first: usize, friction: f64, range: Option<[f64; 2]>) -> Contact {
+    Contact {
+        obstacle: 0,
+        friction,
+        force: Vector3::zeros(),
+        shift: 0.0,
+        range,
+        bend: Vector3::new(0.1, 0.2, 0.3),
+        curve: 1.5,
+        clearance: -0.01,
+        anchor: (Vector3::new(0.5, 0.5, 0.5), Vector3::new(0.1, 0.0, 0.9)),
+        first,
+        k: 1.3,
+        status: Status::Open,
+    }
+}
+
+#[test]
+fn newton_step_has_the_derivatives_of_the_residuals() {
+    let n = 9;
+    let mut compliance = DMatrix::from_fn(n, n, |i, j| ((i * n + j) as f64 * 2.399_963).sin() * 0.2);
+    compliance = &compliance * compliance.transpose() + DMatrix::identity(n, n) * 0.3;
+    let free = DVector::from_vec(vec![0.5, 0.4, 0.6, 0.6, -0.7, 0.1, -0.4, 0.5, 0.6]);
+    let problem = Reduced { surfaces: &Ball, compliance: &compliance, free };
+    for friction in [0.0, 0.2, 5.0] {
+        let mut contacts = vec![contact(0, friction, Some([-1.0, 1.0])), contact(6, friction, None)];
+        contacts[0].force = Vector3::new(0.2, 0.1, 0.25);
+        contacts[0].shift = 0.05;
+        contacts[1].force = Vector3::new(-0.1, 0.2, 0.2);
+        let residuals = |contacts: &[Contact]| {
+            let all = problem.evaluate_all(contacts);
+            let mut values = Vec::new();
+            for (contact, at) in contacts.iter().zip(&all) {
+                assert_ne!(at.law.status, Status::Open);
+                values.extend(at.law.residual.iter().copied());
+                values.extend(at.slide.map(|(moved, ..)| moved * contact.k));
+            }
+            DVector::from_vec(values)
+        };
+        let steps = problem.step(&contacts, &problem.evaluate_all(&contacts)).unwrap();
+        let moved = |h: f64| {
+            let mut moved = contacts.clone();
+            for (contact, (force, shift)) in moved.iter_mut().zip(&steps) {
+                contact.force += force * h;
+                contact.shift += shift * h;
+            }
+            residuals(&moved)
+        };
+        // The residuals decrease in proportion along the step. Central differences have errors of order h².
+        let h = 1e-5;
+        let difference = (moved(h) - moved(-h)) / (2.0 * h);
+        assert_relative_eq!(difference, -residuals(&contacts), epsilon = 1e-7, max_relative = 1e-7);
+    }
+}

@@ -1,0 +1,85 @@
+//! Initial shapes: a straight rod between holds, and directions that leave a saddle of the energy.
+
+use nalgebra::Vector3;
+
+use super::linear::{Linear, Role};
+use super::search::ContactSearch;
+use super::settings::SETTINGS;
+use crate::rod::Rod;
+use crate::so3;
+
+/// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
+const STRAIGHT: f64 = 1e-6;
+
+impl ContactSearch<'_> {
+    /// Whether the rod cannot move in a direction in which a hold has to move, to first order: a straight rod between
+    /// two holds.
+    pub(super) fn is_straight(&self, linear: &Linear) -> bool {
+        let flexible = |i: usize| linear.flexibility(i);
+        let largest = (0..linear.roles.len()).map(flexible).fold(0.0, f64::max);
+        let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
+        let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
+            let held = matches!(role, Role::Hold(..));
+            held && missing.abs() > SETTINGS.rounding * self.length && flexible(i) < STRAIGHT * largest
+        };
+        each.into_iter().any(rigid)
+    }
+
+    /// Bends a straight rod by up to `angle` (rad) towards its load, or towards d1 without one.
+    pub(super) fn bow(&mut self, rod: &mut Rod, angle: f64) {
+        let tangent = (rod.tip() / self.length).try_normalize(1e-6).unwrap_or_else(|| rod.frames()[0] * Vector3::z());
+        let load = self.body.force().load_at_base();
+        let side = load - tangent * tangent.dot(&load);
+        let side = side.try_normalize(1e-9 * load.norm()).unwrap_or_else(|| rod.frames()[0] * Vector3::x());
+        let axis = tangent.cross(&side);
+        let (length, mut at) = (self.length, 0.0);
+        let places: Vec<f64> = (0..=rod.elements())
+            .map(|e| {
+                let s = at;
+                at += if e < rod.elements() { rod.length_of(e) } else { 0.0 };
+                s
+            })
+            .collect();
+        let old = rod.clone();
+        let (p, reference) = (rod.order().points(), rod.reference());
+        let moved = |e: usize, x: f64| {
+            let s = places[e] + x * (places[e + 1] - places[e]);
+            so3::exp(&(axis * (angle * (std::f64::consts::TAU * s / length).sin()))) * old.frame_within(e, x)
+        };
+        let (_, rotations) = rod.shape_mut();
+        for e in 0..old.elements() {
+            let start = moved(e, 0.0).inverse();
+            for k in 0..p {
+                rotations[e * p + k] = so3::log(&(start * moved(e, reference.nodes[k + 1])));
+            }
+        }
+        rod.chain_frames();
+    }
+
+    /// Moves the rod along the softest direction that the supports permit.
+    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, linear: &Linear, number: usize) {
+        // Inverse iteration with the shifted tangent, from rotations about an axis. Contacts keep their forces.
+        let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
+        let count = self.body.system().turns.len();
+        let mut turns: Vec<Vector3<f64>> = (0..count).map(|i| axis * (i as f64 / count as f64 + 0.3).sin()).collect();
+        for _ in 0..SETTINGS.softenings {
+            let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
+            let system = self.body.system_mut();
+            system.elements.iter_mut().for_each(|element| element.clear_gradient());
+            for (e, (to, turn)) in system.turns.iter_mut().zip(&turns).enumerate() {
+                let length = if e > 0 { rod.length_of(e - 1) } else { 0.0 };
+                *to = turn * (length / largest);
+            }
+            let turns_of = &mut system.turns;
+            system.joints.confine(turns_of);
+            let free = linear.response.free(system);
+            let reactions = linear.held(&free);
+            linear.response.load(system, &reactions);
+            self.body.solve();
+            turns.clone_from(&self.body.system().turns);
+        }
+        self.body.system_mut().start.keep(rod);
+        let fraction = SETTINGS.saddles.1 / self.body.system().largest_turn();
+        self.body.advance(rod, fraction);
+    }
+}

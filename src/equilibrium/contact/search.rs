@@ -1,0 +1,280 @@
+//! The data of a search for an equilibrium of a rod with supports, and its loads.
+
+use nalgebra::{DVector, Vector3};
+
+use super::before::Before;
+use super::candidate::Candidate;
+use super::law::Status;
+use super::linear::Role;
+use super::mechanics::Mechanics;
+use super::obstacles::Obstacles;
+use crate::equilibrium::held::elastic::{Laws, elastic_joint};
+use crate::equilibrium::held::sites::{HeldFrame, Site, sort};
+use crate::equilibrium::joints::Joints;
+use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
+use crate::load::PointReaction;
+use crate::rod::Rod;
+use crate::so3;
+use crate::support::{Energy, Patch, Reaction, Slip, Support};
+
+/// A search for an equilibrium of a rod with supports.
+pub(in crate::equilibrium) struct ContactSearch<'a> {
+    pub(super) body: Box<dyn Mechanics + 'a>,
+    /// The rod without additional nodes at contacts.
+    pub(super) parent: &'a Rod,
+    pub(super) sites: Vec<Site>,
+    pub(super) frames: Vec<HeldFrame>,
+    pub(super) laws: Laws<'a>,
+    pub(super) obstacles: Obstacles<'a>,
+    pub(super) candidates: Vec<Candidate>,
+    /// The rod at the start of the increment.
+    pub(super) before: Before,
+    /// Tangents ∂p/∂s of the centre line at the material points.
+    pub(super) tangents: Vec<Vector3<f64>>,
+    /// Length over which the rod bends beside a contact, m.
+    pub(super) layer: f64,
+    /// Whether the equilibrium has to be stable.
+    pub(super) stable: bool,
+    pub(super) tolerance: f64,
+    pub(super) length: f64,
+    pub(super) boosts: Vec<(usize, f64)>,
+    /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit, N.
+    pub(super) weight: f64,
+    /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
+    pub(super) energy_scale: f64,
+    pub(super) found: Equilibrium,
+    /// Number of iterations of the whole search at which it fails.
+    pub(super) bound: usize,
+    /// Number of increments in which the holds have moved.
+    pub(super) increments: usize,
+}
+
+/// The shape of a rod and its supports, to which the search returns after an attempt that has failed.
+#[derive(Clone)]
+pub(super) struct Snapshot {
+    rod: Rod,
+    sites: Vec<Site>,
+    frames: Vec<HeldFrame>,
+    joints: Joints,
+    candidates: Vec<Candidate>,
+}
+
+/// The result of a search.
+pub(in crate::equilibrium) struct Found {
+    pub equilibrium: Equilibrium,
+    pub increments: usize,
+    pub reactions: Vec<Reaction>,
+    pub patches: Vec<Patch>,
+}
+
+impl<'a> ContactSearch<'a> {
+    pub fn new(
+        mut body: Box<dyn Mechanics + 'a>,
+        rod: &'a Rod,
+        support: &'a dyn Support,
+        (stable, tolerance): (bool, f64),
+    ) -> Result<Self, EquilibriumError> {
+        let time = body.force().environment().time;
+        let obstacles = Obstacles::new(support.contacts(), time);
+        let (sites, frames, laws) = sort(rod, support, time, &mut body.system_mut().joints)?;
+        Ok(Self {
+            before: Before::new(rod, 0.0, obstacles.yielded.clone()),
+            body,
+            parent: rod,
+            sites,
+            frames,
+            laws,
+            obstacles,
+            candidates: Vec::new(),
+            tangents: Vec::new(),
+            layer: f64::INFINITY,
+            stable,
+            tolerance,
+            length: rod.length(),
+            boosts: Vec::new(),
+            weight: 0.0,
+            energy_scale: 0.0,
+            found: Equilibrium::default(),
+            bound: usize::MAX,
+            increments: 0,
+        })
+    }
+
+    /// Sets the rod and its reactions at the end of the increment before, and the time since then (s).
+    pub fn since(&mut self, (rod, time, reactions): (&Rod, f64, &[Reaction])) {
+        self.before = Before::new(rod, time, self.obstacles.displacements_by(reactions));
+    }
+
+    /// Takes the forces of an earlier equilibrium as initial guess.
+    pub fn guess_forces(&mut self, reactions: &[Reaction]) {
+        for (site, reaction) in self.sites.iter_mut().zip(reactions.iter().filter(|at| at.obstacle.is_none())) {
+            site.force = project(&site.fixed, &reaction.force);
+            site.spring.iter_mut().for_each(|spring| spring.force = reaction.force);
+        }
+    }
+
+    /// Takes the forces and contacts of an earlier equilibrium as initial guess.
+    pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
+        self.guess_forces(reactions);
+        let number = self.obstacles.contacts.len();
+        let mut inside: Vec<Patch> = patches.iter().filter(|patch| patch.obstacle < number).copied().collect();
+        for patch in &mut inside {
+            (patch.from, patch.to) = (patch.from.min(self.length), patch.to.min(self.length));
+        }
+        if inside.is_empty() {
+            return;
+        }
+        self.locate(rod);
+        let old = old_candidates(reactions);
+        self.body.force_mut().react(rod, reactions);
+        let mut along: Vec<&Reaction> = reactions.iter().collect();
+        along.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
+        let forces: Vec<Vector3<f64>> = along.iter().map(|reaction| reaction.force).collect();
+        self.layer = self.bending_length(rod, &forces);
+        self.arrange(rod, &inside, &old);
+        // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
+        if let Some(shape) = shape {
+            let base = rod.frames()[0];
+            rod.sample_shape(shape);
+            if !self.body.system().joints.base_rotates {
+                rod.shape_mut().0[0] = base;
+                rod.chain_frames();
+            }
+        }
+    }
+
+    pub(super) fn snapshot(&self, rod: &Rod) -> Snapshot {
+        Snapshot {
+            rod: rod.clone(),
+            sites: self.sites.clone(),
+            frames: self.frames.clone(),
+            joints: self.body.system().joints.clone(),
+            candidates: self.candidates.clone(),
+        }
+    }
+
+    pub(super) fn restore(&mut self, rod: &mut Rod, snapshot: &Snapshot) {
+        rod.clone_from(&snapshot.rod);
+        self.sites.clone_from(&snapshot.sites);
+        self.frames.clone_from(&snapshot.frames);
+        self.body.system_mut().joints.clone_from(&snapshot.joints);
+        self.candidates.clone_from(&snapshot.candidates);
+        self.body.renew_load(rod);
+        self.locate(rod);
+    }
+
+    /// Applies the present reactions to the rod.
+    pub(super) fn apply(&mut self, rod: &Rod) {
+        let point = |element, x, force| PointReaction { element, x, force, couple: Vector3::zeros() };
+        let sites = self.sites.iter().map(|site| point(site.element, site.x, site.force + site.spring_force()));
+        let candidates = self.candidates.iter().map(|at| point(at.element, at.x, at.force));
+        let all: Vec<PointReaction> = sites.chain(candidates).collect();
+        self.body.force_mut().set_reactions(rod, all.into_iter());
+    }
+
+    /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
+    pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
+        let (energy, mut inertia) = self.body.condense(rod, shift)?;
+        self.stretch_joints(rod);
+        let system = self.body.system_mut();
+        system.joints.apply(&mut system.tangent);
+        system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
+        self.found.factorisations += 1 + self.boosts.len();
+        self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
+        if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+    }
+
+    /// Evaluates the elastic joints at the frames of a rod. Returns their energy, J.
+    pub(super) fn stretch_joints(&mut self, rod: &Rod) -> f64 {
+        let (mut sum, time) = (0.0, self.obstacles.time);
+        for (joint, (frame, law)) in self.body.system_mut().joints.elastic.iter_mut().zip(&self.laws.joints) {
+            let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
+            let Energy { value, gradient, stiffness } = law.energy(&turn, time);
+            *joint = elastic_joint(joint.node, &turn, &gradient, &stiffness);
+            sum += value;
+        }
+        sum
+    }
+
+    /// Energy of the rod, its loads, springs and obstacles (J) at the last evaluation, which returned `energy`. The
+    /// work of the reactions is not part of it.
+    pub(super) fn potential(&mut self, rod: &Rod, energy: f64) -> f64 {
+        let joints = self.stretch_joints(rod);
+        let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
+        let sites = self.sites.iter().map(|site| (site.force + site.spring_force()).dot(&site.position));
+        let candidates = self.candidates.iter().map(|at| {
+            let yielded = self.obstacles.yielded[at.obstacle];
+            at.force.dot(&at.position) - 0.5 * at.force.dot(&yielded)
+        });
+        energy + joints + springs + sites.chain(candidates).sum::<f64>()
+    }
+
+    /// Adds changes of the reactions of holds and springs.
+    pub(super) fn add_links(&mut self, roles: &[Role], changes: &DVector<f64>, fraction: f64) {
+        for (role, change) in roles.iter().zip(changes.iter()) {
+            match role {
+                Role::Hold(site, direction) => self.sites[*site].force += direction * (fraction * change),
+                Role::Spring(site, axis) => {
+                    if let Some(spring) = &mut self.sites[*site].spring {
+                        spring.force += axis * (fraction * change);
+                    }
+                }
+                Role::Boost => {}
+            }
+        }
+    }
+
+    /// Magnitude of the force in the rod, N: without load the energy per length.
+    pub(super) fn force_scale(&self) -> f64 {
+        self.body.force().largest().max(self.energy_scale).max(f64::MIN_POSITIVE)
+    }
+
+    /// Sum of the distances by which holds and contacts are violated, m.
+    pub(super) fn violation(&self) -> f64 {
+        let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        links.chain(self.candidates.iter().map(|at| (-at.gap.value).max(0.0))).sum()
+    }
+
+    /// Largest penetration at a candidate, m.
+    pub(super) fn deepest(&self) -> f64 {
+        self.candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
+    }
+
+    /// Largest distance by which a hold or a contact is violated, m.
+    pub(super) fn largest_violation(&self) -> f64 {
+        let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        let loaded = self.candidates.iter().filter(|at| at.status != Status::Open).map(|at| at.gap.value.abs());
+        links.chain(loaded).fold(self.deepest(), f64::max)
+    }
+
+    /// The error of a search that did not converge, with the size of its last step (rad).
+    pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
+        EquilibriumError::NoConvergence {
+            iterations: self.found.iterations,
+            step,
+            residual: self.body.system().unbalanced,
+            force: self.body.force().largest(),
+        }
+    }
+}
+
+/// Candidates with the forces of earlier reactions. The end of a contact segment has two reactions.
+fn old_candidates(reactions: &[Reaction]) -> Vec<Candidate> {
+    let mut all: Vec<Candidate> = Vec::new();
+    for at in reactions {
+        let Some(obstacle) = at.obstacle else { continue };
+        if let Some(same) = all.iter_mut().find(|old| old.obstacle == obstacle && old.arc_length == at.arc_length) {
+            same.force += at.force;
+            continue;
+        }
+        let status = if at.slip == Some(Slip::Sticks) { Status::Sticking } else { Status::Sliding };
+        let new = Candidate::at(obstacle, (0, 0.0), false);
+        all.push(Candidate { force: at.force, arc_length: at.arc_length, status, ..new });
+    }
+    all
+}
+
+/// The part of a vector along some orthonormal vectors.
+pub(super) fn project(directions: &[Vector3<f64>], vector: &Vector3<f64>) -> Vector3<f64> {
+    directions.iter().map(|d| d * d.dot(vector)).sum()
+}

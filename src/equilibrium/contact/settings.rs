@@ -1,0 +1,94 @@
+//! Numbers of the search for reactions that were chosen by experiment, with their reasons.
+
+/// Settings of the search.
+pub(super) struct Settings {
+    /// Largest rotation of a frame in a step, rad. The quadratic model of the energy does not hold beyond it.
+    pub largest_turn: f64,
+    /// Largest displacement of a place towards an obstacle in a step, relative to the radius of the obstacle. The
+    /// linear model of the gap holds within it, and a rod does not pass through a thin pole.
+    pub approach: f64,
+    /// Number of iterations without a test of the inertia, and with one: nearly all searches that succeed take fewer.
+    pub iterations: [usize; 2],
+    /// Number of halvings of a step before the tangent is shifted instead.
+    pub halvings: usize,
+    /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases.
+    pub shift: (f64, f64),
+    /// Largest shift, relative to the force in the rod or to that at which the rod buckles. Forces far from
+    /// equilibrium may leave the bordered matrix indefinite at any shift.
+    pub largest_shift: f64,
+    /// Decrease of the merit that a step must achieve, relative to the predicted one (Armijo), and of the residual.
+    pub decrease: (f64, f64),
+    /// Rotation in a step below which the merit is not compared, rad: its change is close to rounding.
+    pub small_turn: f64,
+    /// Largest number of steps by which the rod returns to its conditions, with the existing factors.
+    pub corrections: usize,
+    /// Violation of a condition after a step, relative to the length, above which the step is shortened.
+    pub permitted: f64,
+    /// Largest number of times that contacts are added to a step that would penetrate an obstacle.
+    pub additions: usize,
+    /// Largest number of times that a step is shortened, with the contacts of the shorter step.
+    pub shortenings: usize,
+    /// Violation of a condition that is attributed to rounding, relative to the length.
+    pub rounding: f64,
+    /// Number of iterations in which nodes move to the ends of contacts, and the largest motion in one of them,
+    /// relative to an element. Places that have not converged then stay, and their error is reported.
+    pub placements: (usize, f64),
+    /// Rotation in a step below which these iterations count, rad.
+    pub placing_turn: f64,
+    /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the
+    /// shape is proportional to its square, and that of the force at the end of a contact segment to itself.
+    pub placed: f64,
+    /// Shortest distance of two stations of a contact segment, relative to an element. Closer ones act as a couple.
+    pub spacing: f64,
+    /// Distance within which contact points are one, relative to an element.
+    pub near: f64,
+    /// Second derivative of the gap along the rod, times the length, below which a contact is no point.
+    pub flat: f64,
+    /// Largest slope of the rod against an obstacle at a contact point.
+    pub tangential: f64,
+    /// Gap of an open contact point that is no candidate any more, relative to the length.
+    pub far: f64,
+    /// Number of saddles of the energy that are left, and the largest rotation by which each is left, rad: large
+    /// against the rounding of the gradient, and small enough for the quadratic model.
+    pub saddles: (usize, f64),
+    /// Number of inverse iterations for the softest direction.
+    pub softenings: usize,
+    /// Rotation in a step below which a shifted tangent is at a saddle of the energy, rad.
+    pub at_saddle: f64,
+    /// Largest rotation, displacement relative to the length, of a hold in an increment.
+    pub increment: (f64, f64),
+    /// Smallest increment, as a share of the motion of the holds.
+    pub smallest_increment: f64,
+}
+
+pub(super) const SETTINGS: Settings = Settings {
+    largest_turn: 0.5,
+    approach: 0.5,
+    iterations: [60, 300],
+    halvings: 5,
+    shift: (0.1, 4.0),
+    largest_shift: 1e12,
+    decrease: (1e-4, 0.2),
+    small_turn: 1e-4,
+    corrections: 6,
+    additions: 8,
+    shortenings: 9,
+    permitted: 1e-5,
+    rounding: 1e-12,
+    placements: (12, 0.3),
+    placing_turn: 1e-3,
+    placed: 3e-10,
+    spacing: 0.02,
+    near: 0.1,
+    flat: 0.1,
+    tangential: 1e-6,
+    far: 1e-2,
+    saddles: (4, 0.1),
+    softenings: 12,
+    at_saddle: 1e-10,
+    increment: (0.3, 0.05),
+    smallest_increment: 1e-6,
+};
+
+/// Distance of two places that are one, relative to the length.
+pub(super) const SAME: f64 = 1e-9;

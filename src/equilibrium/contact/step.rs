@@ -1,0 +1,279 @@
+//! Steps of the rod with its reactions: start, contact problem of the linear rod, motion, and corrections.
+
+use nalgebra::{DVector, Vector3};
+
+use super::attempt::Trial;
+use super::candidate::Candidate;
+use super::law::Status;
+use super::linear::Linear;
+use super::obstacles::{Line, Obstacles, Place, largest_share};
+use super::reduced::{Contact, Reduced};
+use super::search::ContactSearch;
+use super::settings::SETTINGS;
+use crate::equilibrium::elimination::Row;
+use crate::equilibrium::held::sites::Site;
+use crate::equilibrium::system::Configuration;
+use crate::rod::Rod;
+
+/// The start of a step.
+pub(super) struct Start {
+    pub shape: Configuration,
+    pub sites: Vec<Site>,
+    pub candidates: Vec<Candidate>,
+    pub turns: Vec<Vector3<f64>>,
+    pub condensed: Vec<Row>,
+    pub stations: Vec<Place>,
+    pub tangents: Vec<Vector3<f64>>,
+}
+
+impl Start {
+    /// Largest penetration at a candidate, m.
+    pub fn deepest(&self) -> f64 {
+        self.candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
+    }
+}
+
+impl ContactSearch<'_> {
+    /// The start of a step: shape, reactions, and unbalanced couples.
+    pub(super) fn start(&self, rod: &Rod) -> Start {
+        let mut shape = Configuration::default();
+        shape.keep(rod);
+        let system = self.body.system();
+        Start {
+            shape,
+            sites: self.sites.clone(),
+            candidates: self.candidates.clone(),
+            tangents: self.tangents.clone(),
+            turns: system.turns.clone(),
+            condensed: system.elements.iter().map(|element| *element.condensed()).collect(),
+            stations: if self.obstacles.contacts.is_empty() {
+                Vec::new()
+            } else {
+                Line::new(rod, &self.tangents).stations()
+            },
+        }
+    }
+
+    /// Returns rod and reactions to the start of a step.
+    pub(super) fn return_to(&mut self, rod: &mut Rod, start: &Start) {
+        start.shape.restore(rod);
+        self.sites.clone_from(&start.sites);
+        self.candidates.clone_from(&start.candidates);
+        self.apply(rod);
+        self.locate(rod);
+        self.return_couples(start, 1.0);
+    }
+
+    /// Returns the unbalanced couples of the system to a share of those at the start of a step.
+    fn return_couples(&mut self, start: &Start, share: f64) {
+        let system = self.body.system_mut();
+        system.turns.clone_from(&start.turns);
+        system.turns.iter_mut().for_each(|turn| *turn *= share);
+        for (element, condensed) in system.elements.iter_mut().zip(&start.condensed) {
+            element.set_condensed(condensed.map(|group| group.map(|value| value * share)));
+        }
+    }
+
+    /// The contacts of the linear rod, and the contact problem without their forces, for coordinates that differ by
+    /// `offset` from those of the linear rod.
+    fn problem<'b>(&'b self, linear: &'b Linear, start: &Start, offset: &DVector<f64>) -> (Vec<Contact>, Reduced<'b>) {
+        let moved = linear.free_candidates(offset);
+        let mut present = DVector::zeros(linear.size);
+        let element = self.length / self.parent.elements() as f64;
+        let yielded = self.obstacles.displacements(start.candidates.iter().map(|at| (at.obstacle, at.force)));
+        let each = start.candidates.iter().enumerate().map(|(i, at)| {
+            let first = linear.response.first(self.sites.len() + i) - linear.first;
+            let place = at.position - yielded[at.obstacle];
+            present.fixed_rows_mut::<3>(first).copy_from(&place);
+            let range = at.slides().then(|| {
+                present.fixed_rows_mut::<3>(first + 3).copy_from(&at.tangent);
+                let reach = (0.5 * element).min(1.0 / at.gap.curvature.norm());
+                let (mut from, mut to) = (-at.arc_length, (self.length - at.arc_length).max(0.0));
+                // Two candidates do not slide to the same place.
+                let blocks = |other: &&Candidate| {
+                    let loaded = other.status != Status::Open || at.status == Status::Open;
+                    other.obstacle == at.obstacle && loaded
+                };
+                for other in start.candidates.iter().filter(blocks) {
+                    let half = 0.5 * (other.arc_length - at.arc_length);
+                    if half > 0.0 {
+                        to = to.min(half);
+                    } else if half < 0.0 {
+                        from = from.max(half);
+                    }
+                }
+                [from.max(-reach), to.min(reach)]
+            });
+            Contact {
+                obstacle: at.obstacle,
+                friction: self.obstacles.contacts[at.obstacle].friction,
+                force: at.force,
+                shift: 0.0,
+                range,
+                bend: at.bend,
+                curve: at.approach().1,
+                clearance: at.gap.value.min(0.0) * (1.0 - linear.share),
+                anchor: (at.anchor.0 + at.slip(&yielded[at.obstacle]) * (1.0 - linear.share), at.anchor.1),
+                first,
+                k: 0.0,
+                status: at.status,
+            }
+        });
+        let contacts: Vec<Contact> = each.collect();
+        let free = DVector::zeros(linear.size);
+        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free };
+        problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
+        (contacts, problem)
+    }
+
+    /// Solves the contact problem and for the step of the rod, which is that of the system afterwards. Returns the
+    /// contacts and the changes of the reactions of links.
+    pub(super) fn solve_linear(
+        &mut self,
+        linear: &Linear,
+        start: &Start,
+        offset: &DVector<f64>,
+        guess: Option<(&[Contact], f64)>,
+    ) -> (Vec<Contact>, DVector<f64>, bool) {
+        let (mut contacts, problem) = self.problem(linear, start, offset);
+        let before = problem.reactions(&contacts);
+        if let Some((guess, factor)) = guess {
+            for (contact, guess) in contacts.iter_mut().zip(guess) {
+                contact.force += (guess.force - contact.force) * factor;
+                contact.shift = guess.shift * factor;
+                if let Some([from, to]) = contact.range {
+                    contact.shift = contact.shift.clamp(from, to);
+                }
+            }
+        }
+        let solved = contacts.is_empty() || problem.solve(&mut contacts);
+        let changes = problem.reactions(&contacts) - before;
+        let links = linear.links_by(offset, &changes);
+        let all = linear.reactions(&changes, &links);
+        self.return_couples(start, linear.share);
+        linear.response.load(self.body.system_mut(), &all);
+        self.body.solve();
+        (contacts, links, solved)
+    }
+
+    /// Moves rod and reactions from the start by a fraction of a step.
+    pub(super) fn move_by(&mut self, rod: &mut Rod, start: &Start, trial: &Trial, fraction: f64) {
+        start.shape.restore(rod);
+        self.body.system_mut().start.keep(rod);
+        self.body.advance(rod, fraction);
+        self.sites.clone_from(&start.sites);
+        self.add_links(&trial.linear.roles, &trial.links, fraction);
+        let line = Line::new(rod, &self.tangents);
+        for ((at, from), contact) in self.candidates.iter_mut().zip(&start.candidates).zip(&trial.contacts) {
+            at.force = from.force + (contact.force - from.force) * fraction;
+            at.status = contact.status;
+            (at.element, at.x) = (from.element, from.x);
+            if contact.shift != 0.0 {
+                (at.element, at.x) = line.moved((from.element, from.x), contact.shift * fraction);
+            }
+        }
+        self.apply(rod);
+        self.locate(rod);
+    }
+
+    /// The share of the motion from the start of a step within which no part of the rod approaches an obstacle too far,
+    /// and no contact goes round it.
+    pub(super) fn safe_share(&self, rod: &Rod, start: &Start) -> f64 {
+        if self.obstacles.contacts.is_empty() {
+            return 1.0;
+        }
+        let line = Line::new(rod, &self.tangents);
+        let mut share = largest_share(&self.obstacles, &start.candidates, &start.stations, &line.stations());
+        // The place of a candidate before the step, at the present coordinate along the rod.
+        let before = Line::new(rod, &start.tangents);
+        for at in &self.candidates {
+            let place = before.place((at.element, at.x)).position;
+            let gap = self.obstacles.gap_at(at.obstacle, &place);
+            if at.status == Status::Open {
+                let moved = (at.position - place).norm();
+                share = share.min((gap.value.max(0.0) + SETTINGS.approach * Obstacles::radius(&gap)) / moved);
+            } else {
+                let turned = gap.normal.angle(&at.gap.normal);
+                share = share.min(if turned > SETTINGS.largest_turn { SETTINGS.largest_turn / turned } else { share });
+            }
+        }
+        share
+    }
+
+    /// Solves the contact problem of a trial for its present share.
+    pub(super) fn solve_trial(
+        &mut self,
+        trial: &mut Trial,
+        start: &Start,
+        offset: &DVector<f64>,
+        guess: Option<(&[Contact], f64)>,
+    ) {
+        (trial.contacts, trial.links, trial.solved) = self.solve_linear(&trial.linear, start, offset, guess);
+        trial.turn = self.body.system().largest_turn();
+    }
+
+    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as long as
+    /// the difference decreases and the step does not grow.
+    pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
+        let mut offset = DVector::zeros(trial.linear.response.size());
+        let (mut last, turn) = (f64::INFINITY, trial.turn);
+        for _ in 0..SETTINGS.corrections {
+            let (difference, largest) = self.mismatch(start, trial, &offset);
+            if largest <= SETTINGS.rounding * self.length || !(largest < 0.5 * last) {
+                break;
+            }
+            last = largest;
+            let (next, known) = (&offset + difference, trial.contacts.clone());
+            self.solve_trial(trial, start, &next, Some((&known, 1.0)));
+            let grows = !trial.solved || !(trial.turn <= 2.0 * turn + 1e-9);
+            if grows {
+                self.solve_trial(trial, start, &offset, Some((&known, 1.0)));
+            } else {
+                offset = next;
+            }
+            self.move_by(rod, start, trial, 1.0);
+            if grows {
+                break;
+            }
+        }
+        // The size of a step is that before its corrections.
+        trial.turn = turn;
+    }
+
+    /// The coordinates of the rod after a whole step minus those of the linear rod with an offset, and the largest
+    /// difference of a place at which a reaction acts, m.
+    fn mismatch(&self, start: &Start, trial: &Trial, offset: &DVector<f64>) -> (DVector<f64>, f64) {
+        let Trial { linear, contacts, links, .. } = trial;
+        let (_, problem) = self.problem(linear, start, offset);
+        let coordinates = problem.coordinates(contacts);
+        let mut difference = DVector::zeros(linear.response.size());
+        let mut largest = 0.0_f64;
+        for ((contact, at), i) in contacts.iter().zip(&self.candidates).zip(0..) {
+            let (place, tangent) = Reduced::place(contact, &coordinates);
+            let by = at.position - self.obstacles.yielded[at.obstacle] - place;
+            let first = linear.response.first(self.sites.len() + i);
+            difference.fixed_rows_mut::<3>(first).copy_from(&by);
+            if contact.range.is_some() {
+                difference.fixed_rows_mut::<3>(first + 3).copy_from(&(at.tangent - tangent));
+            }
+            if contact.status != Status::Open {
+                largest = largest.max(by.norm());
+            }
+        }
+        let changes = problem.reactions(contacts) - {
+            let mut before = contacts.clone();
+            for (contact, from) in before.iter_mut().zip(&start.candidates) {
+                (contact.force, contact.shift) = (from.force, 0.0);
+            }
+            problem.reactions(&before)
+        };
+        let moved = linear.displacements(&linear.reactions(&changes, links)) + offset;
+        for (i, (site, from)) in self.sites.iter().zip(&start.sites).enumerate() {
+            let linear_place: Vector3<f64> = moved.fixed_rows::<3>(3 * i).into_owned();
+            let by = site.position - from.position - linear_place;
+            difference.fixed_rows_mut::<3>(3 * i).copy_from(&by);
+            largest = largest.max(by.norm());
+        }
+        (difference, largest)
+    }
+}
