@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::contact::{self, Body, ContactSearch, Mechanics};
+use super::contact::{self, ContactSearch, body_of};
 use super::held::{Found, HeldSearch, HeldWorkspace};
 use super::line::{check_line, strain_line};
 use super::search::Search;
@@ -263,9 +263,7 @@ impl NewtonSolver {
         if let Some(before) = before {
             search.since(before);
         }
-        if quick {
-            search.end_early();
-        }
+        search.end_early(quick);
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
         let Found { equilibrium, increments, foundations, reactions, patches } =
@@ -300,6 +298,7 @@ impl NewtonSolver {
     ) -> Result<Held, EquilibriumError> {
         let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before } = held;
         let mut force = InternalForce::of(rod, load, environment);
+        let bound = self.max_iterations;
         let body = body_of(rod, (material, load), &mut force, &mut self.workspace.system);
         let mut search = ContactSearch::new(body, rod, support, (self.stable_only, self.tolerance))?;
         if let Some(before) = before {
@@ -307,12 +306,11 @@ impl NewtonSolver {
         }
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
-        let found = search.run(&mut shape, self.max_iterations)?;
+        let contact::Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;
         let mut strains = Vec::new();
         strain_line(&mut strains, &shape, material, &force);
         check_line(&strains, &force)?;
         *shape.line_strains_mut() = strains;
-        let contact::Found { equilibrium, increments, reactions, patches } = found;
         Ok(Held { equilibrium, increments, foundations: 0, reactions, rod: shape, patches })
     }
 
@@ -335,17 +333,15 @@ impl EquilibriumSolver for NewtonSolver {
     ) -> Result<Held, EquilibriumError> {
         ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
         held.support.check()?;
-        let fails =
-            |answer: &Result<Held, EquilibriumError>| answer.as_ref().is_err_and(EquilibriumError::is_recoverable);
-        // A search for the contacts that does not succeed at once seldom does later. The contact problem solves most
-        // of these cases.
+        // A search for the contacts that does not succeed at once seldom does later.
         let contacts = self.stable_only && !held.support.contacts().is_empty();
+        let fails = |error: &EquilibriumError| contacts && error.is_recoverable();
         let mut answer = self.search_with_points(held, contacts);
-        if contacts && fails(&answer) {
+        if answer.as_ref().is_err_and(fails) {
             answer = self.search_contacts(held);
             self.workspace.system.joints.clear();
         }
-        if contacts && fails(&answer) {
+        if answer.as_ref().is_err_and(fails) {
             answer = self.search_with_points(held, false);
         }
         answer
@@ -379,21 +375,6 @@ impl EquilibriumSolver for NewtonSolver {
             check_turns(rod)?;
         }
         answer
-    }
-}
-
-/// The mechanics of a rod under a load.
-fn body_of<'a, C: Constitutive, L: Load>(
-    rod: &Rod,
-    (material, load): (&'a C, &'a L),
-    force: &'a mut InternalForce,
-    system: &'a mut System,
-) -> Box<dyn Mechanics + 'a> {
-    match rod.order().points() {
-        1 => Box::new(Body::<C, L, 1> { system, material, load, force }),
-        2 => Box::new(Body::<C, L, 2> { system, material, load, force }),
-        3 => Box::new(Body::<C, L, 3> { system, material, load, force }),
-        _ => Box::new(Body::<C, L, 4> { system, material, load, force }),
     }
 }
 

@@ -1,18 +1,18 @@
 //! An attempt at a step: the linear rod, its contacts, and the length of the step.
 //!
 //! A step removes a share of the unbalanced couples and of the violated conditions. The share is one unless the step
-//! would leave the range of the linear rod. Then the contact problem is solved for smaller shares until a step fits, and
+//! would leave the range of the linear rod. Then the contact problem is solved for smaller shares until a step fits,
+//! and
 //! for larger ones with extrapolated forces, so that the contacts stay on their sides of the obstacles.
 
 use nalgebra::DVector;
 
 use super::linear::Linear;
-use super::newton::{Course, SLOW};
 use super::obstacles::Line;
 use super::reduced::Contact;
 use super::search::ContactSearch;
 use super::settings::SETTINGS;
-use super::step::Start;
+use super::trial::{Attempt, Course, Start, Step, Trial};
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
 
@@ -22,41 +22,6 @@ const CLOSE_TURN: f64 = 0.02;
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step that needs neither a correction nor a comparison, rad.
 const TINY_TURN: f64 = 1e-9;
-
-/// An accepted step.
-pub(super) struct Step {
-    /// Largest rotation, rad.
-    pub turn: f64,
-    pub fraction: f64,
-    pub shift: f64,
-    pub pivots: Inertia,
-    pub linear: Linear,
-    /// Whether the state of a contact has changed.
-    pub changed: bool,
-    /// Largest stretch of the rod by the changes of the reactions, m.
-    pub stretch: f64,
-}
-
-/// The outcome of an attempt at a step with a given shift.
-pub(super) enum Attempt {
-    Accepted(Box<Step>),
-    /// The rod has moved without a step, from a straight shape or a saddle.
-    Moved,
-    /// A larger shift is needed.
-    Rejected,
-}
-
-/// A step on the linear rod.
-pub(super) struct Trial {
-    pub linear: Linear,
-    pub contacts: Vec<Contact>,
-    /// Changes of the reactions of holds and springs.
-    pub links: DVector<f64>,
-    /// Largest rotation, rad.
-    pub turn: f64,
-    /// Whether the contact problem is solved.
-    pub solved: bool,
-}
 
 /// Whether a step fits the range of the linear rod.
 enum Fit {
@@ -165,7 +130,7 @@ impl ContactSearch<'_> {
                 let guess = fitting.as_ref().map(|(contacts, known)| (&contacts[..], share / known));
                 self.solve_trial(trial, start, &zero, guess);
             }
-            // By this factor the step may be longer.
+            // Factor by which the step may be longer.
             let within = f64::min(1.0, SETTINGS.largest_turn / trial.turn);
             self.move_by(rod, start, trial, within);
             let mut factor = (SETTINGS.largest_turn / trial.turn).min(within * self.safe_share(rod, start));
@@ -211,7 +176,8 @@ impl ContactSearch<'_> {
         Fit::Fits
     }
 
-    /// Adds candidates at which the rod penetrates obstacles after a step, and returns to the start. Returns whether there
+    /// Adds candidates at which the rod penetrates obstacles after a step, and returns to the start. Returns whether
+    /// there
     /// are any.
     fn add_to(&mut self, rod: &mut Rod, start: &mut Start) -> bool {
         let known = self.candidates.clone();
@@ -230,17 +196,18 @@ impl ContactSearch<'_> {
         true
     }
 
-    /// Whether a step needs no comparison of merits: it converges, or its change of the energy is close to rounding. With
+    /// Whether a step needs no comparison of merits: it converges, or its change of the energy is close to rounding.
+    /// With
     /// friction, two shapes may satisfy the laws in turn.
     fn is_unchecked(&self, trial: &Trial, shift: f64, course: &Course) -> bool {
         let rubs = trial.contacts.iter().any(|at| at.friction > 0.0);
         let small = if rubs { TINY_TURN } else { SETTINGS.small_turn };
-        let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SLOW * course.last;
+        let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SETTINGS.slow * course.last;
         trial.turn < small || !self.stable || converges
     }
 
     /// Whether a step with a shifted tangent and the rotation `turn` (rad) is at a saddle of the energy.
     fn is_at_saddle(&self, turn: f64, last: f64) -> bool {
-        turn < 1e-7 && turn > SLOW * last || turn < SETTINGS.at_saddle
+        turn < 1e-7 && turn > SETTINGS.slow * last || turn < SETTINGS.at_saddle
     }
 }

@@ -64,11 +64,11 @@ pub(in crate::equilibrium) trait Mechanics {
 }
 
 /// A rod of given laws, with `P` Gauss points in an element.
-pub(in crate::equilibrium) struct Body<'a, C, L, const P: usize> {
-    pub system: &'a mut System,
-    pub material: &'a C,
-    pub load: &'a L,
-    pub force: &'a mut InternalForce,
+struct Body<'a, C, L, const P: usize> {
+    system: &'a mut System,
+    material: &'a C,
+    load: &'a L,
+    force: &'a mut InternalForce,
 }
 
 impl<C: Constitutive, L: Load, const P: usize> Body<'_, C, L, P> {
@@ -157,5 +157,20 @@ impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
 
     fn strain_under(&self, point: &MaterialPoint, near: &Vector3<f64>, couple: &Vector3<f64>) -> Vector3<f64> {
         strain_under(self.material, &Tissue::of(point, self.time()), near, couple)
+    }
+}
+
+/// The mechanics of a rod under a load.
+pub(in crate::equilibrium) fn body_of<'a, C: Constitutive, L: Load>(
+    rod: &Rod,
+    (material, load): (&'a C, &'a L),
+    force: &'a mut InternalForce,
+    system: &'a mut System,
+) -> Box<dyn Mechanics + 'a> {
+    match rod.order().points() {
+        1 => Box::new(Body::<C, L, 1> { system, material, load, force }),
+        2 => Box::new(Body::<C, L, 2> { system, material, load, force }),
+        3 => Box::new(Body::<C, L, 3> { system, material, load, force }),
+        _ => Box::new(Body::<C, L, 4> { system, material, load, force }),
     }
 }

@@ -1,24 +1,10 @@
 //! Merit and residual, which decide whether a step is accepted.
 
-use super::attempt::Trial;
 use super::search::ContactSearch;
 use super::settings::SETTINGS;
-use super::step::Start;
+use super::trial::{Merit, Start, Trial};
 use crate::equilibrium::held::sites::Site;
 use crate::rod::Rod;
-
-/// Quantities that decide whether a step is accepted.
-#[derive(Clone, Copy)]
-pub(super) struct Merit {
-    /// Energy of the rod with its supports, J.
-    pub energy: f64,
-    /// Sum of the violated distances, m.
-    pub violation: f64,
-    /// Work of friction, J.
-    pub friction: f64,
-    /// Largest violation of a balance or a law, relative to the force and the length.
-    pub residual: f64,
-}
 
 impl ContactSearch<'_> {
     /// The merit at the last evaluation, in which the rod with its loads had the given energy (J).

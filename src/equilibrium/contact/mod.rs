@@ -3,7 +3,8 @@
 //! An iteration factorises the tangent of the rod with the present contact forces as dead loads. The response of this
 //! linear rod at its [candidates](candidate), the places that may touch an obstacle, is a small matrix. On it the
 //! complete problem of unilateral contact with Coulomb friction is solved ([`reduced`]), with the exact shapes of the
-//! obstacles. No set of contacts is guessed: which contacts are open, stick or slide is part of the solution. The step is
+//! obstacles. No set of contacts is guessed: which contacts are open, stick or slide is part of the solution. The
+//! step is
 //! as long as the linear rod holds ([`attempt`]). Nodes of the rod follow the contacts ([`placement`]).
 //!
 //! [`super::held`] searches first. This method finds the equilibria that it does not find.
@@ -11,9 +12,11 @@
 mod attempt;
 mod before;
 mod candidate;
+mod candidates;
 mod inertia;
 mod law;
 mod linear;
+mod linearise;
 mod local;
 mod mechanics;
 mod merit;
@@ -29,6 +32,7 @@ mod search;
 mod settings;
 mod step;
 mod sweeps;
+mod trial;
 
-pub(super) use mechanics::{Body, Mechanics};
+pub(super) use mechanics::body_of;
 pub(super) use search::{ContactSearch, Found};

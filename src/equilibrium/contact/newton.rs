@@ -1,22 +1,21 @@
 //! The Newton iteration for a rod in contact.
 //!
-//! Each iteration factorises the tangent of the rod with its present reactions, solves the frictional contact problem of
+//! Each iteration factorises the tangent of the rod with its present reactions, solves the frictional contact problem
+//! of
 //! the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
 
 use nalgebra::Vector3;
 
-use super::attempt::{Attempt, Step};
 use super::before::Before;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::search::ContactSearch;
 use super::settings::{SAME, SETTINGS};
+use super::trial::{Attempt, Course, Step};
 use crate::equilibrium::EquilibriumError;
 use crate::equilibrium::held::sites::Site;
 use crate::rod::Rod;
 
-/// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
-pub(super) const SLOW: f64 = 0.25;
 /// Largest rotation in a step that may be due to rounding, rad, and one that always is.
 const STAGNANT: f64 = 1e-6;
 const ROUNDING: f64 = 1e-13;
@@ -24,20 +23,6 @@ const ROUNDING: f64 = 1e-13;
 const BALANCED: f64 = 1e-13;
 /// Eigenvalue of the scaled matrix of the reactions below which the inertia is evaluated at the equilibrium.
 const CLOSE: f64 = 1e-3;
-
-/// What an iteration needs to know of those before it.
-pub(super) struct Course {
-    /// Whether the tangent has to be positive on the permitted directions also while contacts are loaded.
-    pub guarded: bool,
-    /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
-    pub last: f64,
-    /// Shift of the last step, N.
-    pub shift: f64,
-    pub saddles: usize,
-    /// Whether a straight rod was bent.
-    pub bowed: bool,
-    pub placements: usize,
-}
 
 impl ContactSearch<'_> {
     /// Newton's iteration for the present targets.
@@ -86,7 +71,8 @@ impl ContactSearch<'_> {
         Err(self.not_found(course.last))
     }
 
-    /// Removes candidates that are not close to an obstacle, and merges contact points that have slid to the same place.
+    /// Removes candidates that are not close to an obstacle, and merges contact points that have slid to the same
+    /// place.
     fn drop_candidates(&mut self) {
         let far = SETTINGS.far * self.length;
         self.candidates.retain(|at| at.status != Status::Open || !at.point || at.gap.value < far);
@@ -152,7 +138,8 @@ impl ContactSearch<'_> {
         self.candidates.iter().any(|at| at.status != Status::Open)
     }
 
-    /// Largest displacement of a hold or spring of a rod that stretches, from its place in `sites`, m. A step may stretch the
+    /// Largest displacement of a hold or spring of a rod that stretches, from its place in `sites`, m. A step may
+    /// stretch the
     /// rod without a rotation.
     pub(super) fn stretch(&self, rod: &Rod, sites: &[Site]) -> f64 {
         if self.body.line_compliance(rod, 0, 0).is_none() {
@@ -179,7 +166,8 @@ impl ContactSearch<'_> {
         let apart = skew || found || self.largest_violation() > SETTINGS.rounding * self.length;
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced = self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
-        let rounds = turn < STAGNANT && !apart && !stretching && (SLOW * turn..STAGNANT).contains(&last) && balanced;
+        let rounds =
+            turn < STAGNANT && !apart && !stretching && (SETTINGS.slow * turn..STAGNANT).contains(&last) && balanced;
         if !rounds && (stretching || apart || step.changed || error > self.tolerance && turn >= ROUNDING) {
             return Ok(false);
         }

@@ -210,7 +210,8 @@ impl Gaps<'_, '_> {
 }
 
 /// The factor by which a displacement of the stations may be longer, so that no part of the rod moves by more than half
-/// of its gap to an obstacle or a part of the radius of the obstacle. Parts beside a candidate, up to the next maxima of
+/// of its gap to an obstacle or a part of the radius of the obstacle. Parts beside a candidate, up to the next maxima
+/// of
 /// the gap, are left out: the candidate represents them.
 pub(super) fn largest_share(obstacles: &Obstacles, candidates: &[Candidate], from: &[Place], to: &[Place]) -> f64 {
     let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };

@@ -122,7 +122,7 @@ impl ContactSearch<'_> {
                 let bend = self.relative_bend(rod, obstacle, end);
                 let slope = (self.relative_bend(rod, obstacle, end + delta) - bend) / delta;
                 let longest = SETTINGS.placements.1 * element;
-                // Beyond the end the relative curvature increases; otherwise the end moves by the largest step.
+                // The relative curvature increases beyond the end; otherwise the end moves by the largest step.
                 let by = if slope * outward > 0.0 { -bend / slope } else { outward * -bend.signum() * f64::INFINITY };
                 let by = by.clamp(-longest, longest);
                 largest = largest.max(by.abs());

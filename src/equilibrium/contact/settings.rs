@@ -18,6 +18,8 @@ pub(super) struct Settings {
     pub largest_shift: f64,
     /// Decrease of the merit that a step must achieve, relative to the predicted one (Armijo), and of the residual.
     pub decrease: (f64, f64),
+    /// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
+    pub slow: f64,
     /// Rotation in a step below which the merit is not compared, rad: its change is close to rounding.
     pub small_turn: f64,
     /// Largest number of steps by which the rod returns to its conditions, with the existing factors.
@@ -69,6 +71,7 @@ pub(super) const SETTINGS: Settings = Settings {
     shift: (0.1, 4.0),
     largest_shift: 1e12,
     decrease: (1e-4, 0.2),
+    slow: 0.25,
     small_turn: 1e-4,
     corrections: 6,
     additions: 8,

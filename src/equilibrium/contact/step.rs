@@ -2,36 +2,16 @@
 
 use nalgebra::{DVector, Vector3};
 
-use super::attempt::Trial;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::linear::Linear;
-use super::obstacles::{Line, Obstacles, Place, largest_share};
+use super::obstacles::{Line, Obstacles, largest_share};
 use super::reduced::{Contact, Reduced};
 use super::search::ContactSearch;
 use super::settings::SETTINGS;
-use crate::equilibrium::elimination::Row;
-use crate::equilibrium::held::sites::Site;
+use super::trial::{Start, Trial};
 use crate::equilibrium::system::Configuration;
 use crate::rod::Rod;
-
-/// The start of a step.
-pub(super) struct Start {
-    pub shape: Configuration,
-    pub sites: Vec<Site>,
-    pub candidates: Vec<Candidate>,
-    pub turns: Vec<Vector3<f64>>,
-    pub condensed: Vec<Row>,
-    pub stations: Vec<Place>,
-    pub tangents: Vec<Vector3<f64>>,
-}
-
-impl Start {
-    /// Largest penetration at a candidate, m.
-    pub fn deepest(&self) -> f64 {
-        self.candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
-    }
-}
 
 impl ContactSearch<'_> {
     /// The start of a step: shape, reactions, and unbalanced couples.
@@ -177,7 +157,7 @@ impl ContactSearch<'_> {
     }
 
     /// The share of the motion from the start of a step within which no part of the rod approaches an obstacle too far,
-    /// and no contact goes round it.
+    /// and no contact passes to its other side.
     pub(super) fn safe_share(&self, rod: &Rod, start: &Start) -> f64 {
         if self.obstacles.contacts.is_empty() {
             return 1.0;
@@ -212,7 +192,8 @@ impl ContactSearch<'_> {
         trial.turn = self.body.system().largest_turn();
     }
 
-    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as long as
+    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as
+    /// long as
     /// the difference decreases and the step does not grow.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
         let mut offset = DVector::zeros(trial.linear.response.size());

@@ -76,9 +76,9 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         })
     }
 
-    /// Lets the search end after its first failure, without increments and estimates of the contacts.
-    pub fn end_early(&mut self) {
-        self.quick = true;
+    /// Determines whether the search ends after its first failure, without increments and estimates of the contacts.
+    pub fn end_early(&mut self, quick: bool) {
+        self.quick = quick;
     }
 
     /// Sets the rod and its reactions at the end of the increment before, and the time since then (s).

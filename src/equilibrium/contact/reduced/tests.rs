@@ -69,3 +69,55 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
         assert_relative_eq!(difference, -residuals(&contacts), epsilon = 1e-7, max_relative = 1e-7);
     }
 }
+
+/// The plane z = 0.
+struct Floor;
+
+impl Surfaces for Floor {
+    fn gap(&self, _: usize, place: &Vector3<f64>) -> Gap {
+        Gap { value: place.z, normal: Vector3::z(), curvature: Matrix3::zeros() }
+    }
+}
+
+#[test]
+fn point_on_two_springs_sticks_or_slides_by_coulombs_law() {
+    // A point is pressed to the plane by a spring of compliance a and pulled along it by one of compliance b. Without
+    // contact it would be at the depth d, displaced by t.
+    let (a, b, depth) = (0.4, 0.7, 0.3);
+    let compliance = DMatrix::from_diagonal(&DVector::from_vec(vec![b, b, a]));
+    for (friction, pull) in [(0.0, 0.2), (0.5, 0.05), (0.5, 2.0), (2.0, 2.0), (0.5, -1.0)] {
+        let free = DVector::from_vec(vec![pull, 0.0, -depth]);
+        let problem = Reduced { surfaces: &Floor, compliance: &compliance, free };
+        let mut point = contact(0, friction, None);
+        (point.clearance, point.anchor) = (0.0, (Vector3::zeros(), Vector3::zeros()));
+        let mut contacts = vec![point];
+        assert!(problem.solve(&mut contacts));
+        let (force, normal): (_, f64) = (contacts[0].force, depth / a);
+        assert_relative_eq!(force.z, normal, max_relative = 1e-12);
+        let sticking = -pull / b;
+        let expected =
+            if sticking.abs() <= friction * normal { sticking } else { sticking.signum() * friction * normal };
+        assert_relative_eq!(force.x, expected, epsilon = 1e-12);
+        let sticks = sticking.abs() <= friction * normal;
+        assert_eq!(contacts[0].status, if sticks { Status::Sticking } else { Status::Sliding });
+    }
+}
+
+#[test]
+fn two_points_share_a_load_by_their_coupled_compliance() {
+    // Two points have the compliance a, and a force on one displaces the other by c. Without contact they are at the
+    // depth d; a third one is above the plane.
+    let (a, c, depth) = (0.5, 0.2, 0.1);
+    let mut compliance = DMatrix::from_diagonal_element(9, 9, 1.0);
+    for (i, j, value) in [(2, 2, a), (5, 5, a), (2, 5, c), (5, 2, c), (8, 8, a)] {
+        compliance[(i, j)] = value;
+    }
+    let free = DVector::from_vec(vec![0.0, 0.0, -depth, 0.0, 0.0, -depth, 0.0, 0.0, depth]);
+    let problem = Reduced { surfaces: &Floor, compliance: &compliance, free };
+    let mut contacts: Vec<Contact> = (0..3).map(|i| Contact { clearance: 0.0, ..contact(3 * i, 0.0, None) }).collect();
+    assert!(problem.solve(&mut contacts));
+    for (point, expected) in contacts.iter().zip([depth / (a + c), depth / (a + c), 0.0]) {
+        assert_relative_eq!(point.force, Vector3::z() * expected, epsilon = 1e-14);
+    }
+    assert_eq!(contacts[2].status, Status::Open);
+}

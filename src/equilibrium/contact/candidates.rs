@@ -1,0 +1,154 @@
+//! Evaluation of the candidates on a shape, and the search for new ones.
+
+use nalgebra::Vector3;
+
+use super::candidate::Candidate;
+use super::law::Status;
+use super::obstacles::{Gaps, Line, Place, Sample};
+use super::reduced::Surfaces;
+use super::search::ContactSearch;
+use super::settings::{SAME, SETTINGS};
+use crate::rod::Rod;
+
+impl ContactSearch<'_> {
+    /// Evaluates the sites and candidates on the shape of a rod.
+    pub(super) fn locate(&mut self, rod: &Rod) {
+        let time = self.obstacles.time;
+        self.tangents = self.body.tangents(rod);
+        let forces = self.candidates.iter().map(|at| (at.obstacle, at.force));
+        self.obstacles.yielded = self.obstacles.displacements(forces);
+        let line = Line::new(rod, &self.tangents);
+        for site in &mut self.sites {
+            site.position = line.place((site.element, site.x)).position;
+            if let Some(spring) = &mut site.spring {
+                spring.locate(&self.laws, &site.position, time);
+            }
+        }
+        let near = SETTINGS.near * self.length / self.parent.elements() as f64;
+        for at in &mut self.candidates {
+            let stiffness = self.body.stiffness(&rod.point_within(at.element, at.x));
+            // Change of the curvature of the rod within this distance by the normal force.
+            let bends = near * at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
+            at.resolved = bends.max(SETTINGS.flat / self.length);
+            let place = line.place((at.element, at.x));
+            (at.arc_length, at.position) = (place.arc_length, place.position);
+            at.gap = self.obstacles.gap_at(at.obstacle, &at.position);
+            let frame = rod.frame_within(at.element, at.x);
+            at.tangent = frame * Vector3::z();
+            at.bend = frame * rod.strain_within(at.element, at.x).cross(&Vector3::z());
+            if self.obstacles.contacts[at.obstacle].friction > 0.0 {
+                let material = rod.initial_apex_distance(at.element, at.x);
+                at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle), &at.before);
+            }
+        }
+    }
+
+    /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima,
+    /// and at
+    /// all stations beside a contact that penetrate. Returns whether there is a new one.
+    pub(super) fn add_candidates(&mut self, rod: &Rod, bound: f64) -> bool {
+        if self.obstacles.contacts.is_empty() {
+            return false;
+        }
+        let line = Line::new(rod, &self.tangents);
+        let stations = line.stations();
+        let mut new = Vec::new();
+        for obstacle in 0..self.obstacles.contacts.len() {
+            let gaps = Gaps { line: &line, obstacles: &self.obstacles, obstacle };
+            let samples = gaps.samples(&stations);
+            let own: Vec<&Candidate> = self.candidates.iter().filter(|at| at.obstacle == obstacle).collect();
+            new.extend(self.penetrating(&gaps, &samples, &stations, &own, bound));
+        }
+        let near = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let mut changed = false;
+        // The base does not move.
+        for (at, s) in new.into_iter().filter(|(_, s)| *s > SETTINGS.spacing * near) {
+            let close = |own: &&mut Candidate| {
+                own.obstacle == at.obstacle && own.point && at.point && (own.arc_length - s).abs() < near
+            };
+            changed = true;
+            match self.candidates.iter_mut().find(close) {
+                // Elements do not resolve two minima that are so close.
+                Some(own) => (own.element, own.x, own.arc_length) = (at.element, at.x, s),
+                None => {
+                    let before = self.displacement_before(rod, &at);
+                    self.candidates.push(Candidate { arc_length: s, before, ..at });
+                }
+            }
+        }
+        changed
+    }
+
+    /// The displacement in the increment up to the contact of a new candidate that penetrates, m: the share of its
+    /// motion in which the gap closes.
+    fn displacement_before(&self, rod: &Rod, at: &Candidate) -> Vector3<f64> {
+        if self.obstacles.contacts[at.obstacle].friction == 0.0 {
+            return Vector3::zeros();
+        }
+        let place = Line::new(rod, &self.tangents).place((at.element, at.x)).position;
+        let place = place - self.obstacles.yielded[at.obstacle];
+        let material = rod.initial_apex_distance(at.element, at.x);
+        let (from, before, _) = self.before.place(material, &self.obstacles, at.obstacle);
+        let after = self.obstacles.gap(at.obstacle, &place).value;
+        let share = if before > 0.0 { before / (before - after.min(0.0)) } else { 0.0 };
+        (place - from) * share
+    }
+
+    /// New candidates for one obstacle.
+    fn penetrating(
+        &self,
+        gaps: &Gaps,
+        samples: &[Sample],
+        stations: &[Place],
+        own: &[&Candidate],
+        bound: f64,
+    ) -> Vec<(Candidate, f64)> {
+        let margin = SAME * self.length;
+        let close = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let mut new = Vec::new();
+        let within =
+            |at: &Candidate, from: f64, to: f64| at.arc_length >= from - margin && at.arc_length <= to + margin;
+        for (i, ends) in samples.windows(2).enumerate() {
+            let (from, to) = (&ends[0], &ends[1]);
+            // A contact point that slides belongs to the minimum beside it, and the end of a contact segment is moved
+            // to its place later.
+            let covered = own.iter().any(|at| {
+                within(at, from.arc_length, to.arc_length) && (at.slides() || !at.point && at.status != Status::Open)
+            });
+            let flat = to.slope - from.slope < SETTINGS.flat / self.length * (to.arc_length - from.arc_length);
+            if !covered && let Some(least) = gaps.least(from, to, bound) {
+                if !flat || bound > 0.0 {
+                    new.push((Candidate::at(gaps.obstacle, (least.element, least.x), true), least.arc_length));
+                } else {
+                    // The rod lies on the obstacle here.
+                    for end in ends.iter().filter(|end| end.arc_length > margin) {
+                        let place = if end.x == 0.0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
+                        let known = own.iter().any(|at| (at.arc_length - end.arc_length).abs() <= margin)
+                            || new.iter().any(|(_, s): &(Candidate, f64)| (s - end.arc_length).abs() <= margin);
+                        if !known {
+                            new.push((Candidate::at(gaps.obstacle, place, false), end.arc_length));
+                        }
+                    }
+                    continue;
+                }
+            }
+            let next = samples.get(i + 2).map_or(to.arc_length, |next| next.arc_length);
+            let near = || own.iter().filter(|at| within(at, from.arc_length, next));
+            let known = near().any(|at| {
+                let level = at.gap.value - SETTINGS.rounding * self.length;
+                let distance = (at.arc_length - to.arc_length).abs();
+                distance <= if at.point { close } else { margin } || at.slides() && to.gap >= level
+            });
+            if known || !(to.gap < bound) {
+                continue;
+            }
+            let apex = i + 2 == samples.len() && to.slope <= 0.0;
+            // Beside a contact that penetrates at the next station, the contact is a segment.
+            let beside = bound < 0.0 && near().any(|at| !at.point || at.status != Status::Open);
+            if apex || beside {
+                new.push((Candidate::at(gaps.obstacle, (stations[i].element, stations[i].x), !beside), to.arc_length));
+            }
+        }
+        new
+    }
+}

@@ -1,0 +1,93 @@
+//! Assembly of the linear rod of an iteration.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::linear::{Linear, Role, Rows, along};
+use super::response::{Response, Spot};
+use super::search::ContactSearch;
+use crate::equilibrium::held::elastic::Spring;
+use crate::rod::Rod;
+
+impl ContactSearch<'_> {
+    /// The linear rod with the factorised tangent and the unbalanced couples in the system.
+    pub(super) fn linearise(&mut self, rod: &Rod) -> Linear {
+        let spot = |element, x, turns| Spot { element, x, turns };
+        let sites = self.sites.iter().map(|site| spot(site.element, site.x, false));
+        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.slides()));
+        let spots: Vec<Spot> = sites.chain(candidates).collect();
+        let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
+        let first = 3 * self.sites.len();
+        let size = response.size() - first - self.boosts.len();
+        // An obstacle that yields is displaced by the forces on it.
+        for (i, a) in self.candidates.iter().enumerate() {
+            for (j, b) in self.candidates.iter().enumerate().filter(|(_, b)| b.obstacle == a.obstacle) {
+                let at = (response.first(self.sites.len() + i), response.first(self.sites.len() + j));
+                let mut block = response.compliance.fixed_view_mut::<3, 3>(at.0, at.1);
+                block += self.obstacles.compliances[b.obstacle];
+            }
+        }
+        let free = response.free(self.body.system_mut());
+        let (mut links, mut roles, mut residuals) = (Rows::default(), Vec::new(), Vec::new());
+        for (i, site) in self.sites.iter().enumerate() {
+            for (direction, residual) in site.missing() {
+                links.push(along(3 * i, &direction), 0.0);
+                roles.push(Role::Hold(i, direction));
+                residuals.push(residual);
+            }
+            for (axis, stiffness, residual) in site.spring.iter().flat_map(Spring::stiff) {
+                let axis = axis * stiffness.abs().sqrt();
+                links.push(along(3 * i, &axis), -stiffness.signum());
+                roles.push(Role::Spring(i, axis));
+                residuals.push(residual);
+            }
+        }
+        for (k, (_, increase)) in self.boosts.iter().enumerate() {
+            // The unknown is scaled so that its diagonal entry is one.
+            links.push([(first + size + k, 1.0)], 1.0 / increase);
+            roles.push(Role::Boost);
+            residuals.push(0.0);
+        }
+        let rows = links.matrix(response.size());
+        let products = &rows * &response.compliance;
+        let mut matrix = &products * rows.transpose();
+        links.diagonal.iter().enumerate().for_each(|(i, d)| matrix[(i, i)] -= d);
+        let solver = (links.len() > 0).then(|| {
+            let scale = DVector::from_fn(links.len(), |i, _| {
+                let size = matrix[(i, i)].abs() + links.diagonal[i].abs();
+                1.0 / size.max(f64::MIN_POSITIVE).sqrt()
+            });
+            let scaled = DMatrix::from_fn(links.len(), links.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+            // The eigenvalues of a matrix that is not finite are not found.
+            let finite = scaled.iter().all(|value| value.is_finite());
+            let scaled = if finite { scaled } else { DMatrix::from_element(scaled.nrows(), scaled.ncols(), 0.0) };
+            (SymmetricEigen::new(scaled), scale)
+        });
+        let mut compliance: DMatrix<f64> = response.compliance.view((first, first), (size, size)).into_owned();
+        let residuals = DVector::from_vec(residuals);
+        let mut linear = Linear {
+            response,
+            links,
+            roles,
+            residuals,
+            rows,
+            products,
+            solver,
+            first,
+            size,
+            compliance: DMatrix::zeros(0, 0),
+            free,
+            share: 1.0,
+        };
+        if linear.links.len() > 0 && size > 0 {
+            let across = linear.products.columns(first, size).into_owned();
+            for column in 0..size {
+                let changes = linear.solve_links(&across.column(column).into_owned());
+                let mut own = compliance.column_mut(column);
+                own += across.tr_mul(&changes);
+            }
+            compliance.fill_upper_triangle_with_lower_triangle();
+        }
+        linear.compliance = compliance;
+        linear
+    }
+}

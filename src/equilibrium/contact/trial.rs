@@ -1,0 +1,92 @@
+//! Data of an iteration: its course, the start of a step, trials, and what decides about them.
+
+use nalgebra::{DVector, Vector3};
+
+use super::candidate::Candidate;
+use super::linear::Linear;
+use super::obstacles::Place;
+use super::reduced::Contact;
+use crate::equilibrium::Inertia;
+use crate::equilibrium::elimination::Row;
+use crate::equilibrium::held::sites::Site;
+use crate::equilibrium::system::Configuration;
+
+/// What an iteration needs to know of those before it.
+pub(super) struct Course {
+    /// Whether the tangent has to be positive on the permitted directions also while contacts are loaded.
+    pub guarded: bool,
+    /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
+    pub last: f64,
+    /// Shift of the last step, N.
+    pub shift: f64,
+    pub saddles: usize,
+    /// Whether a straight rod was bent.
+    pub bowed: bool,
+    pub placements: usize,
+}
+
+/// The start of a step.
+pub(super) struct Start {
+    pub shape: Configuration,
+    pub sites: Vec<Site>,
+    pub candidates: Vec<Candidate>,
+    pub turns: Vec<Vector3<f64>>,
+    pub condensed: Vec<Row>,
+    pub stations: Vec<Place>,
+    pub tangents: Vec<Vector3<f64>>,
+}
+
+impl Start {
+    /// Largest penetration at a candidate, m.
+    pub fn deepest(&self) -> f64 {
+        self.candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
+    }
+}
+
+/// An accepted step.
+pub(super) struct Step {
+    /// Largest rotation, rad.
+    pub turn: f64,
+    pub fraction: f64,
+    pub shift: f64,
+    pub pivots: Inertia,
+    pub linear: Linear,
+    /// Whether the state of a contact has changed.
+    pub changed: bool,
+    /// Largest stretch of the rod by the changes of the reactions, m.
+    pub stretch: f64,
+}
+
+/// The outcome of an attempt at a step with a given shift.
+pub(super) enum Attempt {
+    Accepted(Box<Step>),
+    /// The rod has moved without a step, from a straight shape or a saddle.
+    Moved,
+    /// A larger shift is needed.
+    Rejected,
+}
+
+/// A step on the linear rod.
+pub(super) struct Trial {
+    pub linear: Linear,
+    pub contacts: Vec<Contact>,
+    /// Changes of the reactions of holds and springs.
+    pub links: DVector<f64>,
+    /// Largest rotation, rad.
+    pub turn: f64,
+    /// Whether the contact problem is solved.
+    pub solved: bool,
+}
+
+/// Quantities that decide whether a step is accepted.
+#[derive(Clone, Copy)]
+pub(super) struct Merit {
+    /// Energy of the rod with its supports, J.
+    pub energy: f64,
+    /// Sum of the violated distances, m.
+    pub violation: f64,
+    /// Work of friction, J.
+    pub friction: f64,
+    /// Largest violation of a balance or a law, relative to the force and the length.
+    pub residual: f64,
+}
