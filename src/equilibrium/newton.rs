@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::contact::{self, ContactSearch, body_of};
 use super::held::{Found, HeldSearch, HeldWorkspace};
-use super::line::{check_line, strain_line};
+use super::line::{check_line, complete, strain_line};
 use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
@@ -269,11 +269,7 @@ impl NewtonSolver {
         search.guess(&mut shape, earlier, last);
         let Found { equilibrium, increments, foundations, reactions, patches } =
             search.run(&mut shape, self.max_iterations)?;
-        let mut strains = Vec::new();
-        strain_line(&mut strains, &shape, material, &force);
-        check_line(&strains, &force)?;
-        *shape.line_strains_mut() = strains;
-        shape.reactions_mut().clone_from(&reactions);
+        complete(&mut shape, material, &force, &reactions)?;
         Ok(Held { equilibrium, increments, foundations, reactions, rod: shape, patches })
     }
 
@@ -309,11 +305,7 @@ impl NewtonSolver {
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
         let contact::Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;
-        let mut strains = Vec::new();
-        strain_line(&mut strains, &shape, material, &force);
-        check_line(&strains, &force)?;
-        *shape.line_strains_mut() = strains;
-        shape.reactions_mut().clone_from(&reactions);
+        complete(&mut shape, material, &force, &reactions)?;
         Ok(Held { equilibrium, increments, foundations: 0, reactions, rod: shape, patches })
     }
 

@@ -48,6 +48,12 @@ pub trait Obstacle {
         Vector3::zeros()
     }
 
+    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with such
+    /// an obstacle needs a positive radius. An obstacle that wraps another one forwards this.
+    fn has_edges(&self) -> bool {
+        false
+    }
+
     /// Checks the parameters.
     ///
     /// # Errors
@@ -60,6 +66,7 @@ pub trait Obstacle {
 forward_pointers!(Obstacle {
     fn distance(place: &Vector3<f64>, time: f64) -> Distance;
     fn compliance() -> Matrix3<f64>;
+    fn has_edges() -> bool;
     fn velocity(place: &Vector3<f64>, time: f64) -> Vector3<f64>;
     fn check() -> Result<(), ParameterError>;
 });
@@ -114,7 +121,7 @@ impl Obstacle for Cylinder {
 
 /// The distance of a place from a surface of constant radius, given the vector `from` the closest point of the
 /// axis and the projection to the directions in which that point does not follow.
-fn round(from: &Vector3<f64>, across: Matrix3<f64>, radius: f64) -> Distance {
+pub(super) fn round(from: &Vector3<f64>, across: Matrix3<f64>, radius: f64) -> Distance {
     let norm = from.norm();
     // On the axis every direction is as good. A solver keeps places outside.
     let normal = if norm > 0.0 { from / norm } else { across.column(across.diagonal().imax()).normalize() };

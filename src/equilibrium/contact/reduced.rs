@@ -80,6 +80,8 @@ pub(super) struct Reduced<'a> {
     pub compliance: &'a DMatrix<f64>,
     /// The coordinates for the forces zero.
     pub free: DVector<f64>,
+    /// Magnitude of the force in the rod, N. Residuals are relative to it or to the largest contact force.
+    pub scale: f64,
 }
 
 impl Reduced<'_> {
@@ -229,7 +231,7 @@ impl Reduced<'_> {
         let mut merit = Self::merit(contacts, &all);
         let mut stalls = 0;
         for _ in 0..ITERATIONS {
-            let largest = contacts.iter().map(|contact| contact.force.norm()).fold(0.0, f64::max);
+            let largest = contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
             if merit.sqrt() <= SOLVED * largest {
                 return self.finish(contacts, &all);
             }

@@ -100,8 +100,8 @@ impl ContactSearch<'_> {
             }
         });
         let contacts: Vec<Contact> = each.collect();
-        let free = DVector::zeros(linear.size);
-        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free };
+        let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
+        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
         problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
     }

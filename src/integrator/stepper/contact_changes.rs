@@ -94,7 +94,12 @@ impl Stepper {
         passes: bool,
     ) -> Outcome<bool> {
         self.step(shoot, solver, end, options)?;
-        let touched = |state: &State| state.contact.patches.iter().map(|patch| patch.obstacle).collect::<Vec<_>>();
+        // The contacts are in the order of the obstacles. Contacts of one obstacle that merge or divide are no changes.
+        let touched = |state: &State| {
+            let mut obstacles: Vec<usize> = state.contact.patches.iter().map(|patch| patch.obstacle).collect();
+            obstacles.dedup();
+            obstacles
+        };
         let changes = touched(start) != touched(&shoot.state);
         if changes && passes && !end.discontinuity {
             self.pass_discontinuity(shoot, solver)?;
