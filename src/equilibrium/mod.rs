@@ -1,7 +1,6 @@
 //! Equilibrium of a rod under its load, equations (1) and (9) to (12).
 
 mod coarse;
-mod contact;
 mod element;
 mod elimination;
 mod held;
@@ -90,9 +89,6 @@ pub struct Held {
     /// Number of increments in which the holds were moved to their places. They are the load path, on which an
     /// equilibrium depends if there are several.
     pub increments: usize,
-    /// Number of estimates of the contacts with elastic foundations in the place of the obstacles. There is one after
-    /// each search for contacts that fails.
-    pub foundations: usize,
     /// The reactions: of the holds of positions in their order, of the springs with a potential, of the
     /// contacts, and of the holds of frames alone.
     pub reactions: Vec<Reaction>,

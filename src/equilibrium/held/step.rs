@@ -7,13 +7,13 @@ use super::law::Status;
 use super::linear::Linear;
 use super::obstacles::{Line, Obstacles, largest_share};
 use super::reduced::{Contact, Reduced};
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::trial::{Start, Trial};
 use crate::equilibrium::system::Configuration;
 use crate::rod::Rod;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// The start of a step: shape, reactions, and unbalanced couples.
     pub(super) fn start(&self, rod: &Rod) -> Start {
         let mut shape = Configuration::default();
@@ -65,9 +65,11 @@ impl ContactSearch<'_> {
             let first = linear.response.first(self.sites.len() + i) - linear.first;
             let place = at.position - yielded[at.obstacle];
             present.fixed_rows_mut::<3>(first).copy_from(&place);
-            let range = at.slides().then(|| {
+            let range = at.slides.then(|| {
                 present.fixed_rows_mut::<3>(first + 3).copy_from(&at.tangent);
-                let reach = (0.5 * element).min(1.0 / at.gap.curvature.norm());
+                // Within this distance the force does not change the curvature by more than half of the relative one.
+                let resolved = 0.5 * at.approach().1 / at.flexibility;
+                let reach = (0.5 * element).min(1.0 / at.gap.curvature.norm()).min(resolved);
                 let (mut from, mut to) = (-at.arc_length, (self.length - at.arc_length).max(0.0));
                 // Two candidates do not slide to the same place.
                 let blocks = |other: &&Candidate| {

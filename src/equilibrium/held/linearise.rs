@@ -2,18 +2,18 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::elastic::Spring;
 use super::linear::{Linear, Role, Rows, along};
 use super::response::{Response, Spot};
-use super::search::ContactSearch;
-use crate::equilibrium::held::elastic::Spring;
+use super::search::HeldSearch;
 use crate::rod::Rod;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// The linear rod with the factorised tangent and the unbalanced couples in the system.
     pub(super) fn linearise(&mut self, rod: &Rod) -> Linear {
         let spot = |element, x, turns| Spot { element, x, turns };
         let sites = self.sites.iter().map(|site| spot(site.element, site.x, false));
-        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.slides()));
+        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.slides));
         let spots: Vec<Spot> = sites.chain(candidates).collect();
         let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();

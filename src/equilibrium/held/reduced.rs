@@ -21,6 +21,8 @@ const USEFUL: f64 = 1e-7;
 /// forces closest to the present ones where the rod does not determine them, and does not change the solution.
 const PROXIMAL: f64 = 1e-10;
 
+const DAMPING: f64 = 0.01;
+
 /// Obstacles.
 pub(super) trait Surfaces {
     /// The gap at a place (m) to an obstacle that is not displaced.
@@ -157,6 +159,13 @@ impl Reduced<'_> {
     /// the laws are satisfied.
     pub fn solve(&self, contacts: &mut Vec<Contact>) -> bool {
         self.scale(contacts);
+        if std::env::var("MEIG").is_ok() && contacts.iter().any(|c| c.status != Status::Open) {
+            let l: Vec<usize> = (0..contacts.len()).filter(|i| contacts[*i].status != Status::Open).collect();
+            let n = 3 * l.len();
+            let w = DMatrix::from_fn(n, n, |i, j| self.compliance[(contacts[l[i / 3]].first + i % 3, contacts[l[j / 3]].first + j % 3)]);
+            let e = w.symmetric_eigenvalues();
+            println!("      eig min {:.2e} max {:.2e} neg {} k {:?}", e.min(), e.max(), e.iter().filter(|v| **v < -1e-12 * e.max()).count(), contacts.iter().map(|c| format!("{:.1e}", c.k)).collect::<Vec<_>>());
+        }
         let start = contacts.clone();
         if self.newton(contacts) {
             return true;
@@ -233,7 +242,9 @@ impl Reduced<'_> {
             if merit.sqrt() <= SOLVED * largest {
                 return self.finish(contacts, &all);
             }
-            let Some(steps) = self.step(contacts, &all) else { return false };
+            let size = merit.sqrt();
+            let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL);
+            let Some(steps) = self.step(contacts, &all, proximal) else { return false };
             let mut fraction = 1.0;
             let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
             for _ in 0..HALVINGS {
@@ -256,6 +267,7 @@ impl Reduced<'_> {
                 fraction *= 0.5;
             }
             let Some((value, trial, at)) = best else { return false };
+            trace!("      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} largest {largest:.2e} states {}", merit.sqrt(), value.sqrt(), at.iter().zip(&trial).map(|(a, c)| format!("{}{}", match a.law.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' }, if c.range.is_some() {"^"} else {""})).collect::<String>());
             let largest = trial.iter().map(|contact| contact.force.norm()).fold(0.0, f64::max);
             if value.sqrt() <= 1e-8 * largest && value >= 0.25 * merit {
                 (*contacts, all) = (trial, at);
@@ -293,7 +305,7 @@ impl Reduced<'_> {
     }
 
     /// One Newton step: changes of the force and of the shift of every contact.
-    fn step(&self, contacts: &[Contact], all: &[Evaluated]) -> Option<Vec<(Vector3<f64>, f64)>> {
+    fn step(&self, contacts: &[Contact], all: &[Evaluated], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let zero = Vector3::zeros();
         let mut steps: Vec<(Vector3<f64>, f64)> =
             all.iter().map(|at| (zero, at.slide.map_or(0.0, |(moved, ..)| -moved))).collect();
@@ -311,7 +323,7 @@ impl Reduced<'_> {
             let (row, loaded) = (at[a], law.status != Status::Open);
             // Derivatives by the coordinates of the contact: place, and tangent.
             let by_tangent = law.by_place * contact.shift;
-            let proximal = if loaded { PROXIMAL } else { 0.0 };
+            let proximal = if loaded { proximal } else { 0.0 };
             let mut own = matrix.fixed_view_mut::<3, 3>(row, row);
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);

@@ -9,11 +9,11 @@ use nalgebra::Vector3;
 use super::before::Before;
 use super::candidate::Candidate;
 use super::law::Status;
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
+use super::sites::Site;
 use super::trial::{Attempt, Course, Step};
 use crate::equilibrium::EquilibriumError;
-use crate::equilibrium::held::sites::Site;
 use crate::rod::Rod;
 
 /// Largest rotation in a step that may be due to rounding, rad, and one that always is.
@@ -24,7 +24,7 @@ const BALANCED: f64 = 1e-13;
 /// Eigenvalue of the scaled matrix of the reactions below which the inertia is evaluated at the equilibrium.
 const CLOSE: f64 = 1e-3;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// Newton's iteration for the present targets.
     pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
         let (last, shift, saddles, bowed, placements) = (f64::INFINITY, 0.0, 0, false, 0);
@@ -49,6 +49,35 @@ impl ContactSearch<'_> {
                 course.last = f64::INFINITY;
                 continue;
             };
+            trace!(
+                "  it {} g={} turn {:.2e} frac {:.2e} shift {:.1e} share {:.1e} changed {} misplaced {} viol {:.1e} unb {:.1e} nodes {} cands {:?}",
+                self.found.iterations,
+                course.guarded,
+                step.turn,
+                step.fraction,
+                step.shift,
+                step.linear.share,
+                step.changed,
+                misplaced,
+                self.largest_violation(),
+                self.body.system().unbalanced,
+                rod.elements(),
+                self.candidates
+                    .iter()
+                    .map(|c| format!(
+                        "[o{} s={:.9} {:?} {} n={:.2e} g={:.1e} app {:.1e} {:.1e}/{:.0e}]",
+                        c.obstacle,
+                        c.arc_length,
+                        c.status,
+                        if c.point { "pt" } else { "st" },
+                        c.normal(),
+                        c.gap.value,
+                        c.approach().0,
+                        c.approach().1,
+                        c.flexibility
+                    ))
+                    .collect::<Vec<_>>()
+            );
             let done = step.fraction == 1.0
                 && step.shift == 0.0
                 && step.turn < SETTINGS.small_turn
@@ -133,6 +162,11 @@ impl ContactSearch<'_> {
         }
     }
 
+    /// Whether a candidate is at the apex, beyond which a contact does not slide.
+    pub(super) fn is_at_apex(&self, at: &Candidate) -> bool {
+        at.arc_length >= self.length * (1.0 - SAME)
+    }
+
     /// Whether a candidate is in contact.
     pub(super) fn is_loaded(&self) -> bool {
         self.candidates.iter().any(|at| at.status != Status::Open)
@@ -160,8 +194,8 @@ impl ContactSearch<'_> {
         let found = self.add_candidates(rod, -SETTINGS.rounding * self.length);
         // A contact point is where the gap is least, or at the apex.
         let skew = self.candidates.iter().any(|at| {
-            let inside = at.arc_length < self.length * (1.0 - SAME) || at.approach().0 > 0.0;
-            at.status != Status::Open && at.slides() && inside && at.approach().0.abs() > SETTINGS.tangential
+            let inside = !self.is_at_apex(at) || at.approach().0 > 0.0;
+            at.status != Status::Open && at.slides && inside && at.approach().0.abs() > SETTINGS.tangential
         });
         let apart = skew || found || self.largest_violation() > SETTINGS.rounding * self.length;
         // Close to a loss of stability rounding rotates the frames in every iteration.

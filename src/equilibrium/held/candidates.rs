@@ -6,11 +6,11 @@ use super::candidate::Candidate;
 use super::law::Status;
 use super::obstacles::{Gaps, Line, Place, Sample};
 use super::reduced::Surfaces;
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::rod::Rod;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// Evaluates the sites and candidates on the shape of a rod.
     pub(super) fn locate(&mut self, rod: &Rod) {
         let time = self.obstacles.time;
@@ -24,18 +24,16 @@ impl ContactSearch<'_> {
                 spring.locate(&self.laws, &site.position, time);
             }
         }
-        let near = SETTINGS.near * self.length / self.parent.elements() as f64;
         for at in &mut self.candidates {
             let stiffness = self.body.stiffness(&rod.point_within(at.element, at.x));
-            // Change of the curvature of the rod within this distance by the normal force.
-            let bends = near * at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
-            at.resolved = bends.max(SETTINGS.flat / self.length);
+            at.flexibility = at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
             let place = line.place((at.element, at.x));
             (at.arc_length, at.position) = (place.arc_length, place.position);
             at.gap = self.obstacles.gap_at(at.obstacle, &at.position);
             let frame = rod.frame_within(at.element, at.x);
             at.tangent = frame * Vector3::z();
             at.bend = frame * rod.strain_within(at.element, at.x).cross(&Vector3::z());
+            at.slides = at.point && at.approach().1 > SETTINGS.flat / self.length;
             if self.obstacles.contacts[at.obstacle].friction > 0.0 {
                 let material = rod.initial_apex_distance(at.element, at.x);
                 at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle), &at.before);
@@ -113,7 +111,7 @@ impl ContactSearch<'_> {
             // A contact point that slides belongs to the minimum beside it, and the end of a contact segment is moved
             // to its place later.
             let covered = own.iter().any(|at| {
-                within(at, from.arc_length, to.arc_length) && (at.slides() || !at.point && at.status != Status::Open)
+                within(at, from.arc_length, to.arc_length) && (at.slides || !at.point && at.status != Status::Open)
             });
             let flat = to.slope - from.slope < SETTINGS.flat / self.length * (to.arc_length - from.arc_length);
             if !covered && let Some(least) = gaps.least(from, to, bound) {
@@ -137,7 +135,7 @@ impl ContactSearch<'_> {
             let known = near().any(|at| {
                 let level = at.gap.value - SETTINGS.rounding * self.length;
                 let distance = (at.arc_length - to.arc_length).abs();
-                distance <= if at.point { close } else { margin } || at.slides() && to.gap >= level
+                distance <= if at.slides { close } else { margin } || at.slides && to.gap >= level
             });
             if known || !(to.gap < bound) {
                 continue;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::local::one_contact;
 use super::reduced::{Contact, Evaluated, Reduced};
-use crate::equilibrium::held::sites::across;
+use super::sites::across;
 
 /// Number of sweeps.
 const SWEEPS: usize = 60;

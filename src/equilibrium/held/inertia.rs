@@ -5,14 +5,14 @@ use nalgebra::{DMatrix, DVector};
 use super::candidate::Candidate;
 use super::law::Status;
 use super::linear::{Linear, NEUTRAL, Rows, along};
-use super::search::ContactSearch;
+use super::search::HeldSearch;
+use super::sites::across;
 use crate::equilibrium::Inertia;
-use crate::equilibrium::held::sites::across;
 
 /// The conditions of an earlier contact along the rod: obstacle, arc length (m), and the factors of each.
 type Previous = (usize, f64, Vec<Vec<(usize, f64)>>);
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// The inertia of the bordered tangent of a linear rod, whose factorisation has pivots with the signs `inertia`.
     /// The rows are the conditions of the links, the gaps and slips of contacts, and the stiffnesses by which contact
     /// forces turn with the normal and move along the rod.
@@ -92,7 +92,8 @@ impl ContactSearch<'_> {
                     rows.push(along(first, &side), -stiffness.signum());
                 }
             }
-            if linear.response.turns(self.sites.len() + i) && at.approach().1 > 0.0 {
+            let inside = !self.is_at_apex(at) || at.approach().0 >= 0.0;
+            if inside && linear.response.turns(self.sites.len() + i) && at.approach().1 > 0.0 {
                 // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
                 let factor = (push / at.approach().1).sqrt();
                 let turned = at.gap.curvature * at.tangent * factor;

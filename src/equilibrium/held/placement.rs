@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::obstacles::{Line, Place};
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
@@ -26,7 +26,7 @@ const TOUCHING: f64 = 1e-4;
 /// Ratio of the distances from a contact of the nodes that resolve the layer beside it.
 const GRADING: f64 = 3.0;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// Moves nodes to the contacts of the present shape, if `moves`. Returns the largest distance of a contact from its
     /// node, m.
     pub(super) fn place(&mut self, rod: &mut Rod, moves: bool, last: f64) -> f64 {

@@ -10,7 +10,7 @@ use nalgebra::DVector;
 use super::linear::Linear;
 use super::obstacles::Line;
 use super::reduced::Contact;
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::trial::{Attempt, Course, Start, Step, Trial};
 use crate::equilibrium::{EquilibriumError, Inertia};
@@ -31,7 +31,16 @@ enum Fit {
     Found,
 }
 
-impl ContactSearch<'_> {
+/// A step that fits.
+struct Fitting {
+    contacts: Vec<Contact>,
+    /// Its share of the unbalanced couples and violations.
+    share: f64,
+    /// The initial guess of its contact problem, and the factor of the forces in it; `None` for those at the start.
+    guess: Option<(Vec<Contact>, f64)>,
+}
+
+impl HeldSearch<'_> {
     /// Attempts a step with a shift. After a rejection rod and reactions are those before.
     pub(super) fn attempt(
         &mut self,
@@ -122,12 +131,11 @@ impl ContactSearch<'_> {
     /// Finds a share of the step that fits, and moves the rod.
     fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, searched: &mut bool) -> Fit {
         let (zero, deepest) = (DVector::zeros(trial.linear.response.size()), start.deepest());
-        // The contacts of the last step that fits, and its share.
-        let mut fitting: Option<(Vec<Contact>, f64)> = None;
+        let mut fitting: Option<Fitting> = None;
         for attempt in 0..=SETTINGS.shortenings {
             if attempt > 0 {
                 let share = trial.linear.share;
-                let guess = fitting.as_ref().map(|(contacts, known)| (&contacts[..], share / known));
+                let guess = fitting.as_ref().map(|known| (&known.contacts[..], share / known.share));
                 self.solve_trial(trial, start, &zero, guess);
             }
             // Factor by which the step may be longer.
@@ -156,11 +164,13 @@ impl ContactSearch<'_> {
                 }
             }
             let share = trial.linear.share;
+            trace!("    fit attempt {attempt} share {share:.2e} factor {factor:.2e} solved {} turn {:.2e} within {within:.2e} cands {:?}", trial.solved, trial.turn, self.candidates.iter().zip(&start.candidates).map(|(c, f)| format!("[s={:.6} {:?} n={:.2e} g={:.1e} N=({:.2},{:.2},{:.2}) from s={:.6} g={:.1e} N=({:.2},{:.2},{:.2})]", c.arc_length, c.status, c.normal(), c.gap.value, c.gap.normal.x, c.gap.normal.y, c.gap.normal.z, f.arc_length, f.gap.value, f.gap.normal.x, f.gap.normal.y, f.gap.normal.z)).collect::<Vec<_>>());
             if factor >= 1.0 {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
                     return Fit::Fits;
                 }
-                fitting = Some((trial.contacts.clone(), share));
+                let guess = fitting.map(|known| (known.contacts, share / known.share));
+                fitting = Some(Fitting { contacts: trial.contacts.clone(), share, guess });
                 trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
             } else if fitting.is_some() {
                 break;
@@ -168,9 +178,10 @@ impl ContactSearch<'_> {
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }
         }
-        let Some((known, share)) = fitting else { return Fit::Misses };
+        // The same guess leads to the same solution of the contact problem.
+        let Some(Fitting { share, guess, .. }) = fitting else { return Fit::Misses };
         trial.linear.share = share;
-        self.solve_trial(trial, start, &zero, Some((&known, 1.0)));
+        self.solve_trial(trial, start, &zero, guess.as_ref().map(|(contacts, factor)| (&contacts[..], *factor)));
         self.move_by(rod, start, trial, 1.0);
         self.correct(rod, start, trial);
         Fit::Fits

@@ -13,8 +13,10 @@ pub(super) struct Candidate {
     /// Whether the candidate is a contact point, which is where the gap is least. Otherwise it is a station of a
     /// contact segment.
     pub point: bool,
-    /// Smallest second derivative of the gap at a minimum that the elements resolve, 1/m.
-    pub resolved: f64,
+    /// Whether the place of the candidate moves along the rod so that the gap stays least.
+    pub slides: bool,
+    /// Third derivative of the gap along the rod by the force on it, 1/m²: the force over the bending stiffness.
+    pub flexibility: f64,
     /// Force on the rod, N.
     pub force: Vector3<f64>,
     pub status: Status,
@@ -42,7 +44,8 @@ impl Candidate {
             element,
             x,
             point,
-            resolved: 0.0,
+            slides: false,
+            flexibility: 0.0,
             force: zero,
             status: Status::Open,
             arc_length: 0.0,
@@ -65,11 +68,6 @@ impl Candidate {
         let Gap { normal, curvature, .. } = &self.gap;
         let bend = normal.dot(&self.bend) + self.tangent.dot(&(curvature * self.tangent));
         (normal.dot(&self.tangent), bend)
-    }
-
-    /// Whether the place of the candidate moves along the rod.
-    pub fn slides(&self) -> bool {
-        self.point && self.approach().1 > self.resolved
     }
 
     /// Tangential displacement since the start of the increment, m.

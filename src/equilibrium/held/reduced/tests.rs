@@ -54,7 +54,7 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
             }
             DVector::from_vec(values)
         };
-        let steps = problem.step(&contacts, &problem.evaluate_all(&contacts)).unwrap();
+        let steps = problem.step(&contacts, &problem.evaluate_all(&contacts), 0.0).unwrap();
         let moved = |h: f64| {
             let mut moved = contacts.clone();
             for (contact, (force, shift)) in moved.iter_mut().zip(&steps) {

@@ -6,9 +6,9 @@ use super::candidate::Candidate;
 use super::linear::Linear;
 use super::obstacles::Place;
 use super::reduced::Contact;
+use super::sites::Site;
 use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
-use crate::equilibrium::held::sites::Site;
 use crate::equilibrium::system::Configuration;
 
 /// What an iteration needs to know of those before it.
