@@ -117,6 +117,9 @@ pub struct HeldRod<'a, C, L, U> {
     /// The rod at the end of the increment before, the time since then (s), and its reactions: friction depends on the
     /// displacement.
     pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
+    /// Whether the search fails where no equilibrium is next to the initial guess. Otherwise a rod in contact descends
+    /// to another equilibrium.
+    pub(crate) nearby: bool,
 }
 
 impl std::fmt::Display for Equilibrium {

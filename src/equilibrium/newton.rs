@@ -172,6 +172,7 @@ impl NewtonSolver {
             earlier: (&[], &[]),
             shape: None,
             before: None,
+            nearby: false,
         })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
@@ -227,7 +228,7 @@ impl NewtonSolver {
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before } = held;
+        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before, nearby } = held;
         let mut force = InternalForce::of(rod, load, environment);
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
@@ -237,6 +238,7 @@ impl NewtonSolver {
         if let Some(before) = before {
             search.since(before);
         }
+        search.nearby = nearby;
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
         let Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;

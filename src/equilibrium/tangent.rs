@@ -23,6 +23,8 @@ pub(super) const NEUTRAL: f64 = 1e-10;
 /// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is factorised: half of the
 /// digits remain. Smaller ones occur where the rod would be at its stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
+/// Smallest pivot beside a short element, relative to the diagonal entry: four digits remain.
+const ACCURATE: f64 = 1e-12;
 
 /// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex
 /// has no fill-in.
@@ -152,6 +154,13 @@ impl Tangent {
         self.values[self.col_ptr[column + 1] - 1].abs()
     }
 
+    /// The smallest size of a block on the diagonal. Short elements have large diagonal entries, relative to which the
+    /// stiffness of the rest of the rod may be tiny. It must not count as neutral.
+    fn floor(&self) -> f64 {
+        let largest = |block: usize| (0..3).map(|b| self.size(3 * block + b)).fold(0.0, f64::max);
+        (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min)
+    }
+
     /// Confines the rotation of an unknown frame to the range of a projection. The removed directions get the identity,
     /// scaled as the rest of the block.
     pub fn project(&mut self, block: usize, projection: &Matrix3<f64>) {
@@ -188,14 +197,16 @@ impl Tangent {
         boosts: &mut Vec<(usize, f64)>,
     ) -> Result<(), EquilibriumError> {
         boosts.clear();
+        let floor = self.floor();
         loop {
             self.factorise_values()?;
-            let small = (0..3 * self.blocks).find(|&column| !(self.pivot(column).abs() > BOOSTED * self.size(column)));
+            let least = |size: f64| (BOOSTED * floor.min(size)).max(ACCURATE * size);
+            let small = (0..3 * self.blocks).find(|&column| !(self.pivot(column).abs() > least(self.size(column))));
             let Some(column) = small else { break };
             if boosts.iter().any(|(boosted, _)| *boosted == column) {
                 return Err(EquilibriumError::NotFinite { what: "tangent" });
             }
-            let increase = self.size(column).max(f64::MIN_POSITIVE.sqrt());
+            let increase = self.size(column).min(floor).max(f64::MIN_POSITIVE.sqrt());
             let at = self.col_ptr[column + 1] - 1;
             self.values[at] += increase;
             boosts.push((column, increase));
@@ -215,11 +226,7 @@ impl Tangent {
     ) -> Result<f64, EquilibriumError> {
         self.factorise_values()?;
         let Some(symbolic) = &self.symbolic else { return Ok(f64::INFINITY) };
-        // Short elements have large diagonal entries, relative to which the stiffness of the rest of the rod
-        // may be tiny. It must not count as neutral.
-        let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
-        let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
-        let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
+        let floor = self.floor();
         // In a rod without load the part up to a frame and the element beyond it are springs in parallel.
         let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
         let unloaded = compliance.scan(0.0, |sum, c| {
@@ -230,7 +237,7 @@ impl Tangent {
         let mut least = f64::INFINITY;
         for (column, unloaded) in (0..3 * self.blocks).zip(unloaded.flat_map(|pivot| [pivot; 3])) {
             let at = symbolic.col_ptr()[column];
-            let scale = size(column);
+            let scale = self.size(column);
             least = least.min(self.factors[at] / unloaded.min(scale));
             let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
             if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {

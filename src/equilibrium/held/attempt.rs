@@ -54,6 +54,8 @@ impl HeldSearch<'_> {
         let merit = self.merit(rod, energy);
         self.found.energy = merit.energy;
         let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
+        // In contact, without a guard, a step that is not accepted as a whole shows whether the rod is unstable.
+        let follows = self.is_loaded() && !course.guarded && self.stable && shift == 0.0;
         loop {
             let linear = self.linearise(rod);
             if !std::mem::replace(&mut tested, true)
@@ -69,7 +71,7 @@ impl HeldSearch<'_> {
             }
             // The comparison fails for NaN.
             if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
-                return Ok(Attempt::Rejected);
+                return Ok(if follows && self.is_unstable(&linear, pivots) { Attempt::Lost } else { Attempt::Rejected });
             }
             if shift > 0.0 && self.is_at_saddle(turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
@@ -85,7 +87,8 @@ impl HeldSearch<'_> {
                 Fit::Found => continue,
                 Fit::Misses => {
                     self.return_to(rod, &start);
-                    return Ok(Attempt::Rejected);
+                    let lost = follows && self.is_unstable(&trial.linear, pivots);
+                    return Ok(if lost { Attempt::Lost } else { Attempt::Rejected });
                 }
                 Fit::Fits => {}
             }
@@ -93,8 +96,16 @@ impl HeldSearch<'_> {
                 additions += 1;
                 continue;
             }
-            let Some(fraction) = self.descend(rod, (&start, &trial), &merit, self.is_unchecked(&trial, shift, course))
-            else {
+            let unchecked = self.is_unchecked(&trial, shift, course);
+            let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
+            if follows && fraction.is_none_or(|fraction| fraction < 1.0) {
+                self.return_to(rod, &start);
+                if self.is_unstable(&trial.linear, pivots) {
+                    return Ok(Attempt::Lost);
+                }
+                self.move_by(rod, &start, &trial, fraction.unwrap_or(0.0));
+            }
+            let Some(fraction) = fraction else {
                 self.return_to(rod, &start);
                 return Ok(Attempt::Rejected);
             };
@@ -103,6 +114,11 @@ impl HeldSearch<'_> {
             let Trial { linear, turn, .. } = trial;
             return Ok(Attempt::Accepted(Box::new(Step { turn, fraction, shift, pivots, linear, changed, stretch })));
         }
+    }
+
+    /// Whether the linear rod is unstable in a direction that the supports permit.
+    fn is_unstable(&self, linear: &Linear, pivots: Inertia) -> bool {
+        self.inertia_of(linear, pivots).negative > 0
     }
 
     /// Tests a tangent: a straight rod is bent first, and a tangent that is negative in a permitted direction needs a
@@ -164,7 +180,7 @@ impl HeldSearch<'_> {
                 }
             }
             let share = trial.linear.share;
-            trace!("    fit attempt {attempt} share {share:.2e} factor {factor:.2e} solved {} turn {:.2e} within {within:.2e} cands {:?}", trial.solved, trial.turn, self.candidates.iter().zip(&start.candidates).map(|(c, f)| format!("[s={:.6} {:?} n={:.2e} g={:.1e} N=({:.2},{:.2},{:.2}) from s={:.6} g={:.1e} N=({:.2},{:.2},{:.2})]", c.arc_length, c.status, c.normal(), c.gap.value, c.gap.normal.x, c.gap.normal.y, c.gap.normal.z, f.arc_length, f.gap.value, f.gap.normal.x, f.gap.normal.y, f.gap.normal.z)).collect::<Vec<_>>());
+            trace!("  FIT {attempt} share {share:.1e} factor {factor:.1e} solved {} turn {:.1e} deepest {:.1e} {}", trial.solved, trial.turn, self.deepest(), self.candidates.iter().map(|c| format!("[{:.6} {:?} n={:.1e} g={:.0e}]", c.arc_length, c.status, c.normal(), c.gap.value)).collect::<String>());
             if factor >= 1.0 {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
                     return Fit::Fits;

@@ -17,6 +17,9 @@ pub(super) struct Candidate {
     pub slides: bool,
     /// Third derivative of the gap along the rod by the force on it, 1/m²: the force over the bending stiffness.
     pub flexibility: f64,
+    /// Whether the candidate has been in contact during the search. Its node then remains, since a contact may exist on
+    /// a rod with the node and not on one without it.
+    pub touched: bool,
     /// Force on the rod, N.
     pub force: Vector3<f64>,
     pub status: Status,
@@ -46,6 +49,7 @@ impl Candidate {
             point,
             slides: false,
             flexibility: 0.0,
+            touched: false,
             force: zero,
             status: Status::Open,
             arc_length: 0.0,

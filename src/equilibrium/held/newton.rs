@@ -31,6 +31,7 @@ impl HeldSearch<'_> {
         let mut course = Course { guarded, last, shift, saddles, bowed, placements };
         self.apply(rod);
         self.locate(rod);
+        let mut stalls = 0;
         for _ in 0..SETTINGS.iterations[usize::from(guarded)] {
             if self.found.iterations >= self.bound {
                 break;
@@ -50,33 +51,15 @@ impl HeldSearch<'_> {
                 continue;
             };
             trace!(
-                "  it {} g={} turn {:.2e} frac {:.2e} shift {:.1e} share {:.1e} changed {} misplaced {} viol {:.1e} unb {:.1e} nodes {} cands {:?}",
-                self.found.iterations,
-                course.guarded,
-                step.turn,
-                step.fraction,
-                step.shift,
-                step.linear.share,
-                step.changed,
-                misplaced,
-                self.largest_violation(),
-                self.body.system().unbalanced,
+                "IT {} g={} turn {:.1e} frac {:.1e} shift {:.1e} chg {} mis {} viol {:.1e} unb {:.1e} nodes {} {}",
+                self.found.iterations, u8::from(course.guarded), step.turn, step.fraction, step.shift,
+                u8::from(step.changed), u8::from(misplaced), self.largest_violation(), self.body.system().unbalanced,
                 rod.elements(),
-                self.candidates
-                    .iter()
-                    .map(|c| format!(
-                        "[o{} s={:.9} {:?} {} n={:.2e} g={:.1e} app {:.1e} {:.1e}/{:.0e}]",
-                        c.obstacle,
-                        c.arc_length,
-                        c.status,
-                        if c.point { "pt" } else { "st" },
-                        c.normal(),
-                        c.gap.value,
-                        c.approach().0,
-                        c.approach().1,
-                        c.flexibility
-                    ))
-                    .collect::<Vec<_>>()
+                self.candidates.iter().map(|c| format!(
+                    "[{} {:.6} {}{} {:.1e} g{:.0e} a{:.0e}/{:.0e}]", c.obstacle, c.arc_length,
+                    match c.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' },
+                    if c.slides { "^" } else if c.point { "p" } else { "." }, c.normal(), c.gap.value, c.approach().0, c.approach().1))
+                    .collect::<String>()
             );
             let done = step.fraction == 1.0
                 && step.shift == 0.0
@@ -89,6 +72,11 @@ impl HeldSearch<'_> {
                 } else {
                     return Ok(());
                 }
+            }
+            let stalled = step.fraction < 0.5 && step.turn < 0.05;
+            stalls = if stalled { stalls + 1 } else { 0 };
+            if !course.guarded && stalls >= 3 {
+                break;
             }
             course.last = step.turn;
             if course.guarded && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
@@ -146,6 +134,7 @@ impl HeldSearch<'_> {
                     return Ok(Some(step));
                 }
                 Attempt::Moved => return Ok(None),
+                Attempt::Lost => return Err(self.not_found(self.body.system().largest_turn())),
                 Attempt::Rejected => {}
             }
             let buckling = 1.0 / (self.body.system().compliance() * self.length);

@@ -44,6 +44,10 @@ impl HeldSearch<'_> {
         let largest = misplaced.max(apart);
         let forces = self.forces_along();
         self.layer = self.bending_length(rod, &forces);
+        // Contacts that have opened keep their nodes.
+        let opened = self.candidates.iter().filter(|at| at.touched && at.point && at.status == Status::Open);
+        let kept = opened.map(|at| Patch { obstacle: at.obstacle, from: at.arc_length, to: at.arc_length });
+        patches.extend(kept);
         let many = rod.elements() > self.parent.elements() + self.cuts(&patches).len();
         if moves && (largest > SETTINGS.placed * self.length || many) {
             let old = self.candidates.clone();
@@ -248,6 +252,7 @@ impl HeldSearch<'_> {
             for at in &mut candidates {
                 if let Some(nearest) = nearest(old, at.obstacle, at.arc_length) {
                     (at.force, at.status, at.before) = (nearest.force, nearest.status, nearest.before);
+                    at.touched = nearest.touched;
                 }
             }
             self.candidates.extend(candidates);

@@ -82,6 +82,8 @@ pub(super) struct Reduced<'a> {
     pub compliance: &'a DMatrix<f64>,
     /// The coordinates for the forces zero.
     pub free: DVector<f64>,
+    /// Magnitude of the force in the rod, N.
+    pub scale: f64,
 }
 
 impl Reduced<'_> {
@@ -168,6 +170,7 @@ impl Reduced<'_> {
         }
         let start = contacts.clone();
         if self.newton(contacts) {
+            trace!("RED newton");
             return true;
         }
         let mut first = contacts.clone();
@@ -195,13 +198,16 @@ impl Reduced<'_> {
             }
         }
         if self.newton(contacts) {
+            trace!("RED follow");
             return true;
         }
         contacts.clone_from(&start);
         self.sweep(contacts);
         if self.newton(contacts) {
+            trace!("RED sweep");
             return true;
         }
+        trace!("RED fail n={} {}", contacts.len(), contacts.iter().zip(&self.evaluate_all(contacts)).map(|(c, a)| format!("[{} {:?} n={:.1e} gap {:.1e} res {:.1e} shift {:.1e} range {:?} mu {}]", c.obstacle, a.law.status, a.gap.normal.dot(&c.force), a.gap.value, a.law.residual.norm(), c.shift, c.range.map(|r| [(r[0]*1e6).round()/1e6, (r[1]*1e6).round()/1e6]), c.friction)).collect::<String>());
         let [one, other] = [&first, &*contacts].map(|at| Self::merit(at, &self.evaluate_all(at)));
         // An inexact solution is of use, since the search for the shape decides about the step. The comparison fails
         // for NaN.
@@ -238,7 +244,7 @@ impl Reduced<'_> {
         let mut merit = Self::merit(contacts, &all);
         let mut stalls = 0;
         for _ in 0..ITERATIONS {
-            let largest = contacts.iter().map(|contact| contact.force.norm()).fold(0.0, f64::max);
+            let largest = contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
             if merit.sqrt() <= SOLVED * largest {
                 return self.finish(contacts, &all);
             }
@@ -267,8 +273,8 @@ impl Reduced<'_> {
                 fraction *= 0.5;
             }
             let Some((value, trial, at)) = best else { return false };
-            trace!("      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} largest {largest:.2e} states {}", merit.sqrt(), value.sqrt(), at.iter().zip(&trial).map(|(a, c)| format!("{}{}", match a.law.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' }, if c.range.is_some() {"^"} else {""})).collect::<String>());
-            let largest = trial.iter().map(|contact| contact.force.norm()).fold(0.0, f64::max);
+            if std::env::var("MNEWT").is_ok() { } trace!("      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} largest {largest:.2e} states {}", merit.sqrt(), value.sqrt(), at.iter().zip(&trial).map(|(a, c)| format!("{}{}", match a.law.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' }, if c.range.is_some() {"^"} else {""})).collect::<String>());
+            let largest = trial.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
             if value.sqrt() <= 1e-8 * largest && value >= 0.25 * merit {
                 (*contacts, all) = (trial, at);
                 return self.finish(contacts, &all);
@@ -289,7 +295,7 @@ impl Reduced<'_> {
                 (at, value)
             };
         }
-        let largest = contacts.iter().map(|contact| contact.force.norm()).fold(0.0, f64::max);
+        let largest = contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
         merit.sqrt() <= USEFUL * largest && self.finish(contacts, &all)
     }
 

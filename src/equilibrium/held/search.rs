@@ -35,6 +35,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) layer: f64,
     /// Whether the equilibrium has to be stable.
     pub(super) stable: bool,
+    /// Whether the search fails where no equilibrium is next to the initial guess.
+    pub(in crate::equilibrium) nearby: bool,
     pub(super) tolerance: f64,
     pub(super) length: f64,
     pub(super) boosts: Vec<(usize, f64)>,
@@ -89,6 +91,7 @@ impl<'a> HeldSearch<'a> {
             tangents: Vec::new(),
             layer: f64::INFINITY,
             stable,
+            nearby: false,
             tolerance,
             length: rod.length(),
             boosts: Vec::new(),
@@ -180,6 +183,7 @@ impl<'a> HeldSearch<'a> {
         system.joints.apply(&mut system.tangent);
         system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
+        if !self.boosts.is_empty() { trace!("BOOST {:?} nodes {:?}", self.boosts, rod.centre_line().iter().map(|(s, _)| (s * 1e7).round() / 1e7).collect::<Vec<_>>()); }
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
     }

@@ -83,7 +83,7 @@ pub(super) const SETTINGS: Settings = Settings {
     placed: 3e-10,
     spacing: 0.02,
     near: 0.1,
-    flat: 0.1,
+    flat: 1e-3,
     tangential: 1e-6,
     far: 1e-2,
     saddles: (4, 0.1),

@@ -68,7 +68,7 @@ impl HeldSearch<'_> {
             let range = at.slides.then(|| {
                 present.fixed_rows_mut::<3>(first + 3).copy_from(&at.tangent);
                 // Within this distance the force does not change the curvature by more than half of the relative one.
-                let resolved = 0.5 * at.approach().1 / at.flexibility;
+                let resolved = (0.5 * at.approach().1 / at.flexibility).max(0.02 * element);
                 let reach = (0.5 * element).min(1.0 / at.gap.curvature.norm()).min(resolved);
                 let (mut from, mut to) = (-at.arc_length, (self.length - at.arc_length).max(0.0));
                 // Two candidates do not slide to the same place.
@@ -102,8 +102,8 @@ impl HeldSearch<'_> {
             }
         });
         let contacts: Vec<Contact> = each.collect();
-        let free = DVector::zeros(linear.size);
-        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free };
+        let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
+        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
         problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
     }
@@ -149,6 +149,7 @@ impl HeldSearch<'_> {
         for ((at, from), contact) in self.candidates.iter_mut().zip(&start.candidates).zip(&trial.contacts) {
             at.force = from.force + (contact.force - from.force) * fraction;
             at.status = contact.status;
+            at.touched |= at.status != Status::Open;
             (at.element, at.x) = (from.element, from.x);
             if contact.shift != 0.0 {
                 (at.element, at.x) = line.moved((from.element, from.x), contact.shift * fraction);

@@ -64,6 +64,8 @@ pub(super) enum Attempt {
     Moved,
     /// A larger shift is needed.
     Rejected,
+    /// The rod is unstable in a direction that its contacts permit: no equilibrium is next to it.
+    Lost,
 }
 
 /// A step on the linear rod.

@@ -34,11 +34,12 @@ impl Stepper {
         options: &RunOptions,
     ) -> Outcome<StepEnd> {
         let before = self.statistics;
-        let changes = self.change_in(shoot, solver, (start, end), options, false)?;
-        if !changes || is_crowded(start, options.step) {
-            return Ok(end);
+        let crowded = is_crowded(start, options.step);
+        match self.change_in(shoot, solver, (start, end), options, crowded) {
+            Ok(changes) if crowded || !changes => return Ok(end),
+            Err(error) if crowded || !error.is_recoverable() => return Err(error),
+            _ => self.undo(shoot, start, before),
         }
-        self.undo(shoot, start, before);
         // The change may be misplaced by this time. The error is as small as that of the first step after it, whose
         // stimuli are interpolated linearly: of third order in a step 64 times shorter. With friction a step is of
         // first order. Times that differ by rounding are not divided.
@@ -72,7 +73,7 @@ impl Stepper {
                     self.statistics.contact_changes += 1;
                     return Ok(StepEnd { discontinuity: true, contact_change: true, ..part });
                 }
-                Err(error) if !error.is_recoverable() || time == end.time => return Err(error),
+                Err(error) if !error.is_recoverable() || passes && time == end.time => return Err(error),
                 Ok(true) | Err(_) => {
                     self.undo(shoot, &last, counts);
                     // Next to a loss of stability the solver may fail. These times are passed with the change.
@@ -93,7 +94,10 @@ impl Stepper {
         options: &RunOptions,
         passes: bool,
     ) -> Outcome<bool> {
-        self.step(shoot, solver, end, options)?;
+        self.nearby = !passes;
+        let step = self.step(shoot, solver, end, options);
+        self.nearby = false;
+        step?;
         let touched = |state: &State| state.contact.patches.iter().map(|patch| patch.obstacle).collect::<Vec<_>>();
         let changes = touched(start) != touched(&shoot.state);
         if changes && passes && !end.discontinuity {

@@ -63,6 +63,8 @@ pub(super) struct Stepper {
     spare: Spare,
     /// Shape, time and reactions at the start of an increment; `None` without friction.
     before: Option<(Rod, f64, Vec<Reaction>)>,
+    /// Whether the search for an equilibrium fails where a branch of equilibria ends, instead of a descent.
+    nearby: bool,
     statistics: Statistics,
     pub grid: GridUse,
     /// Copy of the state before a step that may be repeated.

@@ -120,8 +120,8 @@ impl Stepper {
         let earlier = (&contact.reactions[..], &contact.patches[..]);
         let before = self.before.as_ref();
         let before = before.map(|(rod, time, reactions)| (rod, environment.time - time, &reactions[..]));
-        let shape = contact.shape.as_ref();
-        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, before });
+        let (shape, nearby) = (contact.shape.as_ref(), self.nearby);
+        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, before, nearby });
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
         self.force.update(&held.rod, load, environment);
         self.force.react(&held.rod, &held.reactions);

@@ -38,7 +38,7 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
     let mut compliance = DMatrix::from_fn(n, n, |i, j| ((i * n + j) as f64 * 2.399_963).sin() * 0.2);
     compliance = &compliance * compliance.transpose() + DMatrix::identity(n, n) * 0.3;
     let free = DVector::from_vec(vec![0.5, 0.4, 0.6, 0.6, -0.7, 0.1, -0.4, 0.5, 0.6]);
-    let problem = Reduced { surfaces: &Ball, compliance: &compliance, free };
+    let problem = Reduced { surfaces: &Ball, compliance: &compliance, free, scale: 0.0 };
     for friction in [0.0, 0.2, 5.0] {
         let mut contacts = vec![contact(0, friction, Some([-1.0, 1.0])), contact(6, friction, None)];
         contacts[0].force = Vector3::new(0.2, 0.1, 0.25);
@@ -87,7 +87,7 @@ fn point_on_two_springs_sticks_or_slides_by_coulombs_law() {
     let compliance = DMatrix::from_diagonal(&DVector::from_vec(vec![b, b, a]));
     for (friction, pull) in [(0.0, 0.2), (0.5, 0.05), (0.5, 2.0), (2.0, 2.0), (0.5, -1.0)] {
         let free = DVector::from_vec(vec![pull, 0.0, -depth]);
-        let problem = Reduced { surfaces: &Floor, compliance: &compliance, free };
+        let problem = Reduced { surfaces: &Floor, compliance: &compliance, free, scale: 0.0 };
         let mut point = contact(0, friction, None);
         (point.clearance, point.anchor) = (0.0, (Vector3::zeros(), Vector3::zeros()));
         let mut contacts = vec![point];
@@ -113,7 +113,7 @@ fn two_points_share_a_load_by_their_coupled_compliance() {
         compliance[(i, j)] = value;
     }
     let free = DVector::from_vec(vec![0.0, 0.0, -depth, 0.0, 0.0, -depth, 0.0, 0.0, depth]);
-    let problem = Reduced { surfaces: &Floor, compliance: &compliance, free };
+    let problem = Reduced { surfaces: &Floor, compliance: &compliance, free, scale: 0.0 };
     let mut contacts: Vec<Contact> = (0..3).map(|i| Contact { clearance: 0.0, ..contact(3 * i, 0.0, None) }).collect();
     assert!(problem.solve(&mut contacts));
     for (point, expected) in contacts.iter().zip([depth / (a + c), depth / (a + c), 0.0]) {
