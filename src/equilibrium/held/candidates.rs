@@ -103,6 +103,7 @@ impl HeldSearch<'_> {
     ) -> Vec<(Candidate, f64)> {
         let margin = SAME * self.length;
         let close = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let same = SETTINGS.spacing * self.length / self.parent.elements() as f64;
         let mut new = Vec::new();
         let within =
             |at: &Candidate, from: f64, to: f64| at.arc_length >= from - margin && at.arc_length <= to + margin;
@@ -135,7 +136,7 @@ impl HeldSearch<'_> {
             let known = near().any(|at| {
                 let level = at.gap.value - SETTINGS.rounding * self.length;
                 let distance = (at.arc_length - to.arc_length).abs();
-                distance <= if at.slides { close } else { margin } || at.slides && to.gap >= level
+                distance <= if at.slides { close } else { same } || at.slides && to.gap >= level
             });
             if known || !(to.gap < bound) {
                 continue;

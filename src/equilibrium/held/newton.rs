@@ -92,7 +92,9 @@ impl HeldSearch<'_> {
     /// place.
     fn drop_candidates(&mut self) {
         let far = SETTINGS.far * self.length;
-        self.candidates.retain(|at| at.status != Status::Open || !at.point || at.gap.value < far);
+        let ends = self.length * (1.0 - SAME);
+        let least = |at: &Candidate| at.gap.value < far && (at.slides || at.arc_length >= ends);
+        self.candidates.retain(|at| at.status != Status::Open || !at.point || least(at));
         let near = SETTINGS.near * self.length / self.parent.elements() as f64;
         let mut kept: Vec<Candidate> = Vec::new();
         for at in self.candidates.drain(..) {

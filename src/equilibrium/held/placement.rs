@@ -76,8 +76,11 @@ impl HeldSearch<'_> {
         let mut patches: Vec<(Patch, Vec<&Candidate>)> = Vec::new();
         for at in loaded {
             match patches.last_mut() {
+                // Two places of least gap are two contacts.
                 Some((patch, members))
-                    if patch.obstacle == at.obstacle && !open(at.obstacle, patch.to, at.arc_length) =>
+                    if patch.obstacle == at.obstacle
+                        && !(at.slides && members.last().is_some_and(|last| last.slides))
+                        && !open(at.obstacle, patch.to, at.arc_length) =>
                 {
                     patch.to = at.arc_length;
                     members.push(at);
