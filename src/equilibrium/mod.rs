@@ -90,7 +90,7 @@ pub struct Held {
     /// equilibrium depends if there are several.
     pub increments: usize,
     /// The reactions: of the holds of positions in their order, of the springs with a potential, of the
-    /// contacts, and of the holds of frames alone.
+    /// contacts, and of the holds of frames alone. They are also the [`Rod::reactions`] of `rod`.
     pub reactions: Vec<Reaction>,
     /// The rod in its shape, with additional nodes where contacts begin and end.
     pub rod: Rod,

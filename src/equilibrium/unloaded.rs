@@ -42,6 +42,7 @@ impl EquilibriumSolver for Unloaded {
         let found = take_intrinsic_shape(rod).inspect_err(|_| rod.shape_mut().1.copy_from_slice(&rotations))?;
         // A rod without force has neither shear nor stretch.
         rod.line_strains_mut().clear();
+        rod.reactions_mut().clear();
         Ok(found)
     }
 }
