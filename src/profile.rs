@@ -7,7 +7,6 @@ use crate::growth::GrowthLaw;
 use crate::load::{Cut, InternalForce, Load};
 use crate::rod::{MaterialPoint, Rod, Tissue, weighted};
 use crate::scene::Environment;
-use crate::support::Reaction;
 
 /// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,8 +90,8 @@ impl Place {
 /// one point. The intrinsic strain is the polynomial through its values at the points, of order p. Age and
 /// visible strain then have this order as well. Merging smooths the intrinsic strain of mature tissue
 /// ([`guide::method`](crate::guide::method)). In a rod that is not in equilibrium, the couple is that required
-/// by the load. A shoot whose laws were [exchanged](crate::Shoot::with_model) reaches equilibrium when an
-/// integrator advances it to the present time.
+/// by the load and the [reactions](Rod::reactions). A shoot whose laws were
+/// [exchanged](crate::Shoot::with_model) reaches equilibrium when an integrator advances it to the present time.
 #[derive(Debug)]
 pub struct Profile<'a, C, L, G = ()> {
     rod: &'a Rod,
@@ -125,28 +124,28 @@ struct End {
 
 impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
     /// The profile of a rod in equilibrium with a material under a load, for the time and gravity of an environment.
-    /// There is no growth law: [`regr`](Place::regr) and [`speed`](Place::speed) are zero.
+    /// The forces and couples of supports in the last equilibrium, [`Rod::reactions`], are included. There is no
+    /// growth law: [`regr`](Place::regr) and [`speed`](Place::speed) are zero.
     #[must_use]
     pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
-        Profile::held(rod, (material, load, &()), *environment, &[])
+        Profile::growing(rod, (material, load, &()), *environment)
     }
 }
 
 impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
-    /// The profile of a growing rod with the reactions of a support.
-    pub(crate) fn held(
+    /// The profile of a growing rod.
+    pub(crate) fn growing(
         rod: &'a Rod,
         (material, load, growth): (&'a C, &'a L, &'a G),
         environment: Environment,
-        reactions: &[Reaction],
     ) -> Self {
         let (zero, elements) = (Vector3::zeros(), rod.elements());
         let apex = End { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
         let (length, ends) = (rod.length(), vec![apex; elements + 1]);
         let mut force = InternalForce::default();
-        if !reactions.is_empty() {
+        if !rod.reactions().is_empty() {
             force.update(rod, load, &environment);
-            force.react(rod, reactions);
+            force.react(rod, rod.reactions());
         }
         let reactions = force.reactions_at_points();
         let mut profile = Self { rod, material, load, growth, environment, length, ends, reactions };

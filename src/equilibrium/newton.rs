@@ -151,7 +151,8 @@ impl NewtonSolver {
     /// Holds move from the present places of the rod to the requested ones in increments of at most 0.05 times the
     /// length and 0.3 rad, each of which ends in equilibrium. This is the load path. A start inside an obstacle is
     /// pushed out along the normal. `rod` keeps its nodes. [`Held::rod`] has additional nodes where contacts begin and
-    /// end, and represents the shape between nodes more accurately.
+    /// end, and represents the shape between nodes more accurately. Both have the [`reactions`](Rod::reactions), which
+    /// a [`Profile`](crate::profile::Profile) of them includes.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.
@@ -246,6 +247,7 @@ impl NewtonSolver {
         strain_line(&mut strains, &shape, material, &force);
         check_line(&strains, &force)?;
         *shape.line_strains_mut() = strains;
+        shape.reactions_mut().clone_from(&reactions);
         Ok(Held { equilibrium, increments, reactions, rod: shape, patches })
     }
 
@@ -290,6 +292,7 @@ impl EquilibriumSolver for NewtonSolver {
             strain_line(strains, rod, material, force);
             check_line(strains, force)?;
             std::mem::swap(rod.line_strains_mut(), strains);
+            rod.reactions_mut().clear();
             Ok(found)
         });
         if answer.is_err() {

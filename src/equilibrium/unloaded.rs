@@ -42,6 +42,7 @@ impl EquilibriumSolver for Unloaded {
         let found = take_intrinsic_shape(rod).inspect_err(|_| rod.shape_mut().1.copy_from_slice(&rotations))?;
         // A rod without force has neither shear nor stretch.
         rod.line_strains_mut().clear();
+        rod.reactions_mut().clear();
         Ok(found)
     }
 }
@@ -105,5 +106,6 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
             return Ok((theta, sweep, change));
         }
     }
-    Err(EquilibriumError::NoConvergence { iterations: sweeps, step: change, residual: 0.0, force: 0.0 })
+    let (iterations, step) = (sweeps, change);
+    Err(EquilibriumError::NoConvergence { iterations, step, residual: 0.0, force: 0.0, contact: None })
 }

@@ -81,6 +81,10 @@ impl Rod {
             unless(ok, "mean square lost by merging", e, square, "zero or positive (rad²)")?;
             unless(moments.is_finite(), "square of a moment lost by merging", e, moments, "finite (rad²)")?;
         }
+        for (i, at) in self.reactions.iter().enumerate() {
+            let sum = at.force.sum() + at.couple.sum() + at.arc_length;
+            unless(sum.is_finite(), "sum of reaction", i, sum, "finite")?;
+        }
         self.check_points()?;
         (0..elements).try_for_each(|e| self.check_lengths(e))
     }

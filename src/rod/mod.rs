@@ -31,6 +31,7 @@ use crate::error::ParameterError;
 use crate::reference_element::{Order, ReferenceElement};
 use crate::section::Section;
 use crate::so3;
+use crate::support::Reaction;
 
 /// A rod, clamped at its base and free at its apex, divided into elements.
 ///
@@ -63,6 +64,8 @@ pub struct Rod {
     first_growing: usize,
     /// Loss of intrinsic strain by merging, for every element.
     loss: Vec<Loss>,
+    /// Forces and couples of supports in the last equilibrium; empty without a support.
+    reactions: Vec<Reaction>,
 }
 
 /// Returns an error for a base whose quaternion is not of norm one.
@@ -121,6 +124,7 @@ impl Rod {
             kept: vec![false; elements + 1],
             first_growing: 0,
             loss: vec![Loss::default(); elements],
+            reactions: Vec::new(),
         })
     }
 
@@ -193,6 +197,20 @@ impl Rod {
     #[must_use]
     pub fn frames(&self) -> &[UnitQuaternion<f64>] {
         &self.frames
+    }
+
+    /// The forces and couples of supports on the rod in its last equilibrium, in the order of
+    /// [`Held::reactions`](crate::equilibrium::Held::reactions); empty after an equilibrium without a support, and
+    /// before the first one. Like the frames they belong to the shape of the rod: a
+    /// [`Profile`](crate::profile::Profile) includes them.
+    #[must_use]
+    pub fn reactions(&self) -> &[Reaction] {
+        &self.reactions
+    }
+
+    /// The reactions of the last equilibrium, to be replaced.
+    pub(crate) fn reactions_mut(&mut self) -> &mut Vec<Reaction> {
+        &mut self.reactions
     }
 
     /// The first element in the growth zone; equal to the number of elements for a mature rod.

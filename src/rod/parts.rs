@@ -37,11 +37,12 @@ impl Rod {
         &mut self.line_strains
     }
 
-    /// Takes the shape of another rod: frames, rotations and the strain of the centre line.
+    /// Takes the shape of another rod: frames, rotations, the strain of the centre line and the reactions.
     pub(crate) fn copy_shape(&mut self, source: &Self) {
         self.frames.clone_from(&source.frames);
         self.rotations.clone_from(&source.rotations);
         self.line_strains.clone_from(&source.line_strains);
+        self.reactions.clone_from(&source.reactions);
     }
 
     /// Takes the shape of another rod as an initial guess. Lengths may differ; with other elements the rod
@@ -72,8 +73,8 @@ impl Rod {
         rod
     }
 
-    /// Takes the shape of a rod of the same length with other elements: its frames at the nodes of this rod. The strain
-    /// of the centre line is not taken.
+    /// Takes the shape of a rod of the same length with other elements: its frames at the nodes of this rod, and its
+    /// reactions. The strain of the centre line is not taken.
     pub(crate) fn sample_shape(&mut self, source: &Self) {
         let (reference, p) = (self.reference(), self.order.points());
         let (mut start, mut walk) = (0.0, source.walk());
@@ -90,6 +91,7 @@ impl Rod {
             start += self.length_of(e);
         }
         self.chain_frames();
+        self.reactions.clone_from(&source.reactions);
     }
 
     /// Distances of the ends of the elements from the apex, m; up to date in the growth zone.

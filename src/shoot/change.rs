@@ -80,7 +80,7 @@ impl<M: Model> Shoot<M> {
             confine(&mut state, zone)?;
         }
         keep_jumps(&mut state, &model)?;
-        state.contact.clear_if_absent(model.support());
+        state.release_if_absent(model.support());
         check_tissue(&state.rod, &model, state.time)?;
         let mesh = Mesh { longest_element, ..self.mesh };
         Ok(Shoot { model, mesh, resolution: self.resolution, state })

@@ -71,7 +71,7 @@ impl<M: Model> Shoot<M> {
     /// before the first call of an integrator.
     #[must_use]
     pub fn reactions(&self) -> &[Reaction] {
-        &self.state.contact.reactions
+        self.state.rod.reactions()
     }
 
     /// The present time, s.
@@ -119,7 +119,7 @@ impl<M: Model> Shoot<M> {
     pub fn profile(&self) -> Profile<'_, M::Constitutive, M::Load, M::Growth> {
         let Self { model, state, .. } = self;
         let laws = (model.constitutive(), model.load(), model.growth());
-        Profile::held(state.shape(), laws, self.environment(), &state.contact.reactions)
+        Profile::growing(state.shape(), laws, self.environment())
     }
 
     /// Replaces the state by an earlier one of this shoot, or by one of a shoot with the same laws, on any mesh.
@@ -137,7 +137,7 @@ impl<M: Model> Shoot<M> {
         state.check_laws((size.variables, size.stimuli))?;
         state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
         self.state.copy_from(state);
-        self.state.contact.clear_if_absent(self.model.support());
+        self.state.release_if_absent(self.model.support());
         Ok(())
     }
 

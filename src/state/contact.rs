@@ -1,33 +1,24 @@
-//! The part of the state that a support adds: reactions, contacts, and the shape with their nodes.
+//! The part of the state that a support adds besides the reactions of the rod: contacts, and the shape with nodes.
 
 use super::StateError;
 use crate::error::ParameterError;
 use crate::rod::Rod;
-use crate::support::{Patch, Reaction, Support};
+use crate::support::Patch;
 
-/// Reactions of a support on a shoot, and its contacts. Empty without a support.
+/// Contacts of a shoot with obstacles. Empty without a support.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ContactState {
     /// The rod with additional nodes where contacts begin and end; `None` for a rod without such nodes.
     pub shape: Option<Rod>,
-    pub reactions: Vec<Reaction>,
     pub patches: Vec<Patch>,
 }
 
 impl ContactState {
     /// Copies `source`, without allocation if both are empty.
     pub fn copy_from(&mut self, source: &Self) {
-        self.reactions.clone_from(&source.reactions);
         self.patches.clone_from(&source.patches);
         self.shape.clone_from(&source.shape);
-    }
-
-    /// Removes reactions and contacts if there is no support, since the equilibrium of a free rod does not update them.
-    pub fn clear_if_absent(&mut self, support: &impl Support) {
-        if support.is_absent() {
-            *self = Self::default();
-        }
     }
 
     /// Takes the elements of the shape whose tissue has left the growth zone out of its zone, as those of the rod.
@@ -46,8 +37,6 @@ impl ContactState {
             let (name, excess) = ("length of the shape in excess of the rod", shape.length() - rod.length());
             ParameterError::unless(excess.abs() <= 1e-9 * rod.length(), name, excess, "zero (m)")?;
         }
-        let sum = self.reactions.iter().map(|at| at.force.sum() + at.couple.sum() + at.arc_length).sum();
-        ParameterError::finite("sum of the reactions", sum)?;
         let sum = self.patches.iter().map(|patch| patch.from + patch.to).sum();
         Ok(ParameterError::finite("sum of the places of contacts", sum)?)
     }

@@ -22,9 +22,10 @@ pub(crate) use saved::check_format;
 
 use crate::error::ParameterError;
 use crate::rod::{MaterialPoint, Rod};
+use crate::support::Support;
 
 /// Number of the format of serialised states. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 10;
+pub(crate) const FORMAT: u32 = 11;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
@@ -102,10 +103,24 @@ impl State {
         self.contact.copy_from(&source.contact);
     }
 
-    /// Drops the history, so that no integrator has started this state. Keeps the rod and its shape.
+    /// Removes reactions and contacts.
+    fn release(&mut self) {
+        self.contact = ContactState::default();
+        self.rod.reactions_mut().clear();
+    }
+
+    /// Removes reactions and contacts if there is no support, since the equilibrium of a free rod does not update the
+    /// contacts.
+    pub(crate) fn release_if_absent(&mut self, support: &impl Support) {
+        if support.is_absent() {
+            self.release();
+        }
+    }
+
+    /// Drops the history, so that no integrator has started this state. Keeps the rod and its frames.
     pub(crate) fn forget(&mut self) {
         (self.predictor, self.history) = (Predictor::default(), History::default());
-        self.contact = ContactState::default();
+        self.release();
         (self.smooth_since, self.changed, self.plan) = (self.time, false, None);
     }
 

@@ -6,10 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the lowest to the highest layer. Modules of one layer do not import each other.
-const LAYERS: [&[&str]; 12] = [
+const LAYERS: [&[&str]; 13] = [
     &["compositions", "error", "numerics", "pointers", "so3"],
     &["reference_element", "scene", "section"],
-    &["rod", "support"],
+    &["support"],
+    &["rod"],
     &["constitutive", "growth", "load", "tropism"],
     &["equilibrium", "profile", "sensing", "tracking"],
     &["model", "state"],

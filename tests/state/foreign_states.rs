@@ -143,8 +143,8 @@ mod written {
 
     #[test]
     fn messages_name_the_damaged_part() {
-        let message = refusal(|state| state["format"] = 11.into());
-        assert!(message.contains("format 11; this version reads format 10"), "{message}");
+        let message = refusal(|state| state["format"] = 12.into());
+        assert!(message.contains("format 12; this version reads format 11"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
@@ -155,6 +155,13 @@ mod written {
         assert!(message.contains("unit quaternion"), "{message}");
         let message = refusal(|state| state["rod"]["first_growing"] = 99.into());
         assert!(message.contains("first element of the growth zone number 0 is 99"), "{message}");
+        let message = refusal(|state| {
+            state["rod"]["reactions"] = serde_json::json!([{
+                "arc_length": 0.01, "initial_apex_distance": 0.0, "force": [1e308, 1e308, 0.0],
+                "couple": [0.0, 0.0, 0.0], "length": 0.0, "obstacle": null, "normal": 0.0, "slip": null
+            }]);
+        });
+        assert!(message.contains("sum of reaction number 0 is inf but must be finite"), "{message}");
         let message = refusal(|state| state["history"]["levels"][1]["time"] = 0.0.into());
         assert!(message.contains("later than the one before"), "{message}");
         let message = refusal(|state| _ = state["history"]["levels"][1]["rows"].as_array_mut().unwrap().pop());
@@ -166,7 +173,7 @@ mod written {
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
         assert!(message.contains("values at a level"), "{message}");
         let rod = r#"{"order":"Two","frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
-            "initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
+            "initial_length":1.0,"kept":[],"first_growing":0,"loss":[],"reactions":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
         assert!(message.contains("number of frames is 0 but the elements require 2"), "{message}");
     }

@@ -11,6 +11,7 @@ mod general_rods;
 mod greenhill;
 mod held;
 mod held_joints;
+mod held_profile;
 mod held_stability;
 mod helix;
 mod horizontal_base;

@@ -276,6 +276,7 @@ impl<'a> HeldSearch<'a> {
             step,
             residual: self.body.system().unbalanced,
             force: self.body.force().largest(),
+            contact: None,
         }
     }
 }

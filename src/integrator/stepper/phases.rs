@@ -117,7 +117,7 @@ impl Stepper {
     ) -> Outcome<Equilibrium> {
         let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
-        let earlier = (&contact.reactions[..], &contact.patches[..]);
+        let earlier = (rod.reactions(), &contact.patches[..]);
         let before = self.before.as_ref();
         let before = before.map(|(rod, time, reactions)| (rod, environment.time - time, &reactions[..]));
         let (shape, nearby) = (contact.shape.as_ref(), self.nearby);
@@ -132,15 +132,14 @@ impl Stepper {
             rod.sample_shape(&held.rod);
             contact.shape = Some(held.rod);
         }
-        (contact.reactions, contact.patches) = (held.reactions, held.patches);
+        contact.patches = held.patches;
         Ok(held.equilibrium)
     }
 
     /// Keeps shape and reactions at the start of an increment, from which friction counts displacements.
     pub(super) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
         let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
-        self.before =
-            rubs.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.state.contact.reactions.clone()));
+        self.before = rubs.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.reactions().to_vec()));
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.

@@ -32,15 +32,15 @@ const TOLERANCE: f64 = 1e-10;
 /// obstacle. The shoot is then unchanged.
 pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), StabilityError> {
     let mut rod = shoot.state.rod.clone();
-    let reactions = solve_rod(shoot, &mut rod)?;
+    solve_rod(shoot, &mut rod)?;
     shoot.state.rod = rod;
-    shoot.state.contact = ContactState { reactions, ..ContactState::default() };
+    shoot.state.contact = ContactState::default();
     Ok(())
 }
 
-/// Brings a rod, instead of that of the shoot, into a steady state under the shoot's laws. Returns the reactions of the
-/// support. After an error the rod is not usable.
-pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<Vec<Reaction>, StabilityError> {
+/// Brings a rod, instead of that of the shoot, into a steady state under the shoot's laws. After an error the rod is
+/// not usable.
+pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
     let environment = shoot.environment();
     let (load, support) = (shoot.model.load(), shoot.model.support());
     if support.base().is_none() {
@@ -80,7 +80,6 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<Vec<
 
 /// Newton's method for the intrinsic strain at which the gradients of the laws vanish on a rod in equilibrium
 /// under a load and with a support, from a guess of the reactions. The step is halved until it decreases the residual.
-/// Returns the reactions.
 fn iterate(
     shoot: &Shoot<impl Model>,
     rod: &mut Rod,
@@ -88,7 +87,7 @@ fn iterate(
     guess: &[Reaction],
     solver: &mut impl EquilibriumSolver,
     tolerance: f64,
-) -> Result<Vec<Reaction>, StabilityError> {
+) -> Result<(), StabilityError> {
     let environment = shoot.environment();
     let first = rod.zone().start;
     let mut evaluate = |rod: &mut Rod, guess: &[Reaction]| -> Result<(InternalForce, SteadyLaws), StabilityError> {
@@ -129,7 +128,7 @@ fn iterate(
             }
         };
     }
-    Ok(force.reactions().to_vec())
+    Ok(())
 }
 
 /// Euclidean norm of the gradients, 1/m.
