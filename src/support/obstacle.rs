@@ -25,9 +25,9 @@ impl Distance {
 
 /// An obstacle, given by its signed distance. Obstacles may move in time.
 ///
-/// An obstacle may consist of several surfaces, such as the sides of a corner. The search for contacts then treats each
-/// surface by its own distance. It needs this where the gradient of the distance jumps outside the obstacle, which is at
-/// places with two nearest points. All surfaces move together.
+/// An obstacle may consist of several surfaces, such as the sides of a corner. The search for contacts treats each
+/// surface by its own distance. This is necessary where the gradient of the distance is discontinuous outside the
+/// obstacle: at places with two nearest points. All surfaces move together.
 ///
 /// ```
 /// use morphorod::nalgebra::{Matrix3, Vector3};

@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::{Distance, Obstacle};
 use crate::error::ParameterError;
 
-/// Several obstacles that are one rigid body: a corner of half spaces, or a body with dents made of convex ones. Members
-/// may overlap.
+/// Several obstacles that are one rigid body: a corner of half spaces, or a body with dents made of convex ones.
+/// Members may overlap.
 ///
 /// Each surface of each member is a surface of the union, so that a shoot may touch several at the same place. A
 /// [`Reaction`](super::Reaction) states the index of the surface.

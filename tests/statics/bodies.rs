@@ -42,17 +42,15 @@ fn rod_bends_over_an_edge_as_over_a_cylinder() {
     let over = horizontal(&Contact { obstacle: cylinder, radius: 0.7 * RADIUS, friction: 0.0 });
     let normal = cylinder.distance(&over.place(over.reactions[0].arc_length / LENGTH), 0.0).normal;
     assert!(normal.z > 0.01 && normal.dot(&out) > 0.01, "the contact is between both faces: {normal}");
-    // Slip counts from the straight rod, which is above the faces. With friction the two bodies are compared.
-    let rubbed = horizontal(&Contact { obstacle: &ridge, radius: RADIUS, friction: 0.4 });
-    let bodies: [(&dyn Obstacle, f64, _); 3] = [(&table, 0.0, &over), (&ridge, 0.0, &over), (&table, 0.4, &rubbed)];
-    for (obstacle, friction, reference) in bodies {
-        let held = horizontal(&Contact { obstacle, radius: RADIUS, friction });
+    let bodies: [&dyn Obstacle; 2] = [&table, &ridge];
+    for obstacle in bodies {
+        let held = horizontal(&Contact { obstacle, radius: RADIUS, friction: 0.0 });
         println!("{}", held.found);
-        // Both distances are the same function up to rounding.
-        assert_eq!((held.reactions.len(), reference.reactions.len()), (1, 1));
-        let (force, expected) = (held.reaction().0, reference.reaction().0);
+        // Near the contact all distances are the same function. The place of contact has an error of 1e-9 lengths.
+        assert_eq!((held.reactions.len(), over.reactions.len()), (1, 1));
+        let (force, expected) = (held.reaction().0, over.reaction().0);
         assert_abs_diff_eq!((force - expected).norm(), 0.0, epsilon = 1e-9 * expected.norm());
-        assert_abs_diff_eq!((held.rod.tip() - reference.rod.tip()).norm(), 0.0, epsilon = 1e-10 * LENGTH);
+        assert_abs_diff_eq!((held.rod.tip() - over.rod.tip()).norm(), 0.0, epsilon = 1e-10 * LENGTH);
     }
 }
 
