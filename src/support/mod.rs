@@ -1,18 +1,26 @@
 //! What holds a shoot besides its base, and what it touches: holds, springs and obstacles.
 
 mod contact;
+mod cuboid;
 mod hold;
 mod obstacle;
+mod polyhedron;
 mod potential;
 mod reaction;
+#[cfg(test)]
+mod tests;
+mod union;
 
 pub use contact::Contact;
+pub use cuboid::Cuboid;
 pub(crate) use hold::closest_about;
 pub use hold::{Hold, Joint, Moving, Orientation, Position};
 pub use obstacle::{Capsule, Cylinder, Distance, HalfSpace, Obstacle, Sphere};
+pub use polyhedron::ConvexPolyhedron;
 pub use potential::{Argument, Elastic, Energy, Potential};
 pub(crate) use reaction::Patch;
 pub use reaction::{Reaction, Slip};
+pub use union::Union;
 
 use crate::compositions::compositions;
 use crate::error::ParameterError;

@@ -16,7 +16,18 @@ pub struct Distance {
     pub curvature: Matrix3<f64>,
 }
 
+impl Distance {
+    /// The distance from an obstacle without places.
+    pub(super) fn nowhere() -> Self {
+        Self { value: f64::INFINITY, normal: Vector3::z(), curvature: Matrix3::zeros() }
+    }
+}
+
 /// An obstacle, given by its signed distance. Obstacles may move in time.
+///
+/// An obstacle may consist of several surfaces, such as the sides of a corner. The search for contacts treats each
+/// surface by its own distance. This is necessary where the gradient of the distance is discontinuous outside the
+/// obstacle: at places with two nearest points. All surfaces move together.
 ///
 /// ```
 /// use morphorod::nalgebra::{Matrix3, Vector3};
@@ -35,9 +46,22 @@ pub trait Obstacle {
     /// Signed distance of a place (m, in the fixed frame, base at the origin) at a time (s).
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance;
 
+    /// Number of surfaces, the same at all times; one by default. An obstacle that wraps another one forwards this and
+    /// [`distance_to`](Self::distance_to).
+    fn surfaces(&self) -> usize {
+        1
+    }
+
+    /// Signed distance of a place (m) from one of the surfaces at a time (s), with the conventions of
+    /// [`distance`](Self::distance), which is that of the nearest surface. The index `surface` is below
+    /// [`surfaces`](Self::surfaces).
+    fn distance_to(&self, _surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
+        self.distance(place, time)
+    }
+
     /// Displacement of the obstacle per force on it, m/N, symmetric and positive semidefinite; zero, for a rigid
     /// obstacle, by default. An obstacle that yields moves without rotation, as a pole on springs. The slip of friction
-    /// is relative to the displaced obstacle.
+    /// is relative to the displaced obstacle. The forces on all surfaces displace the obstacle as a whole.
     fn compliance(&self) -> Matrix3<f64> {
         Matrix3::zeros()
     }
@@ -59,6 +83,8 @@ pub trait Obstacle {
 
 forward_pointers!(Obstacle {
     fn distance(place: &Vector3<f64>, time: f64) -> Distance;
+    fn surfaces() -> usize;
+    fn distance_to(surface: usize, place: &Vector3<f64>, time: f64) -> Distance;
     fn compliance() -> Matrix3<f64>;
     fn velocity(place: &Vector3<f64>, time: f64) -> Vector3<f64>;
     fn check() -> Result<(), ParameterError>;
@@ -114,7 +140,7 @@ impl Obstacle for Cylinder {
 
 /// The distance of a place from a surface of constant radius, given the vector `from` the closest point of the
 /// axis and the projection to the directions in which that point does not follow.
-fn round(from: &Vector3<f64>, across: Matrix3<f64>, radius: f64) -> Distance {
+pub(super) fn round(from: &Vector3<f64>, across: Matrix3<f64>, radius: f64) -> Distance {
     let norm = from.norm();
     // On the axis every direction is as good. A solver keeps places outside.
     let normal = if norm > 0.0 { from / norm } else { across.column(across.diagonal().imax()).normalize() };

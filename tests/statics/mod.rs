@@ -3,6 +3,7 @@
 mod any_load_any_tilt;
 mod bad_static_input;
 mod bad_supports;
+mod bodies;
 mod classic_rods;
 mod contact;
 mod elastica;

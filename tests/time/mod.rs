@@ -12,6 +12,7 @@ mod ensembles;
 mod extreme;
 mod extreme_scales;
 mod failures;
+mod groove;
 mod growing_shoot;
 mod ladder;
 mod long_growth;

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::candidate::Candidate;
 use super::elastic::Spring;
 use super::linear::{Linear, Role, Rows, along};
 use super::response::{Response, Spot};
@@ -18,9 +19,10 @@ impl HeldSearch<'_> {
         let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();
         let size = response.size() - first - self.boosts.len();
-        // An obstacle that yields is displaced by the forces on it.
+        // An obstacle that yields is displaced by the forces on all of its surfaces.
         for (i, a) in self.candidates.iter().enumerate() {
-            for (j, b) in self.candidates.iter().enumerate().filter(|(_, b)| b.obstacle == a.obstacle) {
+            let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
+            for (j, b) in self.candidates.iter().enumerate().filter(together) {
                 let at = (response.first(self.sites.len() + i), response.first(self.sites.len() + j));
                 let mut block = response.compliance.fixed_view_mut::<3, 3>(at.0, at.1);
                 block += self.obstacles.compliances[b.obstacle];

@@ -8,16 +8,18 @@ use super::reduced::Surfaces;
 use super::response::upto_parts;
 use super::settings::SETTINGS;
 use crate::rod::Rod;
-use crate::support::{Contact, Obstacle, Reaction};
+use crate::support::{Contact, Obstacle, Patch, Reaction};
 
 /// Number of halvings of an interval between two stations in the search for places close to an obstacle.
 const DEPTH: usize = 16;
 /// Length of an interval that is not halved further, relative to the radius of curvature of the obstacle.
 const RESOLUTION: f64 = 0.25;
 
-/// The obstacles of a rod at a time.
+/// The obstacles of a rod at a time. Inside a search, each surface of an obstacle is an obstacle with its own index.
 pub(super) struct Obstacles<'a> {
     pub contacts: Vec<Contact<&'a dyn Obstacle>>,
+    /// The obstacle of the support to which each surface belongs, and the index of the surface there.
+    names: Vec<(usize, usize)>,
     /// Displacements of the obstacles by the forces on them, m.
     pub yielded: Vec<Vector3<f64>>,
     /// Their displacements per force, m/N.
@@ -28,16 +30,42 @@ pub(super) struct Obstacles<'a> {
 impl Surfaces for Obstacles<'_> {
     fn gap(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
         let contact = &self.contacts[obstacle];
-        let distance = contact.obstacle.distance(place, self.time);
+        let distance = contact.obstacle.distance_to(self.names[obstacle].1, place, self.time);
         Gap { value: distance.value - contact.radius, normal: distance.normal, curvature: distance.curvature }
     }
 }
 
 impl<'a> Obstacles<'a> {
-    pub fn new(contacts: Vec<Contact<&'a dyn Obstacle>>, time: f64) -> Self {
+    pub fn new(bodies: Vec<Contact<&'a dyn Obstacle>>, time: f64) -> Self {
+        let surfaces = |(body, contact): (usize, Contact<&'a dyn Obstacle>)| {
+            (0..contact.obstacle.surfaces()).map(move |surface| (contact, (body, surface)))
+        };
+        let (contacts, names): (Vec<_>, Vec<_>) = bodies.into_iter().enumerate().flat_map(surfaces).unzip();
         let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
         let yielded = vec![Vector3::zeros(); contacts.len()];
-        Self { contacts, yielded, compliances, time }
+        Self { contacts, names, yielded, compliances, time }
+    }
+
+    /// The index of a surface of an obstacle of the support. An earlier equilibrium may have had more of them.
+    pub fn index(&self, obstacle: usize, surface: usize) -> Option<usize> {
+        self.names.iter().position(|name| *name == (obstacle, surface))
+    }
+
+    /// Replaces the indices of surfaces by those of obstacles of the support and of their surfaces.
+    pub fn name(&self, reactions: &mut [Reaction], patches: &mut [Patch]) {
+        for at in reactions {
+            if let Some(obstacle) = &mut at.obstacle {
+                (*obstacle, at.surface) = self.names[*obstacle];
+            }
+        }
+        for at in patches {
+            (at.obstacle, at.surface) = self.names[at.obstacle];
+        }
+    }
+
+    /// Whether two surfaces are parts of one obstacle of the support, which moves as a whole.
+    pub fn move_together(&self, a: usize, b: usize) -> bool {
+        self.names[a].0 == self.names[b].0
     }
 
     /// The gap at a place (m) to an obstacle in its displaced position.
@@ -49,9 +77,10 @@ impl<'a> Obstacles<'a> {
     pub fn displacements(&self, forces: impl Iterator<Item = (usize, Vector3<f64>)>) -> Vec<Vector3<f64>> {
         let mut all = vec![Vector3::zeros(); self.contacts.len()];
         for (obstacle, force) in forces {
-            // An earlier equilibrium may have had more obstacles.
-            if let Some(displacement) = all.get_mut(obstacle) {
-                *displacement -= self.compliances[obstacle] * force;
+            for (other, displacement) in all.iter_mut().enumerate() {
+                if self.move_together(other, obstacle) {
+                    *displacement -= self.compliances[obstacle] * force;
+                }
             }
         }
         all
@@ -59,7 +88,8 @@ impl<'a> Obstacles<'a> {
 
     /// The displacements of the obstacles in an equilibrium with the given reactions, m.
     pub fn displacements_by(&self, reactions: &[Reaction]) -> Vec<Vector3<f64>> {
-        self.displacements(reactions.iter().filter_map(|reaction| Some((reaction.obstacle?, reaction.force))))
+        let surface = |at: &Reaction| self.index(at.obstacle?, at.surface);
+        self.displacements(reactions.iter().filter_map(|at| Some((surface(at)?, at.force))))
     }
 
     /// The least radius of curvature of an obstacle at a place, given the gap there, m.

@@ -22,7 +22,8 @@ impl HeldSearch<'_> {
             self.balance_frames(rod);
             self.found.evaluations += 1;
         }
-        let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
+        let (mut reactions, mut patches) = (self.reactions(rod), self.patches(rod, 0.0));
+        self.obstacles.name(&mut reactions, &mut patches);
         Ok(Found { equilibrium: self.found, increments: self.increments, reactions, patches })
     }
 

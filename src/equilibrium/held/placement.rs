@@ -87,7 +87,7 @@ impl HeldSearch<'_> {
                 }
                 _ => {
                     let (from, to) = (at.arc_length, at.arc_length);
-                    patches.push((Patch { obstacle: at.obstacle, from, to }, vec![at]));
+                    patches.push((Patch { obstacle: at.obstacle, surface: 0, from, to }, vec![at]));
                 }
             }
         }
@@ -119,7 +119,7 @@ impl HeldSearch<'_> {
         let element = self.length / self.parent.elements() as f64;
         let inside = |s: f64| s > SAME * self.length && s < self.length * (1.0 - SAME);
         for patch in patches.iter_mut().filter(|patch| patch.to > patch.from) {
-            let Patch { obstacle, from, to } = *patch;
+            let Patch { obstacle, from, to, .. } = *patch;
             // `outward` is the direction along the rod from the contact to its free side.
             for (end, outward) in [(from, -1.0), (to, 1.0)] {
                 if !inside(end) {

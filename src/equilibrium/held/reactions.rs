@@ -12,7 +12,7 @@ use crate::rod::Rod;
 use crate::support::{Reaction, Slip};
 
 impl HeldSearch<'_> {
-    /// The reactions at the equilibrium.
+    /// The reactions at the equilibrium, whose obstacles are surfaces.
     pub(super) fn reactions(&self, rod: &Rod) -> Vec<Reaction> {
         let starts: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let reaction = |element: usize, x: f64| Reaction {
@@ -22,6 +22,7 @@ impl HeldSearch<'_> {
             couple: Vector3::zeros(),
             length: 0.0,
             obstacle: None,
+            surface: 0,
             normal: 0.0,
             slip: None,
         };

@@ -119,16 +119,17 @@ impl<'a> HeldSearch<'a> {
     /// Takes the forces and contacts of an earlier equilibrium as initial guess.
     pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
         self.guess_forces(reactions);
-        let number = self.obstacles.contacts.len();
-        let mut inside: Vec<Patch> = patches.iter().filter(|patch| patch.obstacle < number).copied().collect();
-        for patch in &mut inside {
-            (patch.from, patch.to) = (patch.from.min(self.length), patch.to.min(self.length));
-        }
+        let inside = |patch: &Patch| {
+            let obstacle = self.obstacles.index(patch.obstacle, patch.surface)?;
+            let (from, to) = (patch.from.min(self.length), patch.to.min(self.length));
+            Some(Patch { obstacle, surface: 0, from, to })
+        };
+        let inside: Vec<Patch> = patches.iter().filter_map(inside).collect();
         if inside.is_empty() {
             return;
         }
         self.locate(rod);
-        let old = old_candidates(reactions);
+        let old = old_candidates(reactions, &self.obstacles);
         self.body.force_mut().react(rod, reactions);
         let mut along: Vec<&Reaction> = reactions.iter().collect();
         along.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
@@ -282,10 +283,10 @@ impl<'a> HeldSearch<'a> {
 }
 
 /// Candidates with the forces of earlier reactions. The end of a contact segment has two reactions.
-fn old_candidates(reactions: &[Reaction]) -> Vec<Candidate> {
+fn old_candidates(reactions: &[Reaction], obstacles: &Obstacles) -> Vec<Candidate> {
     let mut all: Vec<Candidate> = Vec::new();
     for at in reactions {
-        let Some(obstacle) = at.obstacle else { continue };
+        let Some(obstacle) = at.obstacle.and_then(|obstacle| obstacles.index(obstacle, at.surface)) else { continue };
         if let Some(same) = all.iter_mut().find(|old| old.obstacle == obstacle && old.arc_length == at.arc_length) {
             same.force += at.force;
             continue;

@@ -6,7 +6,7 @@ use crate::integrator::Statistics;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::State;
-use crate::support::Support;
+use crate::support::{Patch, Support};
 
 /// Number of levels of the history within the time of a full step from which on changes are not located. It bounds the
 /// cost of contacts that begin and end in ever shorter intervals. A change adds at most about forty levels.
@@ -98,7 +98,8 @@ impl Stepper {
         let step = self.step(shoot, solver, end, options);
         self.nearby = false;
         step?;
-        let touched = |state: &State| state.contact.patches.iter().map(|patch| patch.obstacle).collect::<Vec<_>>();
+        let surface = |patch: &Patch| (patch.obstacle, patch.surface);
+        let touched = |state: &State| state.contact.patches.iter().map(surface).collect::<Vec<_>>();
         let changes = touched(start) != touched(&shoot.state);
         if changes && passes && !end.discontinuity {
             self.pass_discontinuity(shoot, solver)?;
