@@ -32,7 +32,7 @@ pub struct Distance {
 /// }
 /// ```
 pub trait Obstacle {
-    /// Signed distance of a place (m, in the fixed frame, base at the origin) at a time (s).
+    /// Signed distance of a place (m, in the fixed frame) at a time (s).
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance;
 
     /// Displacement of the obstacle per force on it, m/N, symmetric and positive semidefinite; zero, for a rigid

@@ -15,6 +15,7 @@ mod failures;
 mod growing_shoot;
 mod ladder;
 mod long_growth;
+mod moving_base;
 mod obstacles;
 mod order_in_time;
 mod random_scenes;

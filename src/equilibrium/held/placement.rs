@@ -97,7 +97,7 @@ impl HeldSearch<'_> {
             }
             // A contact along the first element may begin at the base.
             let at_base = patch.to > patch.from && patch.from <= first + margin;
-            if at_base && self.obstacles.gap_at(patch.obstacle, &Vector3::zeros()).value <= margin {
+            if at_base && self.obstacles.gap_at(patch.obstacle, &rod.base_position()).value <= margin {
                 patch.from = 0.0;
             }
             patch
