@@ -43,7 +43,7 @@ impl Distance {
 /// }
 /// ```
 pub trait Obstacle {
-    /// Signed distance of a place (m, in the fixed frame, base at the origin) at a time (s).
+    /// Signed distance of a place (m, in the fixed frame) at a time (s).
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance;
 
     /// Number of surfaces, the same at all times; one by default. An obstacle that wraps another one forwards this and

@@ -16,6 +16,7 @@ mod groove;
 mod growing_shoot;
 mod ladder;
 mod long_growth;
+mod moving_base;
 mod obstacles;
 mod order_in_time;
 mod random_scenes;

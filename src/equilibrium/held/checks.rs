@@ -1,7 +1,5 @@
 //! Checks of the supports in the configurations before and after a search.
 
-use nalgebra::Vector3;
-
 use super::obstacles::Line;
 use super::search::{HeldSearch, project};
 use super::settings::SETTINGS;
@@ -46,7 +44,8 @@ impl HeldSearch<'_> {
         let line = Line::new(rod, &self.tangents);
         for site in &self.sites {
             let reach = line.place((site.element, site.x)).arc_length;
-            let (name, distance) = ("distance of a hold from the base", project(&site.fixed, &site.target).norm());
+            let (name, distance) =
+                ("distance of a hold from the base", project(&site.fixed, &(site.target - rod.base_position())).norm());
             let requirement = "at most the arc length of its place (m), since the rod does not stretch";
             let ok = distance <= reach * (1.0 + 1e-12);
             ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(reach))?;
@@ -56,7 +55,7 @@ impl HeldSearch<'_> {
 
     /// Returns an error for supports that are invalid in the initial configuration.
     pub(super) fn check_start(&self, rod: &Rod) -> Result<(), ParameterError> {
-        self.check_base()?;
+        self.check_base(rod)?;
         self.check_velocities(rod)?;
         self.check_potentials(rod)
     }
@@ -68,10 +67,10 @@ impl HeldSearch<'_> {
     }
 
     /// Returns an error for an obstacle that contains the base.
-    fn check_base(&self) -> Result<(), ParameterError> {
+    fn check_base(&self, rod: &Rod) -> Result<(), ParameterError> {
         for obstacle in 0..self.obstacles.contacts.len() {
             let (name, gap) =
-                ("distance of the base from an obstacle", self.obstacles.gap_at(obstacle, &Vector3::zeros()));
+                ("distance of the base from an obstacle", self.obstacles.gap_at(obstacle, &rod.base_position()));
             let requirement = "zero or positive, since the base must not be inside an obstacle (m)";
             ParameterError::unless(gap.value >= -SETTINGS.rounding * self.length, name, gap.value, requirement)?;
         }

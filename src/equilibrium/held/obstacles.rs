@@ -120,7 +120,7 @@ pub(super) struct Line<'b> {
 
 impl<'b> Line<'b> {
     pub fn new(rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
-        let mut line = Self { rod, tangents, starts: vec![(0.0, Vector3::zeros())] };
+        let mut line = Self { rod, tangents, starts: vec![(0.0, rod.base_position())] };
         for e in 0..rod.elements() {
             let end = line.place((e, 1.0));
             line.starts.push((end.arc_length, end.position));
@@ -189,7 +189,7 @@ impl Gaps<'_, '_> {
 
     /// The gaps at the base and at all stations.
     pub fn samples(&self, stations: &[Place]) -> Vec<Sample> {
-        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
+        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: self.line.rod.base_position() };
         std::iter::once(&base).chain(stations).map(|place| self.at(place)).collect()
     }
 
@@ -243,8 +243,13 @@ impl Gaps<'_, '_> {
 /// of its gap to an obstacle or a part of the radius of the obstacle. Parts beside a candidate, up to the next maxima
 /// of
 /// the gap, are left out: the candidate represents them.
-pub(super) fn largest_share(obstacles: &Obstacles, candidates: &[Candidate], from: &[Place], to: &[Place]) -> f64 {
-    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
+pub(super) fn largest_share(
+    obstacles: &Obstacles,
+    candidates: &[Candidate],
+    base: &Vector3<f64>,
+    (from, to): (&[Place], &[Place]),
+) -> f64 {
+    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: *base };
     let places: Vec<&Place> = std::iter::once(&base).chain(from).collect();
     let moved = from.iter().zip(to).map(|(a, b)| (b.position - a.position).norm());
     let moved: Vec<f64> = std::iter::once(0.0).chain(moved).collect();

@@ -46,7 +46,7 @@ impl HeldSearch<'_> {
         self.layer = self.bending_length(rod, &forces);
         // Contacts that have opened keep their nodes.
         let opened = self.candidates.iter().filter(|at| at.touched && at.point && at.status == Status::Open);
-        let kept = opened.map(|at| Patch { obstacle: at.obstacle, from: at.arc_length, to: at.arc_length });
+        let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
         let many = rod.elements() > self.parent.elements() + self.cuts(&patches).len();
         if moves && (largest > SETTINGS.placed * self.length || many) {
@@ -104,7 +104,7 @@ impl HeldSearch<'_> {
             }
             // A contact along the first element may begin at the base.
             let at_base = patch.to > patch.from && patch.from <= first + margin;
-            if at_base && self.obstacles.gap_at(patch.obstacle, &Vector3::zeros()).value <= margin {
+            if at_base && self.obstacles.gap_at(patch.obstacle, &rod.base_position()).value <= margin {
                 patch.from = 0.0;
             }
             patch

@@ -27,7 +27,8 @@ impl HeldSearch<'_> {
 
     /// Bends a straight rod by up to `angle` (rad) towards its load, or towards d1 without one.
     pub(super) fn bow(&mut self, rod: &mut Rod, angle: f64) {
-        let tangent = (rod.tip() / self.length).try_normalize(1e-6).unwrap_or_else(|| rod.frames()[0] * Vector3::z());
+        let chord = (rod.tip() - rod.base_position()) / self.length;
+        let tangent = chord.try_normalize(1e-6).unwrap_or_else(|| rod.frames()[0] * Vector3::z());
         let load = self.body.force().load_at_base();
         let side = load - tangent * tangent.dot(&load);
         let side = side.try_normalize(1e-9 * load.norm()).unwrap_or_else(|| rod.frames()[0] * Vector3::x());

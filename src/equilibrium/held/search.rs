@@ -138,8 +138,9 @@ impl<'a> HeldSearch<'a> {
         self.arrange(rod, &inside, &old);
         // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
         if let Some(shape) = shape {
-            let base = rod.frames()[0];
+            let (base, position) = (rod.frames()[0], rod.base_position());
             rod.sample_shape(shape);
+            *rod.base_position_mut() = position;
             if !self.body.system().joints.base_rotates {
                 rod.shape_mut().0[0] = base;
                 rod.chain_frames();
@@ -206,10 +207,11 @@ impl<'a> HeldSearch<'a> {
     pub(super) fn potential(&mut self, rod: &Rod, energy: f64) -> f64 {
         let joints = self.stretch_joints(rod);
         let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
-        let sites = self.sites.iter().map(|site| (site.force + site.spring_force()).dot(&site.position));
+        let base = rod.base_position();
+        let sites = self.sites.iter().map(|site| (site.force + site.spring_force()).dot(&(site.position - base)));
         let candidates = self.candidates.iter().map(|at| {
             let yielded = self.obstacles.yielded[at.obstacle];
-            at.force.dot(&at.position) - 0.5 * at.force.dot(&yielded)
+            at.force.dot(&(at.position - base)) - 0.5 * at.force.dot(&yielded)
         });
         energy + joints + springs + sites.chain(candidates).sum::<f64>()
     }

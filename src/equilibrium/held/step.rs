@@ -166,7 +166,12 @@ impl HeldSearch<'_> {
             return 1.0;
         }
         let line = Line::new(rod, &self.tangents);
-        let mut share = largest_share(&self.obstacles, &start.candidates, &start.stations, &line.stations());
+        let mut share = largest_share(
+            &self.obstacles,
+            &start.candidates,
+            &rod.base_position(),
+            (&start.stations, &line.stations()),
+        );
         // The place of a candidate before the step, at the present coordinate along the rod.
         let before = Line::new(rod, &start.tangents);
         for at in &self.candidates {

@@ -64,7 +64,7 @@ impl Stepper {
         Ok(largest * length)
     }
 
-    /// Moves the base to its frame at `time` (s), and solves the equilibrium under the load and the environment
+    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the environment
     /// of that time.
     pub fn solve_equilibrium(
         &mut self,
@@ -83,17 +83,21 @@ impl Stepper {
             .map_err(|error| IntegrationError::Equilibrium { time, error })
     }
 
-    /// Moves the base to its frame at `time` (s), and returns the environment of that time.
+    /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
     pub(super) fn move_base(&self, shoot: &mut Shoot<impl Model>, time: f64) -> Outcome<Environment> {
         let started = shoot.state.history.levels() > 0;
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
-        let (base, environment) = (model.scene().base(time), model.scene().environment(time));
+        let scene = model.scene();
+        let (base, position, environment) = (scene.base(time), scene.position(time), scene.environment(time));
         // `set_base` would normalise a quaternion that is not a rotation.
         if !((base.norm() - 1.0).abs() < ROUNDING) {
             return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
         }
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
+        }
+        if rod.set_base_position(position).is_err() {
+            return Err(IntegrationError::NotFinite { what: "position of the base", time });
         }
         match model.support().base().filter(|_| started) {
             None => rod.set_base(base)?,
