@@ -143,7 +143,7 @@ impl HeldSearch<'_> {
             }
             let apex = i + 2 == samples.len() && to.slope <= 0.0;
             // Beside a contact that penetrates at the next station, the contact is a segment.
-            let beside = bound < 0.0 && near().any(|at| !at.point || at.status != Status::Open);
+            let beside = bound < 0.0 && near().any(|at| !at.slides && (!at.point || at.status != Status::Open));
             if apex || beside {
                 new.push((Candidate::at(gaps.obstacle, (stations[i].element, stations[i].x), !beside), to.arc_length));
             }

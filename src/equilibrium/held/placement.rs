@@ -45,7 +45,7 @@ impl HeldSearch<'_> {
         let forces = self.forces_along();
         self.layer = self.bending_length(rod, &forces);
         // Contacts that have opened keep their nodes.
-        let opened = self.candidates.iter().filter(|at| at.touched && at.point && at.status == Status::Open);
+        let opened = self.candidates.iter().filter(|at| at.touched && at.slides && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
         let many = rod.elements() > self.parent.elements() + self.cuts(&patches).len();

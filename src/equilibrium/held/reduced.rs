@@ -73,7 +73,7 @@ pub(super) struct Evaluated {
     /// The tangent at the place.
     tangent: Vector3<f64>,
     /// Displacement to the place of least gap, m, with its derivatives by the place, the tangent and the shift.
-    slide: Option<(f64, Vector3<f64>, Vector3<f64>, f64)>,
+    pub slide: Option<(f64, Vector3<f64>, Vector3<f64>, f64)>,
 }
 
 /// The problem: coordinates without the forces, and their displacements per force.
@@ -201,6 +201,7 @@ impl Reduced<'_> {
             trace!("RED follow");
             return true;
         }
+        contacts.clone_from(&start);
         contacts.clone_from(&start);
         self.sweep(contacts);
         if self.newton(contacts) {

@@ -99,7 +99,12 @@ impl Stepper {
         self.nearby = false;
         step?;
         let surface = |patch: &Patch| (patch.obstacle, patch.surface);
-        let touched = |state: &State| state.contact.patches.iter().map(surface).collect::<Vec<_>>();
+        // The patches are in the order of the surfaces. Contacts that merge or divide are no changes.
+        let touched = |state: &State| {
+            let mut surfaces: Vec<_> = state.contact.patches.iter().map(surface).collect();
+            surfaces.dedup();
+            surfaces
+        };
         let changes = touched(start) != touched(&shoot.state);
         if changes && passes && !end.discontinuity {
             self.pass_discontinuity(shoot, solver)?;
