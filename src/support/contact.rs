@@ -13,7 +13,8 @@ use crate::error::ParameterError;
 pub struct Contact<O> {
     /// The obstacle.
     pub obstacle: O,
-    /// Distance of the centre line from the surface in contact, m: the radius of the shoot, or zero.
+    /// Distance of the centre line from the surface in contact, m: the radius of the shoot, or zero. It must be positive
+    /// if the obstacle has edges.
     pub radius: f64,
     /// Coefficient of friction μ; zero for none.
     pub friction: f64,
@@ -27,6 +28,9 @@ impl<O: Obstacle> Support for Contact<O> {
     fn check(&self) -> Result<(), ParameterError> {
         self.obstacle.check()?;
         ParameterError::not_negative("radius of a shoot in contact", self.radius)?;
+        let sharp = self.radius == 0.0 && self.obstacle.has_edges();
+        let (name, requirement) = ("radius of a shoot in contact with an obstacle with edges", "positive (m)");
+        ParameterError::unless(!sharp, name, self.radius, requirement)?;
         ParameterError::not_negative("coefficient of friction", self.friction)?;
         let compliance = self.obstacle.compliance();
         ParameterError::finite("compliance of an obstacle", compliance.sum())?;

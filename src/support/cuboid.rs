@@ -9,8 +9,8 @@ use crate::error::ParameterError;
 /// A box.
 ///
 /// Places at the same distance from a convex body form a surface that is round at its edges and corners. A shoot of
-/// radius r therefore bends over an edge as over a cylinder of radius r. A contact of radius zero cannot touch an edge,
-/// where its normal would be undefined: the search fails with an error.
+/// radius r therefore bends over an edge as over a cylinder of radius r. A contact of radius zero is an error, since an
+/// edge has no normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cuboid {
@@ -39,6 +39,10 @@ impl Obstacle for Cuboid {
         let turn = self.frame.to_rotation_matrix();
         let curvature = turn * local.curvature * turn.inverse();
         Distance { value: local.value, normal: turn * local.normal, curvature }
+    }
+
+    fn has_edges(&self) -> bool {
+        true
     }
 
     fn check(&self) -> Result<(), ParameterError> {

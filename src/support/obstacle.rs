@@ -46,8 +46,8 @@ pub trait Obstacle {
     /// Signed distance of a place (m, in the fixed frame) at a time (s).
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance;
 
-    /// Number of surfaces, the same at all times; one by default. An obstacle that wraps another one forwards this and
-    /// [`distance_to`](Self::distance_to).
+    /// Number of surfaces, the same at all times; one by default. An obstacle that wraps another one forwards this,
+    /// [`distance_to`](Self::distance_to) and [`has_edges`](Self::has_edges).
     fn surfaces(&self) -> usize {
         1
     }
@@ -57,6 +57,12 @@ pub trait Obstacle {
     /// [`surfaces`](Self::surfaces).
     fn distance_to(&self, _surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
         self.distance(place, time)
+    }
+
+    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with such
+    /// an obstacle needs a positive radius.
+    fn has_edges(&self) -> bool {
+        false
     }
 
     /// Displacement of the obstacle per force on it, m/N, symmetric and positive semidefinite; zero, for a rigid
@@ -85,6 +91,7 @@ forward_pointers!(Obstacle {
     fn distance(place: &Vector3<f64>, time: f64) -> Distance;
     fn surfaces() -> usize;
     fn distance_to(surface: usize, place: &Vector3<f64>, time: f64) -> Distance;
+    fn has_edges() -> bool;
     fn compliance() -> Matrix3<f64>;
     fn velocity(place: &Vector3<f64>, time: f64) -> Vector3<f64>;
     fn check() -> Result<(), ParameterError>;

@@ -17,7 +17,7 @@ const PARALLEL: f64 = 1e-9;
 ///
 /// The distance outside is that from the nearest point of a face, an edge or a corner. Inside it is that from the plane
 /// of the nearest face. As for a [`Cuboid`](super::Cuboid), a shoot bends over an edge as over a cylinder of the radius
-/// of the contact, and a contact of radius zero cannot touch an edge.
+/// of the contact, and a contact of radius zero is an error if there are edges.
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
@@ -138,6 +138,10 @@ impl Obstacle for ConvexPolyhedron {
         let corner = at == edge.from || at == edge.to;
         let along = if corner { Vector3::zeros() } else { edge.along };
         round(&from, Matrix3::identity() - along * along.transpose(), 0.0)
+    }
+
+    fn has_edges(&self) -> bool {
+        !self.edges.is_empty()
     }
 }
 

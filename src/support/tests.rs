@@ -28,7 +28,7 @@ fn inclined() -> Cuboid {
 /// The half spaces of a box.
 fn sides(cuboid: &Cuboid) -> Vec<HalfSpace> {
     let side = |i: usize| {
-        let normal = cuboid.frame * Vector3::ith(i / 2, if i % 2 == 0 { 1.0 } else { -1.0 });
+        let normal = cuboid.frame * Vector3::ith(i / 2, if i.is_multiple_of(2) { 1.0 } else { -1.0 });
         HalfSpace { through: cuboid.centre + normal * cuboid.half_edges[i / 2], normal: normal * 2.0 }
     };
     (0..6).map(side).collect()
@@ -166,6 +166,7 @@ fn bodies_without_corners_are_polyhedra() {
     assert_eq!(half.distance(&place, 0.0), up.distance(&place, 0.0));
     assert_eq!(plate.distance(&place, 0.0), up.distance(&place, 0.0));
     assert_eq!(plate.distance(&-place, 0.0), down.distance(&-place, 0.0));
+    assert!(!half.has_edges() && !plate.has_edges());
     // A wedge with its edge along e2.
     let side = HalfSpace { through: Vector3::z() * 0.1, normal: Vector3::x() };
     let wedge = ConvexPolyhedron::new(vec![up, side]).unwrap().distance(&Vector3::new(0.3, 7.0, 0.5), 0.0);
@@ -239,7 +240,7 @@ fn union_has_the_surfaces_of_its_members() {
     assert_eq!(union.surfaces(), 4);
     for place in (0..50).map(|i| vector(i) * 3.0) {
         for (i, member) in members.iter().enumerate() {
-            assert_eq!((&union).distance_to(i, &place, 0.0), member.distance(&place, 0.0));
+            assert_eq!(union.distance_to(i, &place, 0.0), member.distance(&place, 0.0));
         }
         let least = members.iter().map(|member| member.distance(&place, 0.0).value).fold(f64::MAX, f64::min);
         assert_eq!(union.distance(&place, 0.0).value, least);

@@ -56,6 +56,10 @@ impl<O: Obstacle> Obstacle for Union<O> {
         self.distance(place, time)
     }
 
+    fn has_edges(&self) -> bool {
+        self.0.iter().any(Obstacle::has_edges)
+    }
+
     fn velocity(&self, place: &Vector3<f64>, time: f64) -> Vector3<f64> {
         self.nearest(place, time).map_or_else(Vector3::zeros, |(member, _)| member.velocity(place, time))
     }

@@ -55,6 +55,15 @@ fn rod_bends_over_an_edge_as_over_a_cylinder() {
 }
 
 #[test]
+fn contact_of_radius_zero_with_an_edge_is_refused() {
+    let mut held = Held::straight(LENGTH, FRAC_PI_2, 10, Weight { density: DENSITY });
+    let bodies: [Box<dyn Obstacle>; 2] = [Box::new(table()), Box::new(Union(vec![table()]))];
+    for obstacle in bodies {
+        held.assert_refused(&Contact { obstacle, radius: 0.0, friction: 0.0 }, "an obstacle with edges");
+    }
+}
+
+#[test]
 fn apex_rests_on_a_face_as_on_a_plane() {
     let through = Vector3::z() * (-0.1 * LENGTH);
     let half_edges = Vector3::new(0.5, 0.3, 0.1) * LENGTH;
@@ -109,6 +118,10 @@ impl<O: Obstacle> Obstacle for Sprung<O> {
 
     fn distance_to(&self, surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
         self.0.distance_to(surface, &(place - self.2), time)
+    }
+
+    fn has_edges(&self) -> bool {
+        self.0.has_edges()
     }
 
     fn compliance(&self) -> Matrix3<f64> {
