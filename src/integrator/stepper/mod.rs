@@ -61,7 +61,7 @@ pub(super) struct Stepper {
     /// Changes of their intrinsic strains in the step, 1/m.
     changes: Vec<Vector3<f64>>,
     spare: Spare,
-    /// Shape, time and reactions at the start of an increment; `None` without friction.
+    /// Shape, time and reactions at the start of an increment; `None` without obstacles.
     before: Option<(Rod, f64, Vec<Reaction>)>,
     statistics: Statistics,
     pub grid: GridUse,

@@ -140,11 +140,12 @@ impl Stepper {
         Ok(held.equilibrium)
     }
 
-    /// Keeps shape and reactions at the start of an increment, from which friction counts displacements.
+    /// Keeps shape and reactions at the start of an increment, from which the search for contacts begins and friction
+    /// counts displacements.
     pub(super) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
-        let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
+        let touches = !shoot.model.support().contacts().is_empty();
         self.before =
-            rubs.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.state.contact.reactions.clone()));
+            touches.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.state.contact.reactions.clone()));
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.
