@@ -114,8 +114,8 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
     pub(crate) shape: Option<&'a Rod>,
-    /// The rod at the end of the increment before, the time since then (s), and its reactions: contacts are followed from
-    /// there, and friction depends on the displacement.
+    /// The rod at the end of the increment before, the time since then (s), and its reactions: contacts are followed
+    /// from there, and friction depends on the displacement.
     pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
 }
 

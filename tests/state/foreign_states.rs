@@ -167,8 +167,8 @@ mod written {
         assert!(message.contains("merger was tried last"), "{message}");
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
         assert!(message.contains("values at a level"), "{message}");
-        let rod = r#"{"order":"Two","base_position":[0.0,0.0,0.0],"frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
-            "initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
+        let rod = r#"{"order":"Two","base_position":[0.0,0.0,0.0],"frames":[],"rotations":[],"line_strains":[],
+            "points":[],"node_distance":[],"initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
         assert!(message.contains("number of frames is 0 but the elements require 2"), "{message}");
     }

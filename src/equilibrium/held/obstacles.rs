@@ -237,10 +237,10 @@ impl Gaps<'_, '_> {
     }
 }
 
-/// The factor by which a motion of the base and the stations may be longer, so that no part of the rod moves by more than
-/// half of its gap to an obstacle or a part of the radius of the obstacle. `moved` is the length of the motion of a place
-/// relative to an obstacle, m. Parts beside a candidate, up to the next maxima of the gap, are left out: the candidate
-/// represents them.
+/// The factor by which a motion of the base and the stations may be longer, so that no part of the rod moves by more
+/// than half of its gap to an obstacle or a part of the radius of the obstacle. `moved` is the length of the motion of
+/// a place relative to an obstacle, m. Parts beside a candidate, up to the next maxima of the gap, are left out: the
+/// candidate represents them.
 pub(super) fn largest_share(
     obstacles: &Obstacles,
     candidates: &[Candidate],
@@ -275,8 +275,8 @@ pub(super) fn largest_share(
     share
 }
 
-/// The factor by which a motion of a candidate by a length (m) may be longer, so that it does not pass to the other side
-/// of its obstacle, given the gaps before and after.
+/// The factor by which a motion of a candidate by a length (m) may be longer, so that it does not pass to the other
+/// side of its obstacle, given the gaps before and after.
 pub(super) fn candidate_share(status: Status, moved: f64, (before, after): (&Gap, &Gap)) -> f64 {
     if status == Status::Open {
         return (before.value.max(0.0) + SETTINGS.approach * Obstacles::radius(before)) / moved;

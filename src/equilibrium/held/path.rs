@@ -1,6 +1,6 @@
-//! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of the
-//! rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape at the
-//! start of the step.
+//! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of
+//! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape at
+//! the start of the step.
 
 use nalgebra::Vector3;
 

@@ -64,8 +64,8 @@ impl Stepper {
         Ok(largest * length)
     }
 
-    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the environment
-    /// of that time.
+    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
+    /// environment of that time.
     pub fn solve_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
