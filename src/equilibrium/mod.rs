@@ -86,8 +86,8 @@ pub struct Equilibrium {
 pub struct Held {
     /// Counts, error and stability. The inertia is that on the directions that the supports permit.
     pub equilibrium: Equilibrium,
-    /// Number of increments in which the holds were moved to their places. They are the load path, on which an
-    /// equilibrium depends if there are several.
+    /// Number of increments in which the holds were moved to their places, and in a time step also the base and the
+    /// obstacles. They are the load path, on which an equilibrium depends if there are several.
     pub increments: usize,
     /// The reactions: of the holds of positions in their order, of the springs with a potential, of the
     /// contacts, and of the holds of frames alone. They are also the [`Rod::reactions`] of `rod`.
@@ -114,8 +114,8 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
     pub(crate) shape: Option<&'a Rod>,
-    /// The rod at the end of the increment before, the time since then (s), and its reactions: friction depends on the
-    /// displacement.
+    /// The rod at the end of the increment before, the time since then (s), and its reactions: contacts are followed
+    /// from there, and friction depends on the displacement.
     pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
     /// Whether the search fails where no equilibrium is next to the initial guess. Otherwise a rod in contact descends
     /// to another equilibrium.

@@ -237,7 +237,7 @@ impl NewtonSolver {
         let (kind, bound) = ((self.stable_only, self.tolerance), self.max_iterations);
         let mut search = self.held(rod, (material, load), &mut force, support, kind)?;
         if let Some(before) = before {
-            search.since(before);
+            search.since(before, support.base());
         }
         search.nearby = nearby;
         let mut shape = rod.clone();

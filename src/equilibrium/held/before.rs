@@ -7,6 +7,7 @@ use super::reduced::Surfaces;
 use crate::rod::Rod;
 
 /// The rod at the start of an increment.
+#[derive(Clone)]
 pub(super) struct Before {
     pub rod: Rod,
     /// Tangents ∂p/∂s of its centre line at the material points.

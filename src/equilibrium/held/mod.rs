@@ -22,6 +22,7 @@ mod linearise;
 mod local;
 mod mechanics;
 mod merit;
+mod motion;
 mod nearby;
 mod newton;
 mod obstacles;

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::Candidate;
-use super::law::Gap;
+use super::law::{Gap, Status};
 use super::reduced::Surfaces;
 use super::response::upto_parts;
 use super::settings::SETTINGS;
@@ -29,9 +29,7 @@ pub(super) struct Obstacles<'a> {
 
 impl Surfaces for Obstacles<'_> {
     fn gap(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
-        let contact = &self.contacts[obstacle];
-        let distance = contact.obstacle.distance_to(self.names[obstacle].1, place, self.time);
-        Gap { value: distance.value - contact.radius, normal: distance.normal, curvature: distance.curvature }
+        self.gap_in(obstacle, place, self.time)
     }
 }
 
@@ -71,6 +69,27 @@ impl<'a> Obstacles<'a> {
     /// The gap at a place (m) to an obstacle in its displaced position.
     pub fn gap_at(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
         self.gap(obstacle, &(place - self.yielded[obstacle]))
+    }
+
+    /// An upper bound of the motion of the surface of an obstacle beside a place (m) until a time (s), m: the change of
+    /// the gap, and the rotation of the normal about the centre of curvature.
+    pub fn motion(&self, obstacle: usize, place: &Vector3<f64>, time: f64) -> f64 {
+        let (before, after) = (self.gap_at(obstacle, place), self.gap_then(obstacle, place, time));
+        let radius = Self::radius(&before);
+        let across = if radius.is_finite() { radius + before.value.max(0.0) } else { 0.0 };
+        (after.value - before.value).abs() + (after.normal - before.normal).norm() * across
+    }
+
+    /// The gap at a place (m) to an obstacle in its displaced position, at another time (s).
+    pub fn gap_then(&self, obstacle: usize, place: &Vector3<f64>, time: f64) -> Gap {
+        self.gap_in(obstacle, &(place - self.yielded[obstacle]), time)
+    }
+
+    /// The gap at a place (m) to an obstacle without its displacement, at a time (s).
+    fn gap_in(&self, obstacle: usize, place: &Vector3<f64>, time: f64) -> Gap {
+        let contact = &self.contacts[obstacle];
+        let distance = contact.obstacle.distance_to(self.names[obstacle].1, place, time);
+        Gap { value: distance.value - contact.radius, normal: distance.normal, curvature: distance.curvature }
     }
 
     /// The displacements of the obstacles by the opposites of forces on the rod (N), m.
@@ -138,6 +157,16 @@ impl<'b> Line<'b> {
         Place { element, x, arc_length: start + parts[..p].iter().sum::<f64>(), position }
     }
 
+    /// The base.
+    pub fn base(&self) -> Place {
+        Place { element: 0, x: 0.0, arc_length: 0.0, position: self.rod.base_position() }
+    }
+
+    /// The base and the stations of all elements, from base to apex.
+    pub fn places(&self) -> Vec<Place> {
+        std::iter::once(self.base()).chain(self.stations()).collect()
+    }
+
     /// The stations of all elements, from base to apex.
     pub fn stations(&self) -> Vec<Place> {
         let stations = &self.rod.reference().stations;
@@ -189,8 +218,7 @@ impl Gaps<'_, '_> {
 
     /// The gaps at the base and at all stations.
     pub fn samples(&self, stations: &[Place]) -> Vec<Sample> {
-        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: self.line.rod.base_position() };
-        std::iter::once(&base).chain(stations).map(|place| self.at(place)).collect()
+        std::iter::once(&self.line.base()).chain(stations).map(|place| self.at(place)).collect()
     }
 
     /// The place of the least local minimum of the gap inside an interval between two neighbouring stations, among
@@ -239,36 +267,33 @@ impl Gaps<'_, '_> {
     }
 }
 
-/// The factor by which a displacement of the stations may be longer, so that no part of the rod moves by more than half
-/// of its gap to an obstacle or a part of the radius of the obstacle. Parts beside a candidate, up to the next maxima
-/// of
-/// the gap, are left out: the candidate represents them.
+/// The factor by which a motion of the base and the stations may be longer, so that no part of the rod moves by more
+/// than half of its gap to an obstacle or a part of the radius of the obstacle. `moved` is the length of the motion of
+/// a place relative to an obstacle, m. Parts beside a candidate, up to the next maxima of the gap, are left out: the
+/// candidate represents them.
 pub(super) fn largest_share(
     obstacles: &Obstacles,
     candidates: &[Candidate],
-    base: &Vector3<f64>,
-    (from, to): (&[Place], &[Place]),
+    places: &[Place],
+    moved: impl Fn(usize, usize) -> f64,
 ) -> f64 {
-    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: *base };
-    let places: Vec<&Place> = std::iter::once(&base).chain(from).collect();
-    let moved = from.iter().zip(to).map(|(a, b)| (b.position - a.position).norm());
-    let moved: Vec<f64> = std::iter::once(0.0).chain(moved).collect();
-    let mut share = f64::INFINITY;
+    let (mut share, last) = (f64::INFINITY, places.len() - 1);
     for obstacle in 0..obstacles.contacts.len() {
-        let at = |place: &&Place| {
+        let at = |place: &Place| {
             let gap = obstacles.gap_at(obstacle, &place.position);
             (gap.value, Obstacles::radius(&gap))
         };
         let gaps: Vec<(f64, f64)> = places.iter().map(at).collect();
-        let mut known = vec![false; from.len()];
+        let moved: Vec<f64> = (0..=last).map(|i| moved(obstacle, i)).collect();
+        let mut known = vec![false; last];
         for candidate in candidates.iter().filter(|at| at.obstacle == obstacle) {
-            let after = from.iter().position(|place| place.arc_length >= candidate.arc_length);
-            let here = after.unwrap_or(from.len() - 1);
-            let ahead = (here..from.len()).take_while(|i| *i == here || gaps[i + 1].0 >= gaps[*i].0);
+            let after = places[1..].iter().position(|place| place.arc_length >= candidate.arc_length);
+            let here = after.unwrap_or(last - 1);
+            let ahead = (here..last).take_while(|i| *i == here || gaps[i + 1].0 >= gaps[*i].0);
             let behind = (0..=here).rev().take_while(|i| *i == here || gaps[*i].0 >= gaps[i + 1].0);
             ahead.chain(behind).for_each(|i| known[i] = true);
         }
-        for i in (0..from.len()).filter(|i| !known[*i]) {
+        for i in (0..last).filter(|i| !known[*i]) {
             let size = places[i + 1].arc_length - places[i].arc_length;
             let (before, after) = (gaps[i], gaps[i + 1]);
             // A gap changes by at most the arc length.
@@ -278,4 +303,14 @@ pub(super) fn largest_share(
         }
     }
     share
+}
+
+/// The factor by which a motion of a candidate by a length (m) may be longer, so that it does not pass to the other
+/// side of its obstacle, given the gaps before and after.
+pub(super) fn candidate_share(status: Status, moved: f64, (before, after): (&Gap, &Gap)) -> f64 {
+    if status == Status::Open {
+        return (before.value.max(0.0) + SETTINGS.approach * Obstacles::radius(before)) / moved;
+    }
+    let turned = before.normal.angle(&after.normal);
+    if turned > SETTINGS.largest_turn { SETTINGS.largest_turn / turned } else { f64::INFINITY }
 }

@@ -1,7 +1,12 @@
-//! The load path of a search: holds move in increments from their present places to the requested ones.
+//! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of
+//! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape at
+//! the start of the step.
 
 use nalgebra::Vector3;
 
+use super::before::Before;
+use super::motion::Motion;
+use super::obstacles::{Line, Obstacles, Place, candidate_share, largest_share};
 use super::search::{Found, HeldSearch, project};
 use super::settings::SETTINGS;
 use super::sites::turn_frames;
@@ -28,25 +33,30 @@ impl HeldSearch<'_> {
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
-    /// equilibrium.
+    /// equilibrium. One share moves holds, base and the time of the obstacles.
     fn move_holds(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
         self.check_obstacles(rod)?;
         self.check_start(rod)?;
+        let followed = self.rewind(rod);
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> =
             self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
         let far = goals.iter().zip(&starts).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / self.length;
         let turned = self.frames.iter().map(|frame| frame.missing(rod).norm()).fold(0.0, f64::max);
         let (largest_turn, largest_move) = SETTINGS.increment;
+        let (turn, way) = followed.then(|| self.motion.as_ref().map(Motion::size)).flatten().unwrap_or_default();
+        let (far, turned) = (far.max(way / self.length), turned.max(turn));
         let number = (far / largest_move).max(turned / largest_turn).ceil().max(1.0);
         let (mut done, mut share) = (0.0, 1.0 / number);
-        let moves = number > 1.0 || far > 0.0 || turned > 0.0;
+        let moves = number > 1.0 || far > 0.0 || turned > 0.0 || followed && self.obstacles_move(rod);
         let each = self.bound;
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
-            let before = self.snapshot(rod);
+            let next = if followed { self.safe_end(rod, next) } else { next };
+            let (before, since) = (self.snapshot(rod), followed.then(|| self.before.clone()));
+            self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
             }
@@ -55,15 +65,121 @@ impl HeldSearch<'_> {
             self.bound = self.found.iterations + each;
             let smallest = !moves || share <= SETTINGS.smallest_increment || done + share <= done;
             match self.settle(rod) {
-                Ok(()) => done = next,
+                Ok(()) => {
+                    done = next;
+                    if followed {
+                        // Each increment is one of friction.
+                        self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
+                        self.candidates.iter_mut().for_each(|at| at.before = Vector3::zeros());
+                    }
+                }
                 Err(error) if error.is_recoverable() && !smallest => {
+                    if let Some(since) = since {
+                        self.before = since;
+                    }
+                    self.set_share(done);
                     self.restore(rod, &before);
-                    share *= 0.5;
+                    share = 0.5 * share.min(next - done);
                 }
                 Err(error) => return Err(error),
             }
         }
         Ok(())
+    }
+
+    /// Returns to the shape, the base and the time at the start of the increment if a part of the rod could pass an
+    /// obstacle from there to the initial guess. Returns whether it could.
+    fn rewind(&mut self, rod: &mut Rod) -> bool {
+        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
+        let mut start = rod.clone();
+        start.sample_shape(&self.before.rod);
+        self.set_share(0.0);
+        if self.largest_motion(&start, rod, time) >= 1.0 {
+            self.set_share(1.0);
+            return false;
+        }
+        *rod = start;
+        self.turn_hinge(1.0, 0.0);
+        self.locate(rod);
+        true
+    }
+
+    /// The largest share of the motion, at most `next`, up to which no part of the rod can pass an obstacle.
+    fn safe_end(&self, rod: &Rod, mut next: f64) -> f64 {
+        let Some(motion) = &self.motion else { return next };
+        let done = motion.share;
+        while next - done > SETTINGS.smallest_increment {
+            let mut moved = rod.clone();
+            motion.carry(&mut moved, done, next);
+            let factor = self.largest_motion(rod, &moved, motion.time(next));
+            if factor >= 1.0 {
+                break;
+            }
+            next = done + (next - done) * factor.clamp(0.1, 0.9);
+        }
+        next
+    }
+
+    /// The factor by which a motion of the rod from its present shape to another one, and of the obstacles to a time
+    /// (s), may be longer, so that no part of the rod passes an obstacle. The rods have the same nodes.
+    fn largest_motion(&self, from: &Rod, to: &Rod, time: f64) -> f64 {
+        let [a, b] = [from, to].map(|rod| self.body.tangents(rod));
+        let [a, b] = [Line::new(from, &a), Line::new(to, &b)];
+        let [before, after] = [&a, &b].map(Line::places);
+        let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
+            (to - from).norm() + self.obstacles.motion(obstacle, from, time)
+        };
+        let mut share = largest_share(&self.obstacles, &self.candidates, &before, |obstacle, i| {
+            moved(obstacle, &before[i].position, &after[i].position)
+        });
+        for at in &self.candidates {
+            let [from, to] = [&a, &b].map(|line| line.place((at.element, at.x)).position);
+            let before = self.obstacles.gap_at(at.obstacle, &from);
+            let after = self.obstacles.gap_then(at.obstacle, &to, time);
+            let moved = moved(at.obstacle, &from, &to);
+            share = share.min(candidate_share(at.status, moved, (&before, &after)));
+            // The next search removes a penetration by a part of the radius.
+            let deepest = SETTINGS.approach * Obstacles::radius(&before);
+            if after.value < -deepest {
+                share = share.min(deepest / -after.value);
+            }
+        }
+        share
+    }
+
+    /// Whether an obstacle moves until the end of the increment.
+    fn obstacles_move(&self, rod: &Rod) -> bool {
+        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
+        let moves = |place: &Place| {
+            (0..self.obstacles.contacts.len()).any(|i| self.obstacles.motion(i, &place.position, time) > 0.0)
+        };
+        Line::new(rod, &self.tangents).places().iter().any(moves)
+    }
+
+    /// Sets the share of the motion, and the time of the obstacles.
+    fn set_share(&mut self, share: f64) {
+        if let Some(motion) = &mut self.motion {
+            motion.share = share;
+            self.obstacles.time = motion.time(share);
+        }
+    }
+
+    /// Moves rod, base and obstacles rigidly to a share of the motion.
+    fn carry(&mut self, rod: &mut Rod, next: f64) {
+        let Some(motion) = self.motion.clone().filter(|motion| motion.share != next) else { return };
+        motion.carry(rod, motion.share, next);
+        self.before.time = motion.duration * (next - motion.share);
+        self.turn_hinge(motion.share, next);
+        self.set_share(next);
+    }
+
+    /// Rotates the axis of a hinge at the base from a share of the motion to another one.
+    fn turn_hinge(&mut self, from: f64, to: f64) {
+        if let (Some(motion), Some(hinge)) = (&self.motion, self.frames.first_mut())
+            && motion.hinged
+        {
+            hinge.frame = motion.turn(from, to) * hinge.frame;
+        }
     }
 
     /// Finds the equilibrium of an increment: next to the initial guess, or by a descent in which the tangent is

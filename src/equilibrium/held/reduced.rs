@@ -202,7 +202,6 @@ impl Reduced<'_> {
             return true;
         }
         contacts.clone_from(&start);
-        contacts.clone_from(&start);
         self.sweep(contacts);
         if self.newton(contacts) {
             trace!("RED sweep");

@@ -8,6 +8,7 @@ use super::elastic::{Laws, Spring, elastic_joint};
 use super::law::Status;
 use super::linear::Role;
 use super::mechanics::Mechanics;
+use super::motion::Motion;
 use super::obstacles::Obstacles;
 use super::sites::{HeldFrame, Site, sort};
 use crate::equilibrium::joints::Joints;
@@ -15,7 +16,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
 use crate::load::PointReaction;
 use crate::rod::Rod;
 use crate::so3;
-use crate::support::{Energy, Patch, Reaction, Slip, Support};
+use crate::support::{Energy, Joint, Patch, Reaction, Slip, Support};
 
 /// A search for an equilibrium of a rod with supports.
 pub(in crate::equilibrium) struct HeldSearch<'a> {
@@ -29,6 +30,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) candidates: Vec<Candidate>,
     /// The rod at the start of the increment.
     pub(super) before: Before,
+    /// The motion of the base and the obstacles in the increment; `None` without obstacles and for a rod without past.
+    pub(super) motion: Option<Motion>,
     /// Tangents ∂p/∂s of the centre line at the material points.
     pub(super) tangents: Vec<Vector3<f64>>,
     /// Length over which the rod bends beside a contact, m.
@@ -81,6 +84,7 @@ impl<'a> HeldSearch<'a> {
         let (sites, frames, laws) = sort(rod, support, time, &mut body.system_mut().joints)?;
         Ok(Self {
             before: Before::new(rod, 0.0, obstacles.yielded.clone()),
+            motion: None,
             body,
             parent: rod,
             sites,
@@ -103,9 +107,13 @@ impl<'a> HeldSearch<'a> {
         })
     }
 
-    /// Sets the rod and its reactions at the end of the increment before, and the time since then (s).
-    pub fn since(&mut self, (rod, time, reactions): (&Rod, f64, &[Reaction])) {
+    /// Sets the rod and its reactions at the end of the increment before, the time since then (s), and the joint of the
+    /// base.
+    pub fn since(&mut self, (rod, time, reactions): (&Rod, f64, &[Reaction]), joint: Option<Joint>) {
         self.before = Before::new(rod, time, self.obstacles.displacements_by(reactions));
+        if !self.obstacles.contacts.is_empty() {
+            self.motion = Some(Motion::new(rod, self.parent, (self.obstacles.time, time), joint));
+        }
     }
 
     /// Takes the forces of an earlier equilibrium as initial guess.
@@ -141,10 +149,8 @@ impl<'a> HeldSearch<'a> {
             let (base, position) = (rod.frames()[0], rod.base_position());
             rod.sample_shape(shape);
             *rod.base_position_mut() = position;
-            if !self.body.system().joints.base_rotates {
-                rod.shape_mut().0[0] = base;
-                rod.chain_frames();
-            }
+            rod.shape_mut().0[0] = base;
+            rod.chain_frames();
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{DVector, Vector3};
 use super::candidate::Candidate;
 use super::law::Status;
 use super::linear::Linear;
-use super::obstacles::{Line, Obstacles, largest_share};
+use super::obstacles::{Line, candidate_share, largest_share};
 use super::reduced::{Contact, Reduced};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
@@ -165,25 +165,15 @@ impl HeldSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return 1.0;
         }
-        let line = Line::new(rod, &self.tangents);
-        let mut share = largest_share(
-            &self.obstacles,
-            &start.candidates,
-            &rod.base_position(),
-            (&start.stations, &line.stations()),
-        );
-        // The place of a candidate before the step, at the present coordinate along the rod.
-        let before = Line::new(rod, &start.tangents);
+        let (before, line) = (Line::new(rod, &start.tangents), Line::new(rod, &self.tangents));
+        let [from, to] = [&before, &line].map(Line::places);
+        let moved = |_, i: usize| (to[i].position - from[i].position).norm();
+        let mut share = largest_share(&self.obstacles, &start.candidates, &from, moved);
         for at in &self.candidates {
+            // The place before the step, at the present coordinate along the rod.
             let place = before.place((at.element, at.x)).position;
             let gap = self.obstacles.gap_at(at.obstacle, &place);
-            if at.status == Status::Open {
-                let moved = (at.position - place).norm();
-                share = share.min((gap.value.max(0.0) + SETTINGS.approach * Obstacles::radius(&gap)) / moved);
-            } else {
-                let turned = gap.normal.angle(&at.gap.normal);
-                share = share.min(if turned > SETTINGS.largest_turn { SETTINGS.largest_turn / turned } else { share });
-            }
+            share = share.min(candidate_share(at.status, (at.position - place).norm(), (&gap, &at.gap)));
         }
         share
     }

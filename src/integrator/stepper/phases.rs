@@ -64,8 +64,8 @@ impl Stepper {
         Ok(largest * length)
     }
 
-    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the environment
-    /// of that time.
+    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
+    /// environment of that time.
     pub fn solve_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -140,10 +140,11 @@ impl Stepper {
         Ok(held.equilibrium)
     }
 
-    /// Keeps shape and reactions at the start of an increment, from which friction counts displacements.
+    /// Keeps shape and reactions at the start of an increment, from which the search for contacts begins and friction
+    /// counts displacements.
     pub(super) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
-        let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
-        self.before = rubs.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.reactions().to_vec()));
+        let touches = !shoot.model.support().contacts().is_empty();
+        self.before = touches.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.reactions().to_vec()));
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.
