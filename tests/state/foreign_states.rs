@@ -160,7 +160,7 @@ mod written {
         let message = refusal(|state| {
             state["rod"]["reactions"] = serde_json::json!([{
                 "arc_length": 0.01, "initial_apex_distance": 0.0, "force": [1e308, 1e308, 0.0],
-                "couple": [0.0, 0.0, 0.0], "length": 0.0, "obstacle": null, "normal": 0.0, "slip": null
+                "couple": [0.0, 0.0, 0.0], "length": 0.0, "obstacle": null, "surface": 0, "normal": 0.0, "slip": null
             }]);
         });
         assert!(message.contains("sum of reaction number 0 is inf but must be finite"), "{message}");

@@ -31,7 +31,7 @@ impl HeldSearch<'_> {
         let mut course = Course { guarded, last, shift, saddles, bowed, placements };
         self.apply(rod);
         self.locate(rod);
-        let mut stalls = 0;
+        let (mut stalls, mut shortened) = (0, false);
         for _ in 0..SETTINGS.iterations[usize::from(guarded)] {
             if self.found.iterations >= self.bound {
                 break;
@@ -40,7 +40,8 @@ impl HeldSearch<'_> {
             let moves = course.placements < SETTINGS.placements.0;
             let misplaced = self.place(rod, moves, course.last) > SETTINGS.placed * self.length;
             // Far from equilibrium the contacts move with every step.
-            course.placements += usize::from(misplaced && course.last < SETTINGS.placing_turn);
+            let late = course.last < SETTINGS.placing_turn || shortened && course.last < 10.0 * SETTINGS.placing_turn;
+            course.placements += usize::from(misplaced && late);
             self.drop_candidates();
             if self.add_candidates(rod, -SETTINGS.rounding * self.length) {
                 self.locate(rod);
@@ -78,6 +79,7 @@ impl HeldSearch<'_> {
             if !course.guarded && stalls >= 3 {
                 break;
             }
+            shortened = step.fraction < 1.0;
             course.last = step.turn;
             if course.guarded && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent friction dissipates energy in every step: slip counts from the last one.

@@ -15,6 +15,8 @@ const HALVINGS: usize = 8;
 const FOLLOWINGS: usize = 4;
 /// Residual of the laws at which the iteration ends, relative to the largest force.
 const SOLVED: f64 = 1e-14;
+/// Residual below which an iteration that stalls ends.
+const STALLED: f64 = 1e-12;
 /// Residual with which the forces are of use.
 const USEFUL: f64 = 1e-7;
 /// Compliance that is added to loaded contacts in the iteration, relative to that of the contact. It selects the
@@ -275,7 +277,7 @@ impl Reduced<'_> {
             let Some((value, trial, at)) = best else { return false };
             if std::env::var("MNEWT").is_ok() { } trace!("      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} largest {largest:.2e} states {}", merit.sqrt(), value.sqrt(), at.iter().zip(&trial).map(|(a, c)| format!("{}{}", match a.law.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' }, if c.range.is_some() {"^"} else {""})).collect::<String>());
             let largest = trial.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
-            if value.sqrt() <= 1e-8 * largest && value >= 0.25 * merit {
+            if value.sqrt() <= STALLED * largest && value >= 0.25 * merit {
                 (*contacts, all) = (trial, at);
                 return self.finish(contacts, &all);
             }
