@@ -9,6 +9,9 @@ use super::response::{Response, Spot};
 use super::search::HeldSearch;
 use crate::rod::Rod;
 
+/// Largest share of the spring at a free base that remains in a step.
+const LARGEST_SHARE: f64 = 0.5;
+
 impl HeldSearch<'_> {
     /// The linear rod with the factorised tangent and the unbalanced couples in the system.
     pub(super) fn linearise(&mut self, rod: &Rod) -> Linear {
@@ -18,7 +21,7 @@ impl HeldSearch<'_> {
         let spots: Vec<Spot> = sites.chain(candidates).collect();
         let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();
-        let size = response.size() - first - self.boosts.len();
+        let size = response.added() - first;
         // An obstacle that yields is displaced by the forces on all of its surfaces.
         for (i, a) in self.candidates.iter().enumerate() {
             let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
@@ -43,9 +46,15 @@ impl HeldSearch<'_> {
                 residuals.push(residual);
             }
         }
-        for (k, (_, increase)) in self.boosts.iter().enumerate() {
+        let system = self.body.system();
+        let base = system.joints.free_base;
+        let remains = base.map_or(0.0, |base| {
+            (system.base.norm() / (base.length * base.stiffness)).clamp(base.least, LARGEST_SHARE)
+        });
+        let stiffness = self.boosts.iter().map(|(_, increase)| *increase);
+        for (k, increase) in stiffness.chain(base.iter().flat_map(|base| [base.stiffness; 3])).enumerate() {
             // The unknown is scaled so that its diagonal entry is one.
-            links.push([(first + size + k, 1.0)], 1.0 / increase);
+            links.push([(first + size + k, 1.0)], 1.0 / (increase * (1.0 - remains)));
             roles.push(Role::Boost);
             residuals.push(0.0);
         }
@@ -78,6 +87,7 @@ impl HeldSearch<'_> {
             size,
             compliance: DMatrix::zeros(0, 0),
             free,
+            remains,
             share: 1.0,
         };
         if linear.links.len() > 0 && size > 0 {

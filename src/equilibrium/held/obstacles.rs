@@ -120,7 +120,12 @@ pub(super) struct Line<'b> {
 
 impl<'b> Line<'b> {
     pub fn new(rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
-        let mut line = Self { rod, tangents, starts: vec![(0.0, rod.base_position())] };
+        Self::at(&rod.base_position(), rod, tangents)
+    }
+
+    /// The centre line with the base at a position (m).
+    pub fn at(base: &Vector3<f64>, rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
+        let mut line = Self { rod, tangents, starts: vec![(0.0, *base)] };
         for e in 0..rod.elements() {
             let end = line.place((e, 1.0));
             line.starts.push((end.arc_length, end.position));
@@ -246,13 +251,13 @@ impl Gaps<'_, '_> {
 pub(super) fn largest_share(
     obstacles: &Obstacles,
     candidates: &[Candidate],
-    base: &Vector3<f64>,
+    [base, moved]: [&Vector3<f64>; 2],
     (from, to): (&[Place], &[Place]),
 ) -> f64 {
-    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: *base };
+    let (by, base) = ((moved - base).norm(), Place { element: 0, x: 0.0, arc_length: 0.0, position: *base });
     let places: Vec<&Place> = std::iter::once(&base).chain(from).collect();
     let moved = from.iter().zip(to).map(|(a, b)| (b.position - a.position).norm());
-    let moved: Vec<f64> = std::iter::once(0.0).chain(moved).collect();
+    let moved: Vec<f64> = std::iter::once(by).chain(moved).collect();
     let mut share = f64::INFINITY;
     for obstacle in 0..obstacles.contacts.len() {
         let at = |place: &&Place| {

@@ -238,7 +238,7 @@ impl HeldSearch<'_> {
         // Holds are at ends of elements of the parent, which are ends of elements of each rod.
         let moved = |node: usize| new.iter().position(|s| (s - nodes[node]).abs() <= margin).unwrap_or(node);
         for site in &mut self.sites {
-            site.element = moved(site.element + 1).saturating_sub(1);
+            site.set_node(moved(site.node()));
         }
         self.frames.iter_mut().for_each(|frame| frame.node = moved(frame.node));
         let joints = &mut self.body.system_mut().joints;
@@ -271,8 +271,8 @@ impl HeldSearch<'_> {
         let new = |s: f64, at| Candidate { arc_length: s, ..Candidate::at(patch.obstacle, at, point) };
         let mut ends = vec![patch.from, patch.to];
         ends.dedup();
-        // The base does not move.
-        ends.retain(|s| *s > margin);
+        // A base that is not free does not move.
+        ends.retain(|s| *s > margin || self.body.system().joints.free_base.is_some());
         let mut candidates: Vec<Candidate> =
             ends.iter().filter_map(|s| Some(new(*s, at_node(rod, *s, margin)?))).collect();
         let close = SETTINGS.spacing * self.length / self.parent.elements() as f64;

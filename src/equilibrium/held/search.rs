@@ -17,6 +17,9 @@ use crate::rod::Rod;
 use crate::so3;
 use crate::support::{Energy, Patch, Reaction, Slip, Support};
 
+/// Unbalanced force on a free base at the end of a search, relative to the force in the rod, that nothing balances.
+const LOOSE: f64 = 1e-3;
+
 /// A search for an equilibrium of a rod with supports.
 pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) body: Box<dyn Mechanics + 'a>,
@@ -180,10 +183,16 @@ impl<'a> HeldSearch<'a> {
     /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
     pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
         let (energy, mut inertia) = self.body.condense(rod, shift)?;
+        let scale = self.force_scale() / self.length;
         self.stretch_joints(rod);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
         system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
+        if let Some(base) = &mut system.joints.free_base {
+            // A displacement of the length has the force of the load, or a force that bends the rod.
+            base.stiffness = 2.0 * scale + 1.0 / (system.elements.iter().map(|e| e.compliance).sum::<f64>() * self.length.powi(2));
+            inertia.positive += 3;
+        }
         self.found.factorisations += 1 + self.boosts.len();
         if !self.boosts.is_empty() { trace!("BOOST {:?} nodes {:?}", self.boosts, rod.centre_line().iter().map(|(s, _)| (s * 1e7).round() / 1e7).collect::<Vec<_>>()); }
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
@@ -207,13 +216,14 @@ impl<'a> HeldSearch<'a> {
     pub(super) fn potential(&mut self, rod: &Rod, energy: f64) -> f64 {
         let joints = self.stretch_joints(rod);
         let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
-        let base = rod.base_position();
+        let (base, system_base) = (rod.base_position(), self.body.system().joints.free_base);
         let sites = self.sites.iter().map(|site| (site.force + site.spring_force()).dot(&(site.position - base)));
         let candidates = self.candidates.iter().map(|at| {
             let yielded = self.obstacles.yielded[at.obstacle];
             at.force.dot(&(at.position - base)) - 0.5 * at.force.dot(&yielded)
         });
-        energy + joints + springs + sites.chain(candidates).sum::<f64>()
+        let moved = system_base.map_or(0.0, |_| self.body.force().load_at_base().dot(&base));
+        energy + joints + springs + sites.chain(candidates).sum::<f64>() - moved
     }
 
     /// Adds changes of the reactions of holds and springs.
@@ -274,6 +284,10 @@ impl<'a> HeldSearch<'a> {
 
     /// The error of a search that did not converge, with the size of its last step (rad).
     pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
+        let force = self.body.force().at_base();
+        if self.body.system().joints.free_base.is_some() && force.norm() > LOOSE * self.force_scale() {
+            return EquilibriumError::NotHeld { force };
+        }
         EquilibriumError::NoConvergence {
             iterations: self.found.iterations,
             step,

@@ -25,6 +25,7 @@ impl HeldSearch<'_> {
             candidates: self.candidates.clone(),
             tangents: self.tangents.clone(),
             turns: system.turns.clone(),
+            base: system.base,
             condensed: system.elements.iter().map(|element| *element.condensed()).collect(),
             stations: if self.obstacles.contacts.is_empty() {
                 Vec::new()
@@ -49,6 +50,7 @@ impl HeldSearch<'_> {
         let system = self.body.system_mut();
         system.turns.clone_from(&start.turns);
         system.turns.iter_mut().for_each(|turn| *turn *= share);
+        system.base = start.base * share;
         for (element, condensed) in system.elements.iter_mut().zip(&start.condensed) {
             element.set_condensed(condensed.map(|group| group.map(|value| value * share)));
         }
@@ -169,11 +171,11 @@ impl HeldSearch<'_> {
         let mut share = largest_share(
             &self.obstacles,
             &start.candidates,
-            &rod.base_position(),
+            [&start.shape.position, &rod.base_position()],
             (&start.stations, &line.stations()),
         );
         // The place of a candidate before the step, at the present coordinate along the rod.
-        let before = Line::new(rod, &start.tangents);
+        let before = Line::at(&start.shape.position, rod, &start.tangents);
         for at in &self.candidates {
             let place = before.place((at.element, at.x)).position;
             let gap = self.obstacles.gap_at(at.obstacle, &place);

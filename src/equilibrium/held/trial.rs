@@ -32,6 +32,8 @@ pub(super) struct Start {
     pub candidates: Vec<Candidate>,
     pub turns: Vec<Vector3<f64>>,
     pub condensed: Vec<Row>,
+    /// The unbalanced force on a free base, N.
+    pub base: Vector3<f64>,
     pub stations: Vec<Place>,
     pub tangents: Vec<Vector3<f64>>,
 }
