@@ -26,6 +26,8 @@ impl ElasticJoint {
 pub(super) struct FreeBase {
     /// Length of the rod, m. Displacements relative to it count as rotations in the size of a step.
     pub length: f64,
+    /// Displacement of the base in a step that only contacts limit, m.
+    pub reach: f64,
     /// Stiffness of the spring, N/m.
     pub stiffness: f64,
     /// Least share of the spring, and of the increases of pivots, that remains in a step.

@@ -117,7 +117,9 @@ impl System {
             let last = e + 1 - first;
             self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
             if last > 0 {
-                self.tangent.add_diagonal(last - 1, &blocks.h00);
+                // The base, if it rotates, is at the end of one element only.
+                let share = if e == 0 { share } else { 0.0 };
+                self.tangent.add_diagonal(last - 1, &(blocks.h00 + Matrix3::from_diagonal_element(share)));
                 self.tangent.set_coupling(last, &blocks.h01);
             }
         }

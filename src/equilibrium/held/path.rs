@@ -34,6 +34,7 @@ impl HeldSearch<'_> {
         self.check_reach(rod)?;
         self.check_obstacles(rod)?;
         self.check_start(rod)?;
+        self.lay(rod);
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> =
             self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();

@@ -264,6 +264,30 @@ impl HeldSearch<'_> {
         self.locate(rod);
     }
 
+    /// Adds candidates where a rod with a free base lies on an obstacle before the search.
+    pub(super) fn lay(&mut self, rod: &mut Rod) {
+        if self.body.system().joints.free_base.is_none() || !self.candidates.is_empty() {
+            return;
+        }
+        let line = Line::new(rod, &self.tangents);
+        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: rod.base_position() };
+        let places: Vec<Place> = std::iter::once(base).chain(line.stations()).collect();
+        let mut patches: Vec<Patch> = Vec::new();
+        for obstacle in 0..self.obstacles.contacts.len() {
+            let touches = |at: &Place| self.obstacles.gap_at(obstacle, &at.position).value.abs() <= SAME * self.length;
+            for ends in places.windows(2).filter(|ends| ends.iter().all(touches)) {
+                let (from, to) = (ends[0].arc_length, ends[1].arc_length);
+                match patches.last_mut() {
+                    Some(last) if last.obstacle == obstacle && last.to == from => last.to = to,
+                    _ => patches.push(Patch { obstacle, surface: 0, from, to }),
+                }
+            }
+        }
+        if !patches.is_empty() {
+            self.arrange(rod, &patches, &[]);
+        }
+    }
+
     /// The candidates of a contact: a point, or the ends and all stations of a segment.
     fn stations_of(&self, rod: &Rod, patch: &Patch, stations: &[Place]) -> Vec<Candidate> {
         let margin = SAME * self.length;

@@ -183,20 +183,30 @@ impl<'a> HeldSearch<'a> {
     /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
     pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
         let (energy, mut inertia) = self.body.condense(rod, shift)?;
-        let scale = self.force_scale() / self.length;
         self.stretch_joints(rod);
+        self.spring_base(rod, &mut inertia);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
         system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
-        if let Some(base) = &mut system.joints.free_base {
-            // A displacement of the length has the force of the load, or a force that bends the rod.
-            base.stiffness = 2.0 * scale + 1.0 / (system.elements.iter().map(|e| e.compliance).sum::<f64>() * self.length.powi(2));
-            inertia.positive += 3;
-        }
         self.found.factorisations += 1 + self.boosts.len();
         if !self.boosts.is_empty() { trace!("BOOST {:?} nodes {:?}", self.boosts, rod.centre_line().iter().map(|(s, _)| (s * 1e7).round() / 1e7).collect::<Vec<_>>()); }
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+    }
+
+    /// Chooses the spring of a free base: the load displaces it by its reach, or bends the rod as much.
+    fn spring_base(&mut self, rod: &Rod, inertia: &mut Inertia) {
+        let (base, scale) = (rod.base_position(), self.force_scale());
+        let radii = (0..self.obstacles.contacts.len()).map(|obstacle| {
+            let gap = self.obstacles.gap_at(obstacle, &base);
+            0.5 * (Obstacles::radius(&gap) - gap.value)
+        });
+        let reach = radii.fold(self.length, f64::min).max(1e-3 * self.length);
+        let bending = 1.0 / (self.body.system().compliance() * self.length.powi(2));
+        if let Some(base) = &mut self.body.system_mut().joints.free_base {
+            (base.reach, base.stiffness) = (reach, bending + 2.0 * scale / reach);
+            inertia.positive += 3;
+        }
     }
 
     /// Evaluates the elastic joints at the frames of a rod. Returns their energy, J.
