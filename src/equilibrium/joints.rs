@@ -21,7 +21,8 @@ impl ElasticJoint {
     }
 }
 
-/// A base whose position is unknown. A spring, whose force is zero at the start of each step, makes the tangent regular.
+/// A base whose position is unknown. A spring, whose force is zero at the start of each step, makes the tangent
+/// regular.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FreeBase {
     /// Length of the rod, m. Displacements relative to it count as rotations in the size of a step.
@@ -32,6 +33,8 @@ pub(super) struct FreeBase {
     pub stiffness: f64,
     /// Least share of the spring, and of the increases of pivots, that remains in a step.
     pub least: f64,
+    /// Whether nothing of it remains, which requires that holds and springs close all motions.
+    pub exact: bool,
 }
 
 /// Joints of a rod at the ends of its elements.

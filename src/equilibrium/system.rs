@@ -31,7 +31,8 @@ pub(super) struct System {
     pub turns: Vec<Vector3<f64>>,
     /// Changes of the rotation vectors of every element in the current step.
     pub steps: Vec<Vector3<f64>>,
-    /// The unbalanced force on a free base, N, and after solving its displacement in the current step, m; zero otherwise.
+    /// The unbalanced force on a free base, N, and after solving its displacement in the current step, m; zero
+    /// otherwise.
     pub base: Vector3<f64>,
     /// Configuration at the start of the current step.
     pub start: Configuration,

@@ -246,14 +246,14 @@ pub(crate) fn closest_about(
 pub enum Joint {
     /// The base remains at its position and rotates freely. A scene whose base rotates later has no effect on it.
     Ball,
-    /// The base remains at its position and rotates freely about an axis, a unit vector along the directors. At angle zero it has the frame of the
-    /// scene, so that the axis follows a scene whose base rotates. For a rod without scene, it is the present frame of
-    /// the rod's base.
+    /// The base remains at its position and rotates freely about an axis, a unit vector along the directors. At angle
+    /// zero it has the frame of the scene, so that the axis follows a scene whose base rotates. For a rod without
+    /// scene, it is the present frame of the rod's base.
     Hinge(Unit<Vector3<f64>>),
     /// The base moves and rotates freely, like any other part of the rod: only holds, springs and contacts bear the
-    /// rod. Holds of positions and springs may act at the base then. The initial shape of the rod, and later that of
-    /// the last equilibrium, determines where the base is; a scene whose base moves or rotates later has no effect.
-    /// Motions that nothing resists and no force causes do not occur.
+    /// rod. Holds of positions and springs may act at the base. The base starts where the initial shape of the rod has
+    /// it; a scene whose base moves or rotates later has no effect. A motion that nothing resists and no force causes
+    /// does not occur. The energy of an equilibrium then includes the work of the load from the origin to the base.
     Free,
 }
 

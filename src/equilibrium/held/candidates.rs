@@ -115,7 +115,9 @@ impl HeldSearch<'_> {
         {
             let near = || own.iter().filter(|at| within(at, 0.0, next.arc_length));
             let level = base.gap + SETTINGS.rounding * self.length;
-            let known = |at: &&&Candidate| at.arc_length <= if at.slides { close } else { same } || at.slides && at.gap.value <= level;
+            let known = |at: &&&Candidate| {
+                at.arc_length <= if at.slides { close } else { same } || at.slides && at.gap.value <= level
+            };
             let beside = bound < 0.0 && near().any(|at| !at.point || at.status != Status::Open);
             if near().find(known).is_none() && (base.slope >= 0.0 || beside) {
                 new.push((Candidate::at(gaps.obstacle, (0, 0.0), !beside), 0.0));
@@ -135,7 +137,8 @@ impl HeldSearch<'_> {
                 } else {
                     // The rod lies on the obstacle here.
                     for end in ends.iter().filter(|end| free || end.arc_length > margin) {
-                        let place = if end.x == 0.0 && end.element > 0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
+                        let place =
+                            if end.x == 0.0 && end.element > 0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
                         let known = own.iter().any(|at| (at.arc_length - end.arc_length).abs() <= margin)
                             || new.iter().any(|(_, s): &(Candidate, f64)| (s - end.arc_length).abs() <= margin);
                         if !known {

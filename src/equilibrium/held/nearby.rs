@@ -25,7 +25,7 @@ impl<'a> HeldSearch<'a> {
     /// Reactions or rotations that are not determined to first order.
     pub fn linearised(mut self, rod: &Rod) -> Result<HeldTangent<'a>, EquilibriumError> {
         if let Some(base) = &mut self.body.system_mut().joints.free_base {
-            base.least = 0.0;
+            base.exact = true;
         }
         self.locate(rod);
         self.apply(rod);

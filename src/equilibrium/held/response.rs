@@ -3,6 +3,8 @@
 //! The coordinates of a place are the three components of its position and, if required, of its tangent. A reaction is
 //! the force (N) and the couple that are conjugate to them.
 
+mod base;
+
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::mechanics::Mechanics;
@@ -227,19 +229,6 @@ impl Response {
         self.compliance.fill_upper_triangle_with_lower_triangle();
     }
 
-    /// Adds the displacements of all places by that of a free base.
-    fn add_base(&mut self, system: &System) {
-        let Some(compliance) = self.base else { return };
-        let base = self.size() - 3;
-        let firsts: Vec<usize> = self.places.iter().map(|place| place.first).chain([base]).collect();
-        for (a, b) in firsts.iter().flat_map(|a| firsts.iter().map(move |b| (*a, *b))) {
-            let mut block = self.compliance.fixed_view_mut::<3, 3>(a, b);
-            block += Matrix3::from_diagonal_element(compliance);
-        }
-        let zero = vec![Vector3::zeros(); system.elements.len() + 1];
-        self.columns.extend((0..3).map(|_| [zero.clone(), zero.clone()]));
-    }
-
     /// Adds the couples on the frames by a force at a place, or by the couple that is conjugate to its tangent.
     fn add_couples(&self, turns: &mut [Vector3<f64>], place: usize, force: &Vector3<f64>, tangential: bool) {
         let at = &self.places[place];
@@ -335,13 +324,7 @@ impl Response {
                 rows += inner(tangent, place.element);
             }
         }
-        if let Some(compliance) = self.base {
-            let by = system.base * compliance;
-            for first in self.places.iter().map(|place| place.first).chain([self.size() - 3]) {
-                let mut rows = moved.fixed_rows_mut::<3>(first);
-                rows += by;
-            }
-        }
+        self.displace_base(system, &mut moved);
         moved
     }
 

@@ -30,7 +30,8 @@ impl HeldSearch<'_> {
             let Role::Hold(site, direction) = role else { return false };
             let missing = missing - direction.dot(&moves);
             self.sites[*site].node() > 0
-                && missing.abs() > SETTINGS.rounding * self.length && flexible(i) < STRAIGHT * largest
+                && missing.abs() > SETTINGS.rounding * self.length
+                && flexible(i) < STRAIGHT * largest
         };
         each.into_iter().any(rigid)
     }

@@ -20,6 +20,10 @@ use crate::support::{Energy, Patch, Reaction, Slip, Support};
 /// Unbalanced force on a free base at the end of a search, relative to the force in the rod, that nothing balances.
 const LOOSE: f64 = 1e-3;
 
+/// Least spring at a free base that remains in a step, relative to the force in the rod over its length. A softer one
+/// amplifies rounding, and with a stiffer one the search converges slowly where only friction closes a motion.
+const LEAST_SPRING: f64 = 1e-2;
+
 /// A search for an equilibrium of a rod with supports.
 pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) body: Box<dyn Mechanics + 'a>,
@@ -205,6 +209,7 @@ impl<'a> HeldSearch<'a> {
         let bending = 1.0 / (self.body.system().compliance() * self.length.powi(2));
         if let Some(base) = &mut self.body.system_mut().joints.free_base {
             (base.reach, base.stiffness) = (reach, bending + 2.0 * scale / reach);
+            base.least = if base.exact { 0.0 } else { LEAST_SPRING * scale / (base.length * base.stiffness) };
             inertia.positive += 3;
         }
     }

@@ -18,9 +18,6 @@ const AT_NODE: f64 = 1e-9;
 /// length.
 const AT_KEPT_NODE: f64 = 1e-5;
 
-/// Least share of the spring at a free base that remains in a step. Convergence is quadratic up to this factor.
-const LEAST_SPRING: f64 = 1e-2;
-
 /// A place at which a support acts.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Site {
@@ -144,7 +141,7 @@ pub(super) fn sort<'a>(
 ) -> Result<(Vec<Site>, Vec<HeldFrame>, Laws<'a>), EquilibriumError> {
     joints.clear();
     joints.base_rotates = support.base().is_some();
-    let free = FreeBase { length: rod.length(), reach: rod.length(), stiffness: 1.0, least: LEAST_SPRING };
+    let free = FreeBase { length: rod.length(), reach: rod.length(), stiffness: 1.0, least: 0.0, exact: false };
     joints.free_base = (support.base() == Some(Joint::Free)).then_some(free);
     let (mut sites, mut frames, mut laws) = (Vec::new(), Vec::<HeldFrame>::new(), Laws::default());
     if let Some(Joint::Hinge(axis)) = support.base() {
