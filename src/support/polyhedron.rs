@@ -91,7 +91,8 @@ impl ConvexPolyhedron {
         Ok(Self { half_spaces, planes, edges, same: SAME * size })
     }
 
-    /// The half spaces.
+    /// The half spaces, in the order in which they were given.
+    #[must_use]
     pub fn half_spaces(&self) -> &[HalfSpace] {
         &self.half_spaces
     }

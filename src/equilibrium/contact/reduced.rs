@@ -80,7 +80,8 @@ pub(super) struct Reduced<'a> {
     pub compliance: &'a DMatrix<f64>,
     /// The coordinates for the forces zero.
     pub free: DVector<f64>,
-    /// Magnitude of the force in the rod, N. Residuals are relative to it or to the largest contact force.
+    /// Magnitude of the force in the rod, N. The iteration ends at a residual that is relative to it or to the largest
+    /// contact force: a small force has the rounding of that in the rod.
     pub scale: f64,
 }
 
