@@ -48,8 +48,8 @@ pub trait Obstacle {
         Vector3::zeros()
     }
 
-    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with such
-    /// an obstacle needs a positive radius. An obstacle that wraps another one forwards this.
+    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with
+    /// such an obstacle needs a positive radius. An obstacle that wraps another one forwards this.
     fn has_edges(&self) -> bool {
         false
     }

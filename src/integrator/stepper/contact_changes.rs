@@ -40,8 +40,8 @@ impl Stepper {
         }
         self.undo(shoot, start, before);
         // Largest error of the time of the change. The resulting error is as small as that of the first step after it,
-        // whose stimuli are interpolated linearly: of third order in a step 64 times shorter. With friction a step is of
-        // first order. Times that differ by rounding are not divided.
+        // whose stimuli are interpolated linearly: of third order in a step 64 times shorter. With friction a step is
+        // of first order. Times that differ by rounding are not divided.
         let order = if self.before.is_some() { 1 } else { 3 };
         let shortest = (FIRST_STEP.powi(order) * options.step).max(16.0 * f64::EPSILON * end.time.abs());
         // `last` is the state at the end of the last part. `known` states that the contacts at the later time `high`
