@@ -71,7 +71,11 @@ impl HeldSearch<'_> {
             }
             // The comparison fails for NaN.
             if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
-                return Ok(if follows && self.is_unstable(&linear, pivots) { Attempt::Lost } else { Attempt::Rejected });
+                return Ok(if follows && self.is_unstable(&linear, pivots) {
+                    Attempt::Lost
+                } else {
+                    Attempt::Rejected
+                });
             }
             if shift > 0.0 && self.is_at_saddle(turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
@@ -131,6 +135,7 @@ impl HeldSearch<'_> {
     ) -> Option<Attempt> {
         let tests = !self.is_loaded() || course.guarded;
         let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
+        trace!("  TT shift {shift:.2e} tests {tests} pivots neg {} inertia neg {} neutral {} margin {:.1e} scale {:.1e} largest force {:.1e} energy scale {:.1e}", pivots.negative, inertia.negative, inertia.neutral, inertia.margin, self.force_scale(), self.body.force().largest(), self.energy_scale);
         if shift == 0.0 && tests {
             self.found.inertia = inertia;
         }
@@ -180,7 +185,16 @@ impl HeldSearch<'_> {
                 }
             }
             let share = trial.linear.share;
-            trace!("  FIT {attempt} share {share:.1e} factor {factor:.1e} solved {} turn {:.1e} deepest {:.1e} {}", trial.solved, trial.turn, self.deepest(), self.candidates.iter().map(|c| format!("[{:.6} {:?} n={:.1e} g={:.0e}]", c.arc_length, c.status, c.normal(), c.gap.value)).collect::<String>());
+            trace!(
+                "  FIT {attempt} share {share:.1e} factor {factor:.1e} solved {} turn {:.1e} deepest {:.1e} {}",
+                trial.solved,
+                trial.turn,
+                self.deepest(),
+                self.candidates
+                    .iter()
+                    .map(|c| format!("[{:.6} {:?} n={:.1e} g={:.0e}]", c.arc_length, c.status, c.normal(), c.gap.value))
+                    .collect::<String>()
+            );
             if factor >= 1.0 {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
                     return Fit::Fits;

@@ -33,11 +33,11 @@ impl Before {
         Self { rod: rod.clone(), tangents, starts, time, yielded }
     }
 
-    /// The place (m) that material would have if it had moved with an obstacle since then, the gap there (m), and the
-    /// tangent of the rod. The material is given by its distance from the apex at t = 0 (m).
-    pub fn place(&self, material: f64, obstacles: &Obstacles, obstacle: usize) -> (Vector3<f64>, f64, Vector3<f64>) {
+    /// The place (m) that material would have if it had moved with an obstacle since then, and the tangent of the rod.
+    /// The material is given by its distance from the apex at t = 0 (m).
+    fn place(&self, material: f64, obstacles: &Obstacles, obstacle: usize) -> (Vector3<f64>, Vector3<f64>) {
         let Some((e, x)) = self.rod.locate_initial(material) else {
-            return (Vector3::repeat(f64::NAN), f64::NAN, Vector3::zeros());
+            return (Vector3::repeat(f64::NAN), Vector3::zeros());
         };
         let p = self.rod.order().points();
         let parts = super::response::upto_parts(&self.rod, e, x);
@@ -45,19 +45,12 @@ impl Before {
         let position = tangents.iter().zip(parts).fold(self.starts[e].1, |sum, (tangent, part)| sum + tangent * part);
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
         let moved = position + velocity * self.time - self.yielded[obstacle];
-        (moved, obstacles.gap(obstacle, &moved).value, self.rod.frame_within(e, x) * Vector3::z())
+        (moved, self.rod.frame_within(e, x) * Vector3::z())
     }
 
-    /// The place without slip (m) of material on the surface of an obstacle, and its derivative along the rod, for a
-    /// displacement `before` the contact (m).
-    pub fn anchor(
-        &self,
-        material: f64,
-        (obstacles, obstacle): (&Obstacles, usize),
-        before: &Vector3<f64>,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let (place, _, tangent) = self.place(material, obstacles, obstacle);
-        let place = place + before;
+    /// The place without slip (m) of material on the surface of an obstacle, and its derivative along the rod.
+    pub fn anchor(&self, material: f64, (obstacles, obstacle): (&Obstacles, usize)) -> (Vector3<f64>, Vector3<f64>) {
+        let (place, tangent) = self.place(material, obstacles, obstacle);
         // The projection to the surface removes displacements along the normal.
         let gap = obstacles.gap(obstacle, &place);
         (place - gap.normal * gap.value, tangent - gap.normal * gap.normal.dot(&tangent))

@@ -31,8 +31,6 @@ pub(super) struct Candidate {
     /// Tangent of the centre line, and its derivative along the rod, 1/m.
     pub tangent: Vector3<f64>,
     pub bend: Vector3<f64>,
-    /// Displacement in the increment before the contact began, m. It is no slip.
-    pub before: Vector3<f64>,
     /// The place without slip, m, and its derivative along the rod.
     pub anchor: (Vector3<f64>, Vector3<f64>),
 }
@@ -57,7 +55,6 @@ impl Candidate {
             gap,
             tangent: zero,
             bend: zero,
-            before: zero,
             anchor: (zero, zero),
         }
     }

@@ -5,7 +5,6 @@ use nalgebra::Vector3;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::obstacles::{Gaps, Line, Place, Sample};
-use super::reduced::Surfaces;
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::rod::Rod;
@@ -36,7 +35,7 @@ impl HeldSearch<'_> {
             at.slides = at.point && at.approach().1 > SETTINGS.flat / self.length;
             if self.obstacles.contacts[at.obstacle].friction > 0.0 {
                 let material = rod.initial_apex_distance(at.element, at.x);
-                at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle), &at.before);
+                at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle));
             }
         }
     }
@@ -68,28 +67,10 @@ impl HeldSearch<'_> {
             match self.candidates.iter_mut().find(close) {
                 // Elements do not resolve two minima that are so close.
                 Some(own) => (own.element, own.x, own.arc_length) = (at.element, at.x, s),
-                None => {
-                    let before = self.displacement_before(rod, &at);
-                    self.candidates.push(Candidate { arc_length: s, before, ..at });
-                }
+                None => self.candidates.push(Candidate { arc_length: s, ..at }),
             }
         }
         changed
-    }
-
-    /// The displacement in the increment up to the contact of a new candidate that penetrates, m: the share of its
-    /// motion in which the gap closes.
-    fn displacement_before(&self, rod: &Rod, at: &Candidate) -> Vector3<f64> {
-        if self.obstacles.contacts[at.obstacle].friction == 0.0 {
-            return Vector3::zeros();
-        }
-        let place = Line::new(rod, &self.tangents).place((at.element, at.x)).position;
-        let place = place - self.obstacles.yielded[at.obstacle];
-        let material = rod.initial_apex_distance(at.element, at.x);
-        let (from, before, _) = self.before.place(material, &self.obstacles, at.obstacle);
-        let after = self.obstacles.gap(at.obstacle, &place).value;
-        let share = if before > 0.0 { before / (before - after.min(0.0)) } else { 0.0 };
-        (place - from) * share
     }
 
     /// New candidates for one obstacle.

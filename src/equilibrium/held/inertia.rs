@@ -6,6 +6,7 @@ use super::candidate::Candidate;
 use super::law::Status;
 use super::linear::{Linear, NEUTRAL, Rows, along};
 use super::search::HeldSearch;
+use super::settings::SETTINGS;
 use super::sites::across;
 use crate::equilibrium::Inertia;
 
@@ -62,8 +63,16 @@ impl HeldSearch<'_> {
         for (i, at) in order {
             let (first, normal) = (linear.response.first(self.sites.len() + i), at.gap.normal);
             let mut conditions: Vec<Vec<(usize, f64)>> = vec![along(first, &normal).collect()];
-            if at.status == Status::Sticking {
+            let slip = at.slip(&self.obstacles.yielded[at.obstacle]);
+            let rubs = self.obstacles.contacts[at.obstacle].friction > 0.0;
+            let rests = at.status == Status::Sticking || rubs && slip.norm() <= SETTINGS.rounding * self.length;
+            if rests {
                 conditions.extend(across(&normal).map(|side| along(first, &side).collect::<Vec<_>>()));
+            } else if rubs {
+                // Friction turns with the slip: a stiffness μλ/|slip| across it.
+                let friction = self.obstacles.contacts[at.obstacle].friction * at.normal();
+                let side = normal.cross(&slip).normalize() * (friction / slip.norm()).sqrt();
+                rows.push(along(first, &side), -1.0);
             }
             // Conditions at neighbouring stations are nearly equal. Their divided differences up to the second are
             // the basis in which the matrix is well scaled.

@@ -4,7 +4,6 @@
 //! of
 //! the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
 
-use nalgebra::Vector3;
 
 use super::before::Before;
 use super::candidate::Candidate;
@@ -25,49 +24,97 @@ const BALANCED: f64 = 1e-13;
 const CLOSE: f64 = 1e-3;
 
 impl HeldSearch<'_> {
-    /// Newton's iteration for the present targets.
+    /// Finds an equilibrium for the present targets. Newton's iteration runs on fixed nodes; then nodes move to the
+    /// contacts, until they are there. If it fails on moved nodes, the shape on those before is the result.
     pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
-        let (last, shift, saddles, bowed, placements) = (f64::INFINITY, 0.0, 0, false, 0);
-        let mut course = Course { guarded, last, shift, saddles, bowed, placements };
+        let (last, shift, saddles, bowed, moves) = (f64::INFINITY, 0.0, 0, false, true);
+        let mut course = Course { guarded, last, shift, saddles, bowed, moves };
         self.apply(rod);
         self.locate(rod);
-        let (mut stalls, mut shortened) = (0, false);
-        for _ in 0..SETTINGS.iterations[usize::from(guarded)] {
+        let (mut answer, mut placements) = (None, 0);
+        while placements < SETTINGS.placements.0 {
+            match self.iterate(rod, &mut course) {
+                Err(error) if answer.is_some() && error.is_recoverable() => break,
+                result => result?,
+            }
+            let before = self.snapshot(rod);
+            let moved = self.place(rod) > SETTINGS.placed * self.length;
+            if !moved && !course.moves {
+                return Ok(());
+            }
+            course.moves = moved;
+            if moved {
+                placements += 1;
+                answer = Some(before);
+            }
+        }
+        if let Some(answer) = answer {
+            self.restore(rod, &answer);
+        }
+        course.moves = false;
+        self.iterate(rod, &mut course)
+    }
+
+    /// Newton's iteration on fixed nodes, up to an equilibrium or, if nodes move afterwards, close to one.
+    fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
+        let mut stalls = 0;
+        for _ in 0..SETTINGS.iterations[usize::from(course.guarded)] {
             if self.found.iterations >= self.bound {
                 break;
             }
             self.found.iterations += 1;
-            let moves = course.placements < SETTINGS.placements.0;
-            let misplaced = self.place(rod, moves, course.last) > SETTINGS.placed * self.length;
-            // Far from equilibrium the contacts move with every step.
-            let late = course.last < SETTINGS.placing_turn || shortened && course.last < 10.0 * SETTINGS.placing_turn;
-            course.placements += usize::from(misplaced && late);
             self.drop_candidates();
             if self.add_candidates(rod, -SETTINGS.rounding * self.length) {
                 self.locate(rod);
             }
             self.apply(rod);
-            let Some(step) = self.step(rod, &mut course)? else {
+            let Some(step) = self.step(rod, course)? else {
                 course.last = f64::INFINITY;
                 continue;
             };
             trace!(
-                "IT {} g={} turn {:.1e} frac {:.1e} shift {:.1e} chg {} mis {} viol {:.1e} unb {:.1e} nodes {} {}",
-                self.found.iterations, u8::from(course.guarded), step.turn, step.fraction, step.shift,
-                u8::from(step.changed), u8::from(misplaced), self.largest_violation(), self.body.system().unbalanced,
+                "IT {} g={} turn {:.1e} frac {:.1e} shift {:.1e} chg {} mov {} viol {:.1e} unb {:.1e} nodes {} {}",
+                self.found.iterations,
+                u8::from(course.guarded),
+                step.turn,
+                step.fraction,
+                step.shift,
+                u8::from(step.changed),
+                u8::from(course.moves),
+                self.largest_violation(),
+                self.body.system().unbalanced,
                 rod.elements(),
-                self.candidates.iter().map(|c| format!(
-                    "[{} {:.6} {}{} {:.1e} g{:.0e} a{:.0e}/{:.0e}]", c.obstacle, c.arc_length,
-                    match c.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' },
-                    if c.slides { "^" } else if c.point { "p" } else { "." }, c.normal(), c.gap.value, c.approach().0, c.approach().1))
+                self.candidates
+                    .iter()
+                    .map(|c| format!(
+                        "[{} {:.6} {}{} {:.1e} g{:.0e} a{:.0e}/{:.0e}]",
+                        c.obstacle,
+                        c.arc_length,
+                        match c.status {
+                            Status::Open => 'o',
+                            Status::Sticking => 's',
+                            Status::Sliding => 'S',
+                        },
+                        if c.slides {
+                            "^"
+                        } else if c.point {
+                            "p"
+                        } else {
+                            "."
+                        },
+                        c.normal(),
+                        c.gap.value,
+                        c.approach().0,
+                        c.approach().1
+                    ))
                     .collect::<String>()
             );
-            let done = step.fraction == 1.0
-                && step.shift == 0.0
-                && step.turn < SETTINGS.small_turn
-                && !(misplaced && moves)
-                && self.has_converged(rod, &step, course.last)?;
-            if done {
+            let whole = step.fraction == 1.0 && step.shift == 0.0;
+            if whole && course.moves && step.turn < SETTINGS.placing_turn {
+                course.last = step.turn;
+                return Ok(());
+            }
+            if whole && step.turn < SETTINGS.small_turn && self.has_converged(rod, &step, course.last)? {
                 if self.stable && self.found.inertia.negative > 0 {
                     course.guarded = true;
                 } else {
@@ -79,12 +126,10 @@ impl HeldSearch<'_> {
             if !course.guarded && stalls >= 3 {
                 break;
             }
-            shortened = step.fraction < 1.0;
             course.last = step.turn;
             if course.guarded && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent friction dissipates energy in every step: slip counts from the last one.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
-                self.candidates.iter_mut().for_each(|at| at.before = Vector3::zeros());
             }
         }
         Err(self.not_found(course.last))

@@ -20,20 +20,20 @@ use crate::support::Patch;
 const AT_NODE: f64 = 1e-4;
 /// Distance over which the derivative of the curvature is estimated, relative to an element.
 const DIFFERENCE: f64 = 1e-3;
-/// Largest gap inside a contact segment while the search is far from equilibrium, relative to an element. Stations that
-/// the elements do not resolve yet alternate with small gaps.
+/// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
+/// contact alternate with small gaps.
 const TOUCHING: f64 = 1e-4;
 /// Ratio of the distances from a contact of the nodes that resolve the layer beside it.
 const GRADING: f64 = 3.0;
 
 impl HeldSearch<'_> {
-    /// Moves nodes to the contacts of the present shape, if `moves`. Returns the largest distance of a contact from its
-    /// node, m.
-    pub(super) fn place(&mut self, rod: &mut Rod, moves: bool, last: f64) -> f64 {
+    /// Moves nodes to the contacts of the present shape. Returns the largest distance of a contact from its node, m;
+    /// nodes stay if it is negligible.
+    pub(super) fn place(&mut self, rod: &mut Rod) -> f64 {
         if self.obstacles.contacts.is_empty() {
             return 0.0;
         }
-        let touching = (TOUCHING * self.length / self.parent.elements() as f64).min(last * self.length);
+        let touching = TOUCHING * self.length / self.parent.elements() as f64;
         let mut patches = self.patches(rod, touching);
         let misplaced = self.move_ends(rod, &mut patches);
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
@@ -48,8 +48,11 @@ impl HeldSearch<'_> {
         let opened = self.candidates.iter().filter(|at| at.touched && at.slides && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
-        let many = rod.elements() > self.parent.elements() + self.cuts(&patches).len();
-        if moves && (largest > SETTINGS.placed * self.length || many) {
+        trace!(
+            "PLACE misplaced {misplaced:.1e} apart {apart:.1e} {:?}",
+            patches.iter().map(|p| (p.obstacle, p.from, p.to)).collect::<Vec<_>>()
+        );
+        if largest > SETTINGS.placed * self.length {
             let old = self.candidates.clone();
             self.arrange(rod, &patches, &old);
         }
@@ -254,7 +257,7 @@ impl HeldSearch<'_> {
             let mut candidates = self.stations_of(rod, patch, &stations);
             for at in &mut candidates {
                 if let Some(nearest) = nearest(old, at.obstacle, at.arc_length) {
-                    (at.force, at.status, at.before) = (nearest.force, nearest.status, nearest.before);
+                    (at.force, at.status) = (nearest.force, nearest.status);
                     at.touched = nearest.touched;
                 }
             }

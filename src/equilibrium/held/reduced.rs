@@ -10,7 +10,7 @@ use super::law::{Gap, Law, Status};
 
 /// Number of Newton iterations, and of halvings in each.
 const ITERATIONS: usize = 40;
-const HALVINGS: usize = 8;
+const HALVINGS: usize = 4;
 /// Number of steps in which an open contact moves to its place of least gap.
 const FOLLOWINGS: usize = 4;
 /// Residual of the laws at which the iteration ends, relative to the largest force.
@@ -24,6 +24,9 @@ const USEFUL: f64 = 1e-7;
 const PROXIMAL: f64 = 1e-10;
 
 const DAMPING: f64 = 0.01;
+/// Factor by which the proximal compliance increases after a step that fails, and its largest value.
+const RAISE: f64 = 30.0;
+const LARGEST_PROXIMAL: f64 = 0.1;
 
 /// Obstacles.
 pub(super) trait Surfaces {
@@ -166,9 +169,17 @@ impl Reduced<'_> {
         if std::env::var("MEIG").is_ok() && contacts.iter().any(|c| c.status != Status::Open) {
             let l: Vec<usize> = (0..contacts.len()).filter(|i| contacts[*i].status != Status::Open).collect();
             let n = 3 * l.len();
-            let w = DMatrix::from_fn(n, n, |i, j| self.compliance[(contacts[l[i / 3]].first + i % 3, contacts[l[j / 3]].first + j % 3)]);
+            let w = DMatrix::from_fn(n, n, |i, j| {
+                self.compliance[(contacts[l[i / 3]].first + i % 3, contacts[l[j / 3]].first + j % 3)]
+            });
             let e = w.symmetric_eigenvalues();
-            println!("      eig min {:.2e} max {:.2e} neg {} k {:?}", e.min(), e.max(), e.iter().filter(|v| **v < -1e-12 * e.max()).count(), contacts.iter().map(|c| format!("{:.1e}", c.k)).collect::<Vec<_>>());
+            println!(
+                "      eig min {:.2e} max {:.2e} neg {} k {:?}",
+                e.min(),
+                e.max(),
+                e.iter().filter(|v| **v < -1e-12 * e.max()).count(),
+                contacts.iter().map(|c| format!("{:.1e}", c.k)).collect::<Vec<_>>()
+            );
         }
         let start = contacts.clone();
         if self.newton(contacts) {
@@ -209,7 +220,25 @@ impl Reduced<'_> {
             trace!("RED sweep");
             return true;
         }
-        trace!("RED fail n={} {}", contacts.len(), contacts.iter().zip(&self.evaluate_all(contacts)).map(|(c, a)| format!("[{} {:?} n={:.1e} gap {:.1e} res {:.1e} shift {:.1e} range {:?} mu {}]", c.obstacle, a.law.status, a.gap.normal.dot(&c.force), a.gap.value, a.law.residual.norm(), c.shift, c.range.map(|r| [(r[0]*1e6).round()/1e6, (r[1]*1e6).round()/1e6]), c.friction)).collect::<String>());
+        trace!(
+            "RED fail n={} {}",
+            contacts.len(),
+            contacts
+                .iter()
+                .zip(&self.evaluate_all(contacts))
+                .map(|(c, a)| format!(
+                    "[{} {:?} n={:.1e} gap {:.1e} res {:.1e} shift {:.1e} range {:?} mu {}]",
+                    c.obstacle,
+                    a.law.status,
+                    a.gap.normal.dot(&c.force),
+                    a.gap.value,
+                    a.law.residual.norm(),
+                    c.shift,
+                    c.range.map(|r| [(r[0] * 1e6).round() / 1e6, (r[1] * 1e6).round() / 1e6]),
+                    c.friction
+                ))
+                .collect::<String>()
+        );
         let [one, other] = [&first, &*contacts].map(|at| Self::merit(at, &self.evaluate_all(at)));
         // An inexact solution is of use, since the search for the shape decides about the step. The comparison fails
         // for NaN.
@@ -241,20 +270,22 @@ impl Reduced<'_> {
         all
     }
 
+    /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases.
     fn newton(&self, contacts: &mut Vec<Contact>) -> bool {
         let mut all = self.follow(contacts);
         let mut merit = Self::merit(contacts, &all);
-        let mut stalls = 0;
+        let (mut extra, mut stalls) = (0.0_f64, 0);
         for _ in 0..ITERATIONS {
             let largest = contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
-            if merit.sqrt() <= SOLVED * largest {
+            let size = merit.sqrt();
+            if size <= SOLVED * largest {
                 return self.finish(contacts, &all);
             }
-            let size = merit.sqrt();
-            let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL);
+            let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL).max(extra);
             let Some(steps) = self.step(contacts, &all, proximal) else { return false };
             let mut fraction = 1.0;
             let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
+            let mut falls = false;
             for _ in 0..HALVINGS {
                 let mut trial = contacts.clone();
                 for (contact, (force, shift)) in trial.iter_mut().zip(&steps) {
@@ -265,7 +296,7 @@ impl Reduced<'_> {
                 }
                 let at = self.evaluate_all(&trial);
                 let value = Self::merit(&trial, &at);
-                let falls = value < merit * (1.0 - 1e-3 * fraction);
+                falls = value < merit * (1.0 - 1e-3 * fraction);
                 if best.as_ref().is_none_or(|(least, ..)| value < *least) {
                     best = Some((value, trial, at));
                 }
@@ -275,18 +306,22 @@ impl Reduced<'_> {
                 fraction *= 0.5;
             }
             let Some((value, trial, at)) = best else { return false };
-            if std::env::var("MNEWT").is_ok() { } trace!("      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} largest {largest:.2e} states {}", merit.sqrt(), value.sqrt(), at.iter().zip(&trial).map(|(a, c)| format!("{}{}", match a.law.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' }, if c.range.is_some() {"^"} else {""})).collect::<String>());
-            let largest = trial.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
+            trace!("      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} prox {proximal:.1e} largest {largest:.2e} states {}", merit.sqrt(), value.sqrt(), at.iter().zip(&trial).map(|(a, c)| format!("{}{}", match a.law.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' }, if c.range.is_some() {"^"} else {""})).collect::<String>());
             if value.sqrt() <= STALLED * largest && value >= 0.25 * merit {
                 (*contacts, all) = (trial, at);
                 return self.finish(contacts, &all);
             }
-            if !(value < merit) {
+            if !falls {
+                if proximal < LARGEST_PROXIMAL {
+                    extra = RAISE * proximal;
+                    continue;
+                }
                 stalls += 1;
                 if stalls > 2 {
                     return false;
                 }
             }
+            extra /= RAISE;
             *contacts = trial;
             let open = at.iter().any(|at| at.law.status == Status::Open && at.slide.is_some());
             (all, merit) = if open {

@@ -62,6 +62,7 @@ pub(super) struct Snapshot {
     frames: Vec<HeldFrame>,
     joints: Joints,
     candidates: Vec<Candidate>,
+    energy_scale: f64,
 }
 
 /// The result of a search.
@@ -161,6 +162,7 @@ impl<'a> HeldSearch<'a> {
             frames: self.frames.clone(),
             joints: self.body.system().joints.clone(),
             candidates: self.candidates.clone(),
+            energy_scale: self.energy_scale,
         }
     }
 
@@ -170,6 +172,7 @@ impl<'a> HeldSearch<'a> {
         self.frames.clone_from(&snapshot.frames);
         self.body.system_mut().joints.clone_from(&snapshot.joints);
         self.candidates.clone_from(&snapshot.candidates);
+        self.energy_scale = snapshot.energy_scale;
         self.body.renew_load(rod);
         self.locate(rod);
     }
@@ -191,7 +194,13 @@ impl<'a> HeldSearch<'a> {
         system.joints.apply(&mut system.tangent);
         system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
-        if !self.boosts.is_empty() { trace!("BOOST {:?} nodes {:?}", self.boosts, rod.centre_line().iter().map(|(s, _)| (s * 1e7).round() / 1e7).collect::<Vec<_>>()); }
+        if !self.boosts.is_empty() {
+            trace!(
+                "BOOST {:?} nodes {:?}",
+                self.boosts,
+                rod.centre_line().iter().map(|(s, _)| (s * 1e7).round() / 1e7).collect::<Vec<_>>()
+            );
+        }
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
     }

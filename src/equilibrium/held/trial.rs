@@ -22,7 +22,8 @@ pub(super) struct Course {
     pub saddles: usize,
     /// Whether a straight rod was bent.
     pub bowed: bool,
-    pub placements: usize,
+    /// Whether nodes move to the contacts after the iteration.
+    pub moves: bool,
 }
 
 /// The start of a step.
