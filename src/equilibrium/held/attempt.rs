@@ -135,7 +135,16 @@ impl HeldSearch<'_> {
     ) -> Option<Attempt> {
         let tests = !self.is_loaded() || course.guarded;
         let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
-        trace!("  TT shift {shift:.2e} tests {tests} pivots neg {} inertia neg {} neutral {} margin {:.1e} scale {:.1e} largest force {:.1e} energy scale {:.1e}", pivots.negative, inertia.negative, inertia.neutral, inertia.margin, self.force_scale(), self.body.force().largest(), self.energy_scale);
+        trace!(
+            "  TT shift {shift:.2e} tests {tests} pivots neg {} inertia neg {} neutral {} margin {:.1e} scale {:.1e} largest force {:.1e} energy scale {:.1e}",
+            pivots.negative,
+            inertia.negative,
+            inertia.neutral,
+            inertia.margin,
+            self.force_scale(),
+            self.body.force().largest(),
+            self.energy_scale
+        );
         if shift == 0.0 && tests {
             self.found.inertia = inertia;
         }

@@ -93,7 +93,9 @@ impl HeldSearch<'_> {
             // A contact point that slides belongs to the minimum beside it, and the end of a contact segment is moved
             // to its place later.
             let covered = own.iter().any(|at| {
-                within(at, from.arc_length, to.arc_length) && (at.slides || !at.point && at.status != Status::Open)
+                let reach = if at.slides { 0.0 } else { close };
+                let beside = within(at, from.arc_length - reach, to.arc_length + reach);
+                beside && (at.slides || !at.point && at.status != Status::Open)
             });
             let flat = to.slope - from.slope < SETTINGS.flat / self.length * (to.arc_length - from.arc_length);
             if !covered && let Some(least) = gaps.least(from, to, bound) {

@@ -19,7 +19,6 @@ mod inertia;
 mod law;
 mod linear;
 mod linearise;
-mod local;
 mod mechanics;
 mod merit;
 mod motion;
@@ -37,7 +36,6 @@ mod settings;
 mod sites;
 mod spread;
 mod step;
-mod sweeps;
 mod trial;
 
 pub(super) use mechanics::body_of;

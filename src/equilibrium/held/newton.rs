@@ -4,7 +4,6 @@
 //! of
 //! the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
 
-
 use super::before::Before;
 use super::candidate::Candidate;
 use super::law::Status;
@@ -38,7 +37,7 @@ impl HeldSearch<'_> {
                 result => result?,
             }
             let before = self.snapshot(rod);
-            let moved = self.place(rod) > SETTINGS.placed * self.length;
+            let moved = self.place(rod);
             if !moved && !course.moves {
                 return Ok(());
             }

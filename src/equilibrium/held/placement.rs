@@ -27,11 +27,11 @@ const TOUCHING: f64 = 1e-4;
 const GRADING: f64 = 3.0;
 
 impl HeldSearch<'_> {
-    /// Moves nodes to the contacts of the present shape. Returns the largest distance of a contact from its node, m;
-    /// nodes stay if it is negligible.
-    pub(super) fn place(&mut self, rod: &mut Rod) -> f64 {
+    /// Moves nodes to the contacts of the present shape, and stations to the elements of contact segments. Returns
+    /// whether any had to move.
+    pub(super) fn place(&mut self, rod: &mut Rod) -> bool {
         if self.obstacles.contacts.is_empty() {
-            return 0.0;
+            return false;
         }
         let touching = TOUCHING * self.length / self.parent.elements() as f64;
         let mut patches = self.patches(rod, touching);
@@ -52,11 +52,17 @@ impl HeldSearch<'_> {
             "PLACE misplaced {misplaced:.1e} apart {apart:.1e} {:?}",
             patches.iter().map(|p| (p.obstacle, p.from, p.to)).collect::<Vec<_>>()
         );
-        if largest > SETTINGS.placed * self.length {
+        // A point inside a contact segment is no station of it.
+        let inside = |at: &Candidate| {
+            let within = |patch: &Patch| patch.from < at.arc_length && at.arc_length < patch.to;
+            at.point && patches.iter().any(|patch| patch.obstacle == at.obstacle && within(patch))
+        };
+        let moves = largest > SETTINGS.placed * self.length || self.candidates.iter().any(inside);
+        if moves {
             let old = self.candidates.clone();
             self.arrange(rod, &patches, &old);
         }
-        largest
+        moves
     }
 
     /// The contacts, in order of obstacle and arc length. Neighbouring stations in contact are one segment; the gap

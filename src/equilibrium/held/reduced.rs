@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::law::{Gap, Law, Status};
+use super::law::{Gap, Law, Smoothing, Status};
 
 /// Number of Newton iterations, and of halvings in each.
 const ITERATIONS: usize = 40;
@@ -27,6 +27,11 @@ const DAMPING: f64 = 0.01;
 /// Factor by which the proximal compliance increases after a step that fails, and its largest value.
 const RAISE: f64 = 30.0;
 const LARGEST_PROXIMAL: f64 = 0.1;
+/// Smoothing at the start and at the end of the central path, relative to the largest force; residual, relative to the
+/// smoothing, at which it decreases, and its ratio then.
+const PATH: (f64, f64, f64, f64) = (0.1, 1e-9, 0.5, 0.2);
+/// Largest number of steps along the path.
+const PATH_STEPS: usize = 80;
 
 /// Obstacles.
 pub(super) trait Surfaces {
@@ -115,12 +120,12 @@ impl Reduced<'_> {
         (place + tangent * shift + contact.bend * (0.5 * shift * shift), tangent + contact.bend * shift)
     }
 
-    pub fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>) -> Evaluated {
+    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>, smoothing: Smoothing) -> Evaluated {
         let (place, tangent) = Self::place(contact, coordinates);
         let mut gap = self.surfaces.gap(contact.obstacle, &place);
         gap.value -= contact.clearance;
         let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.shift;
-        let law = Law::new(&gap, &contact.force, &displacement, contact.friction, contact.k);
+        let law = Law::new(&gap, &contact.force, &displacement, (contact.friction, contact.k), smoothing);
         let slide = contact.range.map(|[from, to]| {
             // The slope over its derivative at the start is the displacement to the place of least gap.
             let slope = gap.normal.dot(&tangent);
@@ -149,9 +154,9 @@ impl Reduced<'_> {
         each.sum()
     }
 
-    fn evaluate_all(&self, contacts: &[Contact]) -> Vec<Evaluated> {
+    fn evaluate_all(&self, contacts: &[Contact], smoothing: Smoothing) -> Vec<Evaluated> {
         let coordinates = self.coordinates(contacts);
-        contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
+        contacts.iter().map(|contact| self.evaluate(contact, &coordinates, smoothing)).collect()
     }
 
     /// Sets the scales of the laws.
@@ -166,40 +171,32 @@ impl Reduced<'_> {
     /// the laws are satisfied.
     pub fn solve(&self, contacts: &mut Vec<Contact>) -> bool {
         self.scale(contacts);
-        if std::env::var("MEIG").is_ok() && contacts.iter().any(|c| c.status != Status::Open) {
-            let l: Vec<usize> = (0..contacts.len()).filter(|i| contacts[*i].status != Status::Open).collect();
-            let n = 3 * l.len();
-            let w = DMatrix::from_fn(n, n, |i, j| {
-                self.compliance[(contacts[l[i / 3]].first + i % 3, contacts[l[j / 3]].first + j % 3)]
-            });
-            let e = w.symmetric_eigenvalues();
-            println!(
-                "      eig min {:.2e} max {:.2e} neg {} k {:?}",
-                e.min(),
-                e.max(),
-                e.iter().filter(|v| **v < -1e-12 * e.max()).count(),
-                contacts.iter().map(|c| format!("{:.1e}", c.k)).collect::<Vec<_>>()
-            );
-        }
         let start = contacts.clone();
         if self.newton(contacts) {
             trace!("RED newton");
             return true;
         }
-        let mut first = contacts.clone();
+        contacts.clone_from(&start);
+        let mut best = contacts.clone();
         // Nearly flat contacts respond strongly to their displacement along the rod. Forces and displacements are then
         // solved for in turn.
-        contacts.clone_from(&start);
         for _ in 0..FOLLOWINGS {
+            let ranges: Vec<_> = contacts.iter().map(|at| at.range).collect();
             contacts.iter_mut().for_each(|at| at.range = at.range.map(|_| [at.shift, at.shift]));
-            let solved = self.newton(contacts);
-            contacts.iter_mut().zip(&start).for_each(|(contact, start)| contact.range = start.range);
+            let solved = self.follow_path(contacts) && self.newton(contacts);
+            contacts.iter_mut().zip(ranges).for_each(|(contact, range)| contact.range = range);
+            trace!("RED path {solved}");
             if !solved {
                 break;
             }
-            first.clone_from(contacts);
+            best.clone_from(contacts);
+            if self.newton(contacts) {
+                trace!("RED follow");
+                return true;
+            }
+            contacts.clone_from(&best);
             let mut moves = 0.0_f64;
-            for (contact, at) in contacts.iter_mut().zip(&self.evaluate_all(&first)) {
+            for (contact, at) in contacts.iter_mut().zip(&self.evaluate_all(&best, Smoothing::default())) {
                 if let (Some((moved, ..)), Some([from, to])) = (at.slide, contact.range) {
                     let shift = (contact.shift - moved).clamp(from, to);
                     moves = moves.max((shift - contact.shift).abs());
@@ -210,47 +207,67 @@ impl Reduced<'_> {
                 break;
             }
         }
-        if self.newton(contacts) {
-            trace!("RED follow");
-            return true;
-        }
-        contacts.clone_from(&start);
-        self.sweep(contacts);
-        if self.newton(contacts) {
-            trace!("RED sweep");
-            return true;
-        }
-        trace!(
-            "RED fail n={} {}",
-            contacts.len(),
-            contacts
-                .iter()
-                .zip(&self.evaluate_all(contacts))
-                .map(|(c, a)| format!(
-                    "[{} {:?} n={:.1e} gap {:.1e} res {:.1e} shift {:.1e} range {:?} mu {}]",
-                    c.obstacle,
-                    a.law.status,
-                    a.gap.normal.dot(&c.force),
-                    a.gap.value,
-                    a.law.residual.norm(),
-                    c.shift,
-                    c.range.map(|r| [(r[0] * 1e6).round() / 1e6, (r[1] * 1e6).round() / 1e6]),
-                    c.friction
-                ))
-                .collect::<String>()
-        );
-        let [one, other] = [&first, &*contacts].map(|at| Self::merit(at, &self.evaluate_all(at)));
-        // An inexact solution is of use, since the search for the shape decides about the step. The comparison fails
-        // for NaN.
-        if !(other < one) {
-            *contacts = first;
-        }
+        trace!("RED fail n={}", contacts.len());
+        // An inexact solution is of use, since the search for the shape decides about the step.
+        *contacts = best;
         false
+    }
+
+    /// Follows the central path of the smoothed laws from large forces to the exact laws.
+    fn follow_path(&self, contacts: &mut Vec<Contact>) -> bool {
+        let largest = contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
+        let mut smoothing = Smoothing { force: PATH.0 * largest, ratio: 0.5 };
+        let (mut extra, mut steps) = (PROXIMAL, 0);
+        while smoothing.force > PATH.1 * largest {
+            let all = self.evaluate_all(contacts, smoothing);
+            let merit = Self::merit(contacts, &all);
+            let Some(step) = self.step(contacts, &all, extra) else { return false };
+            let mut fraction = 1.0;
+            let falls = loop {
+                let trial = Self::moved(contacts, &step, fraction);
+                let value = Self::merit(&trial, &self.evaluate_all(&trial, smoothing));
+                if value < merit * (1.0 - 1e-3 * fraction) || value.sqrt() <= PATH.2 * smoothing.force {
+                    *contacts = trial;
+                    if value.sqrt() <= PATH.2 * smoothing.force {
+                        smoothing.force *= PATH.3;
+                        smoothing.ratio *= PATH.3;
+                    }
+                    break true;
+                }
+                if fraction < 1e-2 {
+                    break false;
+                }
+                fraction *= 0.5;
+            };
+            extra = if falls { (extra / RAISE).max(PROXIMAL) } else { extra * RAISE };
+            steps += 1;
+            if steps > PATH_STEPS || extra > LARGEST_PROXIMAL {
+                trace!(
+                    "RED path ends at {:.1e} of {largest:.1e} merit {:.1e} steps {steps} extra {extra:.1e}",
+                    smoothing.force,
+                    merit.sqrt()
+                );
+                return false;
+            }
+        }
+        true
+    }
+
+    /// The contacts after a fraction of a step.
+    fn moved(contacts: &[Contact], steps: &[(Vector3<f64>, f64)], fraction: f64) -> Vec<Contact> {
+        let mut moved = contacts.to_vec();
+        for (contact, (force, shift)) in moved.iter_mut().zip(steps) {
+            contact.force += force * fraction;
+            if let Some([from, to]) = contact.range {
+                contact.shift = (contact.shift + shift * fraction).clamp(from, to);
+            }
+        }
+        moved
     }
 
     /// Evaluates all contacts after those that are open have moved to their places of least gap.
     fn follow(&self, contacts: &mut [Contact]) -> Vec<Evaluated> {
-        let mut all = self.evaluate_all(contacts);
+        let mut all = self.evaluate_all(contacts, Smoothing::default());
         for _ in 0..FOLLOWINGS {
             let mut moves = false;
             for (contact, at) in contacts.iter_mut().zip(&all) {
@@ -265,7 +282,7 @@ impl Reduced<'_> {
             if !moves {
                 break;
             }
-            all = self.evaluate_all(contacts);
+            all = self.evaluate_all(contacts, Smoothing::default());
         }
         all
     }
@@ -287,14 +304,8 @@ impl Reduced<'_> {
             let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
             let mut falls = false;
             for _ in 0..HALVINGS {
-                let mut trial = contacts.clone();
-                for (contact, (force, shift)) in trial.iter_mut().zip(&steps) {
-                    contact.force += force * fraction;
-                    if let Some([from, to]) = contact.range {
-                        contact.shift = (contact.shift + shift * fraction).clamp(from, to);
-                    }
-                }
-                let at = self.evaluate_all(&trial);
+                let trial = Self::moved(contacts, &steps, fraction);
+                let at = self.evaluate_all(&trial, Smoothing::default());
                 let value = Self::merit(&trial, &at);
                 falls = value < merit * (1.0 - 1e-3 * fraction);
                 if best.as_ref().is_none_or(|(least, ..)| value < *least) {
@@ -306,7 +317,23 @@ impl Reduced<'_> {
                 fraction *= 0.5;
             }
             let Some((value, trial, at)) = best else { return false };
-            trace!("      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} prox {proximal:.1e} largest {largest:.2e} states {}", merit.sqrt(), value.sqrt(), at.iter().zip(&trial).map(|(a, c)| format!("{}{}", match a.law.status { Status::Open => 'o', Status::Sticking => 's', Status::Sliding => 'S' }, if c.range.is_some() {"^"} else {""})).collect::<String>());
+            trace!(
+                "      newton merit {:.2e} -> {:.2e} fraction {fraction:.2e} prox {proximal:.1e} largest {largest:.2e} states {}",
+                merit.sqrt(),
+                value.sqrt(),
+                at.iter()
+                    .zip(&trial)
+                    .map(|(a, c)| format!(
+                        "{}{}",
+                        match a.law.status {
+                            Status::Open => 'o',
+                            Status::Sticking => 's',
+                            Status::Sliding => 'S',
+                        },
+                        if c.range.is_some() { "^" } else { "" }
+                    ))
+                    .collect::<String>()
+            );
             if value.sqrt() <= STALLED * largest && value >= 0.25 * merit {
                 (*contacts, all) = (trial, at);
                 return self.finish(contacts, &all);
@@ -353,7 +380,7 @@ impl Reduced<'_> {
         let mut steps: Vec<(Vector3<f64>, f64)> =
             all.iter().map(|at| (zero, at.slide.map_or(0.0, |(moved, ..)| -moved))).collect();
         let active: Vec<usize> =
-            (0..contacts.len()).filter(|i| all[*i].law.status != Status::Open || contacts[*i].force != zero).collect();
+            (0..contacts.len()).filter(|i| all[*i].law.active || contacts[*i].force != zero).collect();
         let sizes = active.iter().map(|i| 3 + usize::from(contacts[*i].range.is_some()));
         let mut at = vec![0];
         for size in sizes {
@@ -363,7 +390,7 @@ impl Reduced<'_> {
         let (mut matrix, mut rhs) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (a, &i) in active.iter().enumerate() {
             let (contact, Evaluated { law, tangent, slide, .. }) = (&contacts[i], &all[i]);
-            let (row, loaded) = (at[a], law.status != Status::Open);
+            let (row, loaded) = (at[a], law.active);
             // Derivatives by the coordinates of the contact: place, and tangent.
             let by_tangent = law.by_place * contact.shift;
             let proximal = if loaded { proximal } else { 0.0 };
