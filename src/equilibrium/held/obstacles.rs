@@ -246,6 +246,20 @@ impl Gaps<'_, '_> {
         least
     }
 
+    /// A lower bound of the gap inside an interval between two places of one element, at least half of the gap or close
+    /// to it.
+    pub fn lowest(&self, from: &Sample, to: &Sample, depth: usize) -> f64 {
+        let from = if from.element == to.element { *from } else { Sample { element: to.element, x: 0.0, ..*from } };
+        let size = to.arc_length - from.arc_length;
+        let bound = 0.5 * (from.gap + to.gap - size);
+        let finest = RESOLUTION * from.radius.min(to.radius);
+        if bound >= 0.5 * from.gap.min(to.gap) || size <= finest || depth == DEPTH {
+            return bound;
+        }
+        let middle = self.at(&self.line.place((to.element, 0.5 * (from.x + to.x))));
+        self.lowest(&from, &middle, depth + 1).min(self.lowest(&middle, to, depth + 1))
+    }
+
     /// The minimum of the gap between two places with slopes of opposite signs: regula falsi with halving.
     fn minimum(&self, from: &Sample, to: &Sample) -> Sample {
         let (mut low, mut high) = (*from, *to);
@@ -269,14 +283,15 @@ impl Gaps<'_, '_> {
 
 /// The factor by which a motion of the base and the stations may be longer, so that no part of the rod moves by more
 /// than half of its gap to an obstacle or a part of the radius of the obstacle. `moved` is the length of the motion of
-/// a place relative to an obstacle, m. Parts beside a candidate, up to the next maxima of the gap, are left out: the
+/// a place relative to an obstacle, m. Parts beside a contact, up to the next maxima of the gap, are left out: the
 /// candidate represents them.
 pub(super) fn largest_share(
     obstacles: &Obstacles,
     candidates: &[Candidate],
-    places: &[Place],
+    line: &Line,
     moved: impl Fn(usize, usize) -> f64,
 ) -> f64 {
+    let places = line.places();
     let (mut share, last) = (f64::INFINITY, places.len() - 1);
     for obstacle in 0..obstacles.contacts.len() {
         let at = |place: &Place| {
@@ -286,7 +301,7 @@ pub(super) fn largest_share(
         let gaps: Vec<(f64, f64)> = places.iter().map(at).collect();
         let moved: Vec<f64> = (0..=last).map(|i| moved(obstacle, i)).collect();
         let mut known = vec![false; last];
-        for candidate in candidates.iter().filter(|at| at.obstacle == obstacle) {
+        for candidate in candidates.iter().filter(|at| at.obstacle == obstacle && at.status != Status::Open) {
             let after = places[1..].iter().position(|place| place.arc_length >= candidate.arc_length);
             let here = after.unwrap_or(last - 1);
             let ahead = (here..last).take_while(|i| *i == here || gaps[i + 1].0 >= gaps[*i].0);
@@ -294,12 +309,16 @@ pub(super) fn largest_share(
             ahead.chain(behind).for_each(|i| known[i] = true);
         }
         for i in (0..last).filter(|i| !known[*i]) {
-            let size = places[i + 1].arc_length - places[i].arc_length;
-            let (before, after) = (gaps[i], gaps[i + 1]);
+            let (way, radius) = (moved[i].max(moved[i + 1]), gaps[i].1.min(gaps[i + 1].1));
+            let allowed = |least: f64| (0.5 * least).max(SETTINGS.approach * (radius + least.max(0.0)));
             // A gap changes by at most the arc length.
-            let least = before.0.min(after.0).min(0.5 * (before.0 + after.0 - size));
-            let allowed = (0.5 * least).max(SETTINGS.approach * (before.1.min(after.1) + least.max(0.0)));
-            share = share.min(allowed / moved[i].max(moved[i + 1]));
+            let size = places[i + 1].arc_length - places[i].arc_length;
+            let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);
+            if allowed(least) < share * way {
+                let search = Gaps { line, obstacles, obstacle };
+                least = search.lowest(&search.at(&places[i]), &search.at(&places[i + 1]), 0);
+            }
+            share = share.min(allowed(least) / way);
         }
     }
     share

@@ -128,7 +128,7 @@ impl HeldSearch<'_> {
         let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
             (to - from).norm() + self.obstacles.motion(obstacle, from, time)
         };
-        let mut share = largest_share(&self.obstacles, &self.candidates, &before, |obstacle, i| {
+        let mut share = largest_share(&self.obstacles, &self.candidates, &a, |obstacle, i| {
             moved(obstacle, &before[i].position, &after[i].position)
         });
         for at in &self.candidates {

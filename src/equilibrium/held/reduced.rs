@@ -79,7 +79,6 @@ impl Contact {
 /// The law of a contact in a configuration of the linear rod.
 pub(super) struct Evaluated {
     law: Law,
-    pub gap: Gap,
     /// The tangent at the place.
     tangent: Vector3<f64>,
     /// Displacement to the place of least gap, m, with its derivatives by the place, the tangent and the shift.
@@ -142,7 +141,7 @@ impl Reduced<'_> {
                 turned.dot(&tangent) + gap.normal.dot(&contact.bend) / contact.curve,
             )
         });
-        Evaluated { law, gap, tangent, slide }
+        Evaluated { law, tangent, slide }
     }
 
     /// The sum of the squares of the residuals, N².

@@ -30,6 +30,9 @@ pub(super) struct Settings {
     pub additions: usize,
     /// Largest number of times that a step is shortened, with the contacts of the shorter step.
     pub shortenings: usize,
+    /// Largest number of these for a contact problem without solution or corrections that do not converge. A shift of
+    /// the tangent then leads to longer steps.
+    pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,
     /// Number of iterations in which nodes move to the ends of contacts, and the largest motion in one of them,
@@ -66,7 +69,7 @@ pub(super) struct Settings {
 pub(super) const SETTINGS: Settings = Settings {
     largest_turn: 0.5,
     approach: 0.5,
-    iterations: [60, 300],
+    iterations: [60, 150],
     halvings: 5,
     shift: (0.1, 4.0),
     largest_shift: 1e12,
@@ -76,6 +79,7 @@ pub(super) const SETTINGS: Settings = Settings {
     corrections: 6,
     additions: 8,
     shortenings: 9,
+    failures: 1,
     permitted: 1e-5,
     rounding: 1e-12,
     placements: (12, 0.3),

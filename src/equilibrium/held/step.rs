@@ -168,7 +168,7 @@ impl HeldSearch<'_> {
         let (before, line) = (Line::new(rod, &start.tangents), Line::new(rod, &self.tangents));
         let [from, to] = [&before, &line].map(Line::places);
         let moved = |_, i: usize| (to[i].position - from[i].position).norm();
-        let mut share = largest_share(&self.obstacles, &start.candidates, &from, moved);
+        let mut share = largest_share(&self.obstacles, &start.candidates, &before, moved);
         for at in &self.candidates {
             // The place before the step, at the present coordinate along the rod.
             let place = before.place((at.element, at.x)).position;
