@@ -69,7 +69,7 @@ pub(super) struct Settings {
 pub(super) const SETTINGS: Settings = Settings {
     largest_turn: 0.5,
     approach: 0.5,
-    iterations: [60, 150],
+    iterations: [60, 300],
     halvings: 5,
     shift: (0.1, 4.0),
     largest_shift: 1e12,
