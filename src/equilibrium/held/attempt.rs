@@ -135,16 +135,6 @@ impl HeldSearch<'_> {
     ) -> Option<Attempt> {
         let tests = !self.is_loaded() || course.guarded;
         let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
-        trace!(
-            "  TT shift {shift:.2e} tests {tests} pivots neg {} inertia neg {} neutral {} margin {:.1e} scale {:.1e} largest force {:.1e} energy scale {:.1e}",
-            pivots.negative,
-            inertia.negative,
-            inertia.neutral,
-            inertia.margin,
-            self.force_scale(),
-            self.body.force().largest(),
-            self.energy_scale
-        );
         if shift == 0.0 && tests {
             self.found.inertia = inertia;
         }
@@ -195,16 +185,6 @@ impl HeldSearch<'_> {
                 }
             }
             let share = trial.linear.share;
-            trace!(
-                "  FIT {attempt} share {share:.1e} factor {factor:.1e} solved {} turn {:.1e} deepest {:.1e} {}",
-                trial.solved,
-                trial.turn,
-                self.deepest(),
-                self.candidates
-                    .iter()
-                    .map(|c| format!("[{:.6} {:?} n={:.1e} g={:.0e}]", c.arc_length, c.status, c.normal(), c.gap.value))
-                    .collect::<String>()
-            );
             if factor >= 1.0 {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
                     return Fit::Fits;

@@ -6,9 +6,6 @@
 //! obstacles. No set of contacts is guessed: which contacts are open, stick or slide is part of the solution. The step
 //! is as long as the linear rod holds ([`attempt`]). Nodes of the rod follow the contacts ([`placement`]).
 
-macro_rules! trace {
-    ($($t:tt)*) => { if std::env::var("MTRACE").is_ok() { println!($($t)*); } };
-}
 mod attempt;
 mod before;
 mod candidate;
@@ -34,6 +31,7 @@ mod saddle;
 mod search;
 mod settings;
 mod sites;
+mod solve;
 mod spread;
 mod step;
 mod trial;

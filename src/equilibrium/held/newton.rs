@@ -71,43 +71,6 @@ impl HeldSearch<'_> {
                 course.last = f64::INFINITY;
                 continue;
             };
-            trace!(
-                "IT {} g={} turn {:.1e} frac {:.1e} shift {:.1e} chg {} mov {} viol {:.1e} unb {:.1e} nodes {} {}",
-                self.found.iterations,
-                u8::from(course.guarded),
-                step.turn,
-                step.fraction,
-                step.shift,
-                u8::from(step.changed),
-                u8::from(course.moves),
-                self.largest_violation(),
-                self.body.system().unbalanced,
-                rod.elements(),
-                self.candidates
-                    .iter()
-                    .map(|c| format!(
-                        "[{} {:.6} {}{} {:.1e} g{:.0e} a{:.0e}/{:.0e}]",
-                        c.obstacle,
-                        c.arc_length,
-                        match c.status {
-                            Status::Open => 'o',
-                            Status::Sticking => 's',
-                            Status::Sliding => 'S',
-                        },
-                        if c.slides {
-                            "^"
-                        } else if c.point {
-                            "p"
-                        } else {
-                            "."
-                        },
-                        c.normal(),
-                        c.gap.value,
-                        c.approach().0,
-                        c.approach().1
-                    ))
-                    .collect::<String>()
-            );
             let whole = step.fraction == 1.0 && step.shift == 0.0;
             if whole && course.moves && step.turn < SETTINGS.placing_turn {
                 course.last = step.turn;

@@ -186,26 +186,12 @@ impl HeldSearch<'_> {
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         let guess = self.snapshot(rod);
         let result = self.find(rod, false);
-        trace!(
-            "CALL t={:.6} unguarded {} its {} fact {}",
-            self.obstacles.time,
-            result.as_ref().map_or_else(|e| e.to_string().chars().take(40).collect::<String>(), |()| "ok".to_string()),
-            self.found.iterations,
-            self.found.factorisations
-        );
         let contacts = !self.obstacles.contacts.is_empty();
         match result {
             Err(error) if contacts && !self.nearby && error.is_recoverable() => {
                 self.restore(rod, &guess);
                 let tip = rod.tip();
                 let result = self.find(rod, true);
-                trace!(
-                    "CALL   guarded {} its {} fact {} moved {:.1e}",
-                    result.is_ok(),
-                    self.found.iterations,
-                    self.found.factorisations,
-                    (rod.tip() - tip).norm()
-                );
                 result?;
                 self.found.jump = Some((rod.tip() - tip).norm());
                 Ok(())

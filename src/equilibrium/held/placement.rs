@@ -48,10 +48,6 @@ impl HeldSearch<'_> {
         let opened = self.candidates.iter().filter(|at| at.touched && at.slides && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
-        trace!(
-            "PLACE misplaced {misplaced:.1e} apart {apart:.1e} {:?}",
-            patches.iter().map(|p| (p.obstacle, p.from, p.to)).collect::<Vec<_>>()
-        );
         // A point inside a contact segment is no station of it.
         let inside = |at: &Candidate| {
             let within = |patch: &Patch| patch.from < at.arc_length && at.arc_length < patch.to;
