@@ -152,7 +152,7 @@ impl HeldSearch<'_> {
     fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, searched: &mut bool) -> Fit {
         let (zero, deepest) = (DVector::zeros(trial.linear.response.size()), start.deepest());
         let mut fitting: Option<Fitting> = None;
-        let mut failures = 0;
+        let (mut failures, mut last) = (0, f64::INFINITY);
         for attempt in 0..=SETTINGS.shortenings {
             if attempt > 0 {
                 let share = trial.linear.share;
@@ -192,10 +192,12 @@ impl HeldSearch<'_> {
                 let guess = fitting.map(|known| (known.contacts, share / known.share));
                 fitting = Some(Fitting { contacts: trial.contacts.clone(), share, guess });
                 trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
-            } else if fitting.is_some() || factor == 0.0 && failures == SETTINGS.failures {
+            } else if fitting.is_some() || failures == SETTINGS.failures {
                 break;
             } else {
-                failures += usize::from(factor == 0.0);
+                // A step to another solution does not become shorter with the share.
+                failures += usize::from(factor == 0.0 || attempt > 0 && trial.turn > 0.9 * last);
+                last = trial.turn;
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }
         }

@@ -30,8 +30,8 @@ pub(super) struct Settings {
     pub additions: usize,
     /// Largest number of times that a step is shortened, with the contacts of the shorter step.
     pub shortenings: usize,
-    /// Largest number of these for a contact problem without solution or corrections that do not converge. A shift of
-    /// the tangent then leads to longer steps.
+    /// Number of these after which the tangent is shifted instead: for contact problems without a solution next to the
+    /// present forces, and corrections that do not converge.
     pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,
@@ -79,7 +79,7 @@ pub(super) const SETTINGS: Settings = Settings {
     corrections: 6,
     additions: 8,
     shortenings: 9,
-    failures: 1,
+    failures: 2,
     permitted: 1e-5,
     rounding: 1e-12,
     placements: (12, 0.3),
