@@ -62,8 +62,7 @@ pub trait Scene {
     }
 
     /// The first time after `t` (s) at which gravity, frame or position of the base, or a first derivative of them, is
-    /// discontinuous;
-    /// infinite without one. Integrators end a step there and evaluate the scene a few units of rounding
+    /// discontinuous; infinite without one. Integrators end a step there and evaluate the scene a few units of rounding
     /// before and after, so the value at the discontinuity itself does not matter.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY

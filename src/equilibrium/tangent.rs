@@ -23,7 +23,8 @@ pub(super) const NEUTRAL: f64 = 1e-10;
 /// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is factorised: half of the
 /// digits remain. Smaller ones occur where the rod would be at its stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
-/// Smallest pivot beside a short element, relative to the diagonal entry: four digits remain.
+/// Smallest pivot beside a short element, relative to the diagonal entry. The pivot is a difference of numbers of the
+/// size of that entry, so that its relative rounding is 2e-4 at most.
 const ACCURATE: f64 = 1e-12;
 
 /// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex
@@ -326,6 +327,33 @@ mod tests {
             }
         }
         (tangent, full)
+    }
+
+    #[test]
+    fn sound_pivots_beside_a_stiff_spring_are_not_increased() {
+        // A chain of springs of stiffness 1, clamped at its start, of which the second one is much stiffer. Couples of
+        // one on the last block rotate it by the sum of the compliances.
+        for stiffness in [1.0, 1e7, 1e10] {
+            let springs = [1.0, stiffness, 1.0, 1.0];
+            let (mut tangent, mut inertia, mut boosts) = (Tangent::default(), Inertia::default(), Vec::new());
+            tangent.reset(springs.len()).unwrap();
+            for (block, spring) in springs.into_iter().enumerate() {
+                let matrix = Matrix3::from_diagonal_element(spring);
+                tangent.add_diagonal(block, &matrix);
+                if block > 0 {
+                    tangent.add_diagonal(block - 1, &matrix);
+                    tangent.set_coupling(block, &-matrix);
+                }
+            }
+            tangent.factorise_boosted(&mut inertia, &mut boosts).unwrap();
+            assert_eq!((boosts, inertia.positive), (Vec::new(), 12));
+            let mut turns = [Vector3::zeros(), Vector3::zeros(), Vector3::zeros(), Vector3::repeat(1.0)];
+            tangent.solve(&mut turns);
+            let expected = 3.0 + 1.0 / stiffness;
+            // The pivot after the stiff spring has this rounding relative to the other springs.
+            let rounding = 4.0 * f64::EPSILON * stiffness;
+            turns[3].iter().for_each(|turn| assert_abs_diff_eq!(*turn, expected, epsilon = rounding * expected));
+        }
     }
 
     #[test]

@@ -80,8 +80,8 @@ impl Rod {
         rod
     }
 
-    /// Takes the shape of a rod of the same length with other elements: the position of its base, its frames at the nodes
-    /// of this rod, and its reactions. The strain of the centre line is not taken.
+    /// Takes the shape of a rod of the same length with other elements: the position of its base, its frames at the
+    /// nodes of this rod, and its reactions. The strain of the centre line is not taken.
     pub(crate) fn sample_shape(&mut self, source: &Self) {
         let (reference, p) = (self.reference(), self.order.points());
         let (mut start, mut walk) = (0.0, source.walk());

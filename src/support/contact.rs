@@ -13,8 +13,8 @@ use crate::error::ParameterError;
 pub struct Contact<O> {
     /// The obstacle.
     pub obstacle: O,
-    /// Distance of the centre line from the surface in contact, m: the radius of the shoot, or zero. It must be positive
-    /// if the obstacle has edges.
+    /// Distance of the centre line from the surface in contact, m: the radius of the shoot, or zero. It must be
+    /// positive if the obstacle has edges.
     pub radius: f64,
     /// Coefficient of friction μ; zero for none.
     pub friction: f64,

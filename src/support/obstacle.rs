@@ -59,8 +59,8 @@ pub trait Obstacle {
         self.distance(place, time)
     }
 
-    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with such
-    /// an obstacle needs a positive radius.
+    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with
+    /// such an obstacle needs a positive radius.
     fn has_edges(&self) -> bool {
         false
     }

@@ -50,7 +50,7 @@ fn propped_cantilever_has_the_couple_and_the_force_of_beam_theory_at_its_base() 
         let (m, n) = at(&held, &held.rod, 0.0);
         assert_abs_diff_eq!(InNorm(m / (q * LENGTH * LENGTH)), InNorm(Vector3::y() * couple), epsilon = 1e-8);
         assert_abs_diff_eq!(InNorm(n / (q * LENGTH)), InNorm(-Vector3::z() * force), epsilon = 1e-8);
-        // Without the support the reactions are gone.
+        // An equilibrium without the support removes the reactions.
         let (law, environment): (&dyn Constitutive, _) = (&held.law, held.scene.environment(0.0));
         let _ = NewtonSolver::default().solve(&mut held.rod, &law, &held.load, &environment).unwrap();
         assert!(held.rod.reactions().is_empty());

@@ -2,8 +2,7 @@
 //!
 //! A step removes a share of the unbalanced couples and of the violated conditions. The share is one unless the step
 //! would leave the range of the linear rod. Then the contact problem is solved for smaller shares until a step fits,
-//! and
-//! for larger ones with extrapolated forces, so that the contacts stay on their sides of the obstacles.
+//! and for larger ones with extrapolated forces, so that the contacts stay on their sides of the obstacles.
 
 use nalgebra::DVector;
 
@@ -211,8 +210,7 @@ impl HeldSearch<'_> {
     }
 
     /// Adds candidates at which the rod penetrates obstacles after a step, and returns to the start. Returns whether
-    /// there
-    /// are any.
+    /// there are any.
     fn add_to(&mut self, rod: &mut Rod, start: &mut Start) -> bool {
         let known = self.candidates.clone();
         if !self.add_candidates(rod, -SETTINGS.rounding * self.length) {
@@ -231,8 +229,7 @@ impl HeldSearch<'_> {
     }
 
     /// Whether a step needs no comparison of merits: it converges, or its change of the energy is close to rounding.
-    /// With
-    /// friction, two shapes may satisfy the laws in turn.
+    /// With friction, two shapes may satisfy the laws in turn.
     fn is_unchecked(&self, trial: &Trial, shift: f64, course: &Course) -> bool {
         let rubs = trial.contacts.iter().any(|at| at.friction > 0.0);
         let small = if rubs { TINY_TURN } else { SETTINGS.small_turn };

@@ -40,9 +40,8 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima,
-    /// and at
-    /// all stations beside a contact that penetrate. Returns whether there is a new one.
+    /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima, and
+    /// at all stations beside a contact that penetrate. Returns whether there is a new one.
     pub(super) fn add_candidates(&mut self, rod: &Rod, bound: f64) -> bool {
         if self.obstacles.contacts.is_empty() {
             return false;

@@ -1,8 +1,7 @@
 //! The Newton iteration for a rod in contact.
 //!
 //! Each iteration factorises the tangent of the rod with its present reactions, solves the frictional contact problem
-//! of
-//! the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
+//! of the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
 
 use super::before::Before;
 use super::candidate::Candidate;
@@ -173,8 +172,7 @@ impl HeldSearch<'_> {
     }
 
     /// Largest displacement of a hold or spring of a rod that stretches, from its place in `sites`, m. A step may
-    /// stretch the
-    /// rod without a rotation.
+    /// stretch the rod without a rotation.
     pub(super) fn stretch(&self, rod: &Rod, sites: &[Site]) -> f64 {
         if self.body.line_compliance(rod, 0, 0).is_none() {
             return 0.0;

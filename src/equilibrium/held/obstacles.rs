@@ -49,6 +49,11 @@ impl<'a> Obstacles<'a> {
         self.names.iter().position(|name| *name == (obstacle, surface))
     }
 
+    /// The index of the obstacle of the support to which a surface belongs.
+    pub fn name_of(&self, surface: usize) -> usize {
+        self.names[surface].0
+    }
+
     /// Replaces the indices of surfaces by those of obstacles of the support and of their surfaces.
     pub fn name(&self, reactions: &mut [Reaction], patches: &mut [Patch]) {
         for at in reactions {

@@ -10,9 +10,10 @@ use super::linear::Role;
 use super::mechanics::Mechanics;
 use super::motion::Motion;
 use super::obstacles::Obstacles;
+use super::settings::SETTINGS;
 use super::sites::{HeldFrame, Site, sort};
 use crate::equilibrium::joints::Joints;
-use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
+use crate::equilibrium::{ContactViolation, Equilibrium, EquilibriumError, Inertia};
 use crate::load::PointReaction;
 use crate::rod::Rod;
 use crate::so3;
@@ -263,6 +264,17 @@ impl<'a> HeldSearch<'a> {
         links.chain(loaded).fold(self.deepest(), f64::max)
     }
 
+    /// The contact that violates its condition most; `None` if none does by more than rounding.
+    fn worst_contact(&self) -> Option<ContactViolation> {
+        let each = self.candidates.iter().map(|at| {
+            let penetration = -at.gap.value;
+            let violation = if at.status == Status::Open { penetration } else { penetration.abs() };
+            ContactViolation { obstacle: self.obstacles.name_of(at.obstacle), arc_length: at.arc_length, violation }
+        });
+        let worst = each.max_by(|a, b| a.violation.total_cmp(&b.violation))?;
+        (worst.violation > SETTINGS.rounding * self.length && worst.violation.is_finite()).then_some(worst)
+    }
+
     /// The inertia at the present configuration.
     pub fn inertia(mut self, rod: &Rod) -> Result<Inertia, EquilibriumError> {
         self.locate(rod);
@@ -288,7 +300,7 @@ impl<'a> HeldSearch<'a> {
             step,
             residual: self.body.system().unbalanced,
             force: self.body.force().largest(),
-            contact: None,
+            contact: self.worst_contact(),
         }
     }
 }

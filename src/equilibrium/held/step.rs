@@ -190,9 +190,8 @@ impl HeldSearch<'_> {
         trial.turn = self.body.system().largest_turn();
     }
 
-    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as
-    /// long as
-    /// the difference decreases and the step does not grow.
+    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as long
+    /// as the difference decreases and the step does not grow.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
         let mut offset = DVector::zeros(trial.linear.response.size());
         let (mut last, turn) = (f64::INFINITY, trial.turn);
