@@ -22,38 +22,25 @@ const BALANCED: f64 = 1e-13;
 const CLOSE: f64 = 1e-3;
 
 impl HeldSearch<'_> {
-    /// Finds an equilibrium for the present targets. Newton's iteration runs on fixed nodes; then nodes move to the
-    /// contacts, until they are there. If it fails on moved nodes, the shape on those before is the result.
+    /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
+    /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
-        let (last, shift, saddles, bowed, moves) = (f64::INFINITY, 0.0, 0, false, true);
-        let mut course = Course { guarded, last, shift, saddles, bowed, moves };
+        let (last, shift, saddles, bowed, placements, answer) = (f64::INFINITY, 0.0, 0, false, 0, None);
+        let mut course = Course { guarded, last, shift, saddles, bowed, placements, answer };
         self.apply(rod);
         self.locate(rod);
-        let (mut answer, mut placements) = (None, 0);
-        while placements < SETTINGS.placements.0 {
-            match self.iterate(rod, &mut course) {
-                Err(error) if answer.is_some() && error.is_recoverable() => break,
-                result => result?,
+        let result = self.iterate(rod, &mut course);
+        match (result, course.answer.take()) {
+            (Err(error), Some(answer)) if error.is_recoverable() => {
+                self.restore(rod, &answer);
+                course.placements = SETTINGS.placements.0;
+                self.iterate(rod, &mut course)
             }
-            let before = self.snapshot(rod);
-            let moved = self.place(rod);
-            if !moved && !course.moves {
-                return Ok(());
-            }
-            course.moves = moved;
-            if moved {
-                placements += 1;
-                answer = Some(before);
-            }
+            (result, _) => result,
         }
-        if let Some(answer) = answer {
-            self.restore(rod, &answer);
-        }
-        course.moves = false;
-        self.iterate(rod, &mut course)
     }
 
-    /// Newton's iteration on fixed nodes, up to an equilibrium or, if nodes move afterwards, close to one.
+    /// Newton's iteration. Nodes move to the contacts when a step has almost reached an equilibrium on the present nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
         for _ in 0..SETTINGS.iterations[usize::from(course.guarded)] {
@@ -70,30 +57,54 @@ impl HeldSearch<'_> {
                 course.last = f64::INFINITY;
                 continue;
             };
-            let whole = step.fraction == 1.0 && step.shift == 0.0;
-            if whole && course.moves && step.turn < SETTINGS.placing_turn {
-                course.last = step.turn;
+            let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
+            if step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)? {
                 return Ok(());
             }
-            if whole && step.turn < SETTINGS.small_turn && self.has_converged(rod, &step, course.last)? {
-                if self.stable && self.found.inertia.negative > 0 {
-                    course.guarded = true;
-                } else {
-                    return Ok(());
-                }
-            }
-            let stalled = step.fraction < 0.5 && step.turn < 0.05;
             stalls = if stalled { stalls + 1 } else { 0 };
             if !course.guarded && stalls >= 3 {
                 break;
             }
-            course.last = step.turn;
+            course.last = turn;
             if course.guarded && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent friction dissipates energy in every step: slip counts from the last one.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
             }
         }
         Err(self.not_found(course.last))
+    }
+
+    /// Whether the iteration ends after a whole Newton step: nodes are at the contacts, and the rod is in equilibrium.
+    fn ends(&mut self, rod: &mut Rod, course: &mut Course, step: Box<Step>) -> Result<bool, EquilibriumError> {
+        let (turn, settled) = (step.turn, !step.changed && step.turn < SETTINGS.settled_turn);
+        if (settled || turn < SETTINGS.placing_turn) && self.move_nodes(rod, course) {
+            return Ok(false);
+        }
+        let mut converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, course.last)?;
+        if !converged && turn < SETTINGS.chord_turn {
+            let chord = self.chord(rod, step);
+            converged = chord.turn.is_finite() && self.has_converged(rod, &chord, turn)?;
+            converged = converged && !self.move_nodes(rod, course);
+        }
+        if converged && self.stable && self.found.inertia.negative > 0 {
+            course.guarded = true;
+            return Ok(false);
+        }
+        Ok(converged)
+    }
+
+    /// Moves nodes to the contacts. Returns whether any moved.
+    fn move_nodes(&mut self, rod: &mut Rod, course: &mut Course) -> bool {
+        if course.placements >= SETTINGS.placements.0 || self.obstacles.contacts.is_empty() {
+            return false;
+        }
+        let before = self.snapshot(rod);
+        let moved = self.place(rod);
+        if moved {
+            course.placements += 1;
+            course.answer = Some(before);
+        }
+        moved
     }
 
     /// Removes candidates that are not close to an obstacle, and merges contact points that have slid to the same

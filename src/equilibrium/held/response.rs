@@ -133,6 +133,11 @@ impl Response {
         self.places[place].tangent.is_some()
     }
 
+    /// Whether the tangent of each place is among the coordinates.
+    pub fn turning(&self) -> impl Iterator<Item = bool> + '_ {
+        self.places.iter().map(|place| place.tangent.is_some())
+    }
+
     /// The compliance of the interior of an element between two functions.
     fn interior(&self, system: &System, element: usize, a: &Part, b: &Part) -> Matrix3<f64> {
         let inverse = system.elements[element].inverse_pivots();

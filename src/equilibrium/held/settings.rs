@@ -40,6 +40,10 @@ pub(super) struct Settings {
     pub placements: (usize, f64),
     /// Rotation in a step below which these iterations count, rad.
     pub placing_turn: f64,
+    /// As `placing_turn`, for a step in which the contacts keep their states.
+    pub settled_turn: f64,
+    /// Rotation in a step after which a step with the same factors follows, rad.
+    pub chord_turn: f64,
     /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the
     /// shape is proportional to its square, and that of the force at the end of a contact segment to itself.
     pub placed: f64,
@@ -84,6 +88,8 @@ pub(super) const SETTINGS: Settings = Settings {
     rounding: 1e-12,
     placements: (12, 0.3),
     placing_turn: 1e-3,
+    settled_turn: 0.05,
+    chord_turn: 1e-3,
     placed: 3e-10,
     spacing: 0.02,
     near: 0.1,

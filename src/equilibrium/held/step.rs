@@ -9,7 +9,7 @@ use super::obstacles::{Line, candidate_share, largest_share};
 use super::reduced::{Contact, Reduced};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
-use super::trial::{Start, Trial};
+use super::trial::{Start, Step, Trial};
 use crate::equilibrium::system::Configuration;
 use crate::rod::Rod;
 
@@ -216,6 +216,39 @@ impl HeldSearch<'_> {
         }
         // The size of a step is that before its corrections.
         trial.turn = turn;
+    }
+
+    /// A further step with the factors of the last one, from the present shape. Its rotation is infinite, and the shape
+    /// is not changed, unless it is shorter than half of the last one.
+    pub(super) fn chord(&mut self, rod: &mut Rod, step: Box<Step>) -> Box<Step> {
+        let Step { turn: last, pivots, mut linear, changed, .. } = *step;
+        self.body.evaluate(rod);
+        self.found.evaluations += 1;
+        self.stretch_joints(rod);
+        self.body.balance();
+        let start = self.start(rod);
+        let residuals = self.residuals();
+        let zero = DVector::zeros(linear.response.size());
+        let (mut turn, mut stretch, mut changed) = (f64::INFINITY, 0.0, changed);
+        // Candidates may be new, or become flat, and the axes of a potential of the user may change.
+        let turning: Vec<bool> = self.candidates.iter().map(|at| at.slides).collect();
+        let same = linear.response.turning().skip(self.sites.len()).eq(turning);
+        if same && residuals.len() == linear.residuals.len() {
+            linear.residuals.copy_from_slice(&residuals);
+            linear.free = linear.response.free(self.body.system_mut());
+            let (contacts, links, solved) = self.solve_linear(&linear, &start, &zero, None);
+            let rest = self.body.system().largest_turn();
+            let trial = Trial { linear, contacts, links, turn: rest, solved };
+            if solved && rest < 0.5 * last {
+                self.move_by(rod, &start, &trial, 1.0);
+                (turn, stretch) = (rest, self.stretch(rod, &start.sites));
+                changed = start.candidates.iter().zip(&self.candidates).any(|(a, b)| a.status != b.status);
+            } else {
+                self.return_to(rod, &start);
+            }
+            linear = trial.linear;
+        }
+        Box::new(Step { turn, fraction: 1.0, shift: 0.0, pivots, linear, changed, stretch })
     }
 
     /// The coordinates of the rod after a whole step minus those of the linear rod with an offset, and the largest

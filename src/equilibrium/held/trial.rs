@@ -6,6 +6,7 @@ use super::candidate::Candidate;
 use super::linear::Linear;
 use super::obstacles::Place;
 use super::reduced::Contact;
+use super::search::Snapshot;
 use super::sites::Site;
 use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
@@ -22,8 +23,9 @@ pub(super) struct Course {
     pub saddles: usize,
     /// Whether a straight rod was bent.
     pub bowed: bool,
-    /// Whether nodes move to the contacts after the iteration.
-    pub moves: bool,
+    /// Number of times that nodes have moved to the contacts, and the shape before the last time.
+    pub placements: usize,
+    pub answer: Option<Snapshot>,
 }
 
 /// The start of a step.
