@@ -40,7 +40,8 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Newton's iteration. Nodes move to the contacts when a step has almost reached an equilibrium on the present nodes.
+    /// Newton's iteration. Nodes move to the contacts when a step has almost reached an equilibrium on the present
+    /// nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
         for _ in 0..SETTINGS.iterations[usize::from(course.guarded)] {
@@ -81,9 +82,19 @@ impl HeldSearch<'_> {
             return Ok(false);
         }
         let mut converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, course.last)?;
-        if !converged && turn < SETTINGS.chord_turn {
-            let chord = self.chord(rod, step);
-            converged = chord.turn.is_finite() && self.has_converged(rod, &chord, turn)?;
+        if !converged && turn < SETTINGS.chord_turn && self.is_loaded() {
+            let mut chord = step;
+            for _ in 0..SETTINGS.chords {
+                let last = chord.turn;
+                chord = self.chord(rod, chord);
+                if !chord.turn.is_finite() {
+                    break;
+                }
+                converged = self.has_converged(rod, &chord, last)?;
+                if converged && self.found.error <= SETTINGS.chord_error * self.tolerance {
+                    break;
+                }
+            }
             converged = converged && !self.move_nodes(rod, course);
         }
         if converged && self.stable && self.found.inertia.negative > 0 {

@@ -42,8 +42,12 @@ pub(super) struct Settings {
     pub placing_turn: f64,
     /// As `placing_turn`, for a step in which the contacts keep their states.
     pub settled_turn: f64,
-    /// Rotation in a step after which a step with the same factors follows, rad.
+    /// Rotation in a step after which steps with the same factors follow, rad, and their largest number.
     pub chord_turn: f64,
+    pub chords: usize,
+    /// Error relative to the tolerance at which they end. A contact whose force is almost zero must not begin and end
+    /// in turn in steps of time whose errors differ.
+    pub chord_error: f64,
     /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the
     /// shape is proportional to its square, and that of the force at the end of a contact segment to itself.
     pub placed: f64,
@@ -88,8 +92,10 @@ pub(super) const SETTINGS: Settings = Settings {
     rounding: 1e-12,
     placements: (12, 0.3),
     placing_turn: 1e-3,
-    settled_turn: 0.05,
+    settled_turn: 1e-2,
     chord_turn: 1e-3,
+    chords: 3,
+    chord_error: 1e-3,
     placed: 3e-10,
     spacing: 0.02,
     near: 0.1,
