@@ -92,10 +92,11 @@ impl HeldSearch<'_> {
     /// Returns an error for a contact at which the curvature is not the derivative of the normal, to either side along
     /// a tangent: it may be discontinuous at the contact.
     fn check_curvatures(&self) -> Result<(), ParameterError> {
-        let step = DISTANCE_STEP * self.length;
         for at in self.candidates.iter().filter(|at| at.position.iter().all(|x| x.is_finite())) {
             let (gap, place) = (self.obstacles.gap_at(at.obstacle, &at.position), at.arc_length);
             let scale = gap.curvature.norm().max(1.0 / self.length);
+            // Differences have the relative error of the step over the radius.
+            let step = (DISTANCE_STEP * self.length).min(0.1 * DISTANCE_ERROR / scale);
             for along in across(&gap.normal) {
                 let error = |side: f64| {
                     let ahead = self.obstacles.gap_at(at.obstacle, &(at.position + along * (side * step))).normal;

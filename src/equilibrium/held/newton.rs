@@ -97,7 +97,11 @@ impl HeldSearch<'_> {
             }
             converged = converged && !self.move_nodes(rod, course);
         }
-        if converged && self.stable && self.found.inertia.negative > 0 {
+        let negative = self.found.inertia.negative;
+        if converged && self.stable && negative > 0 {
+            if !course.guarded && !self.obstacles.contacts.is_empty() {
+                return Err(EquilibriumError::Unstable { negative });
+            }
             course.guarded = true;
             return Ok(false);
         }

@@ -190,9 +190,11 @@ impl HeldSearch<'_> {
         match result {
             Err(error) if contacts && !self.nearby && error.is_recoverable() => {
                 self.restore(rod, &guess);
-                let tip = rod.tip();
-                let result = self.find(rod, true);
-                result?;
+                let (tip, before) = (rod.tip(), self.before.clone());
+                if let Err(error) = self.find(rod, true) {
+                    self.before = before;
+                    return Err(error);
+                }
                 self.found.jump = Some((rod.tip() - tip).norm());
                 Ok(())
             }
