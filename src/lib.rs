@@ -135,7 +135,7 @@ pub use error::ParameterError;
 pub use model::{DynLaws, Laws, Model};
 pub use nalgebra;
 pub use reference_element::Order;
-pub use scene::{Environment, Scene, Still, Turned};
+pub use scene::{Along, Environment, Scene, Still, Turned};
 pub use section::Section;
 pub use shoot::{Shoot, ShootBuilder};
 pub use state::{State, StateError};

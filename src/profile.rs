@@ -18,7 +18,7 @@ pub struct Place {
     pub apex_distance: f64,
     /// The tissue there: section, age and initial distance from the apex.
     pub tissue: Tissue,
-    /// Position in the fixed frame, the base at the origin, m.
+    /// Position in the fixed frame, m.
     pub position: Vector3<f64>,
     /// The frame, which rotates e1, e2, e3 into the directors.
     pub frame: UnitQuaternion<f64>,
@@ -118,7 +118,7 @@ struct End {
     distributed: Vector3<f64>,
     /// Couple at the place, in the fixed frame, N m.
     couple: Vector3<f64>,
-    /// Position of the place in the fixed frame, the base at the origin, m.
+    /// Position of the place in the fixed frame, m.
     position: Vector3<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Gravity and the clamped base, both of which may change in time.
+//! Gravity and the base, both of which may change in time.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -45,7 +45,7 @@ impl Environment {
     message = "`{Self}` is not a scene",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
         `.load`, scenes to `.scene`",
-    note = "scenes implement `morphorod::Scene`: `Still` and `Turned` do"
+    note = "scenes implement `morphorod::Scene`: `Still`, `Turned` and `Along` do"
 )]
 pub trait Scene {
     /// The acceleration of gravity at time `t` (s) in the fixed frame, m/s².
@@ -54,8 +54,15 @@ pub trait Scene {
     /// The frame of the clamped base at time `t` (s), which rotates e1, e2, e3 into the directors d1, d2, d3.
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
-    /// The first time after `t` (s) at which gravity, the base or a first derivative of them is discontinuous;
-    /// infinite without one. Integrators end a step there and evaluate the scene a few units of rounding
+    /// The position of the base at time `t` (s) in the fixed frame, m; the origin by default. A shoot without supports
+    /// moves along without a change of its shape, since inertia is neglected. Positions have the rounding of their
+    /// distance from the origin. Choose the origin within some tens of lengths of the shoot.
+    fn position(&self, _t: f64) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    /// The first time after `t` (s) at which gravity, frame or position of the base, or a first derivative of them, is
+    /// discontinuous; infinite without one. Integrators end a step there and evaluate the scene a few units of rounding
     /// before and after, so the value at the discontinuity itself does not matter.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
@@ -78,6 +85,7 @@ pub trait Scene {
 forward_pointers!(Scene {
     fn gravity(t: f64) -> Vector3<f64>;
     fn base(t: f64) -> UnitQuaternion<f64>;
+    fn position(t: f64) -> Vector3<f64>;
     fn environment(t: f64) -> Environment;
     fn next_discontinuity(t: f64) -> f64;
     fn check() -> Result<(), ParameterError>;
@@ -103,7 +111,7 @@ pub(crate) fn after(time: f64) -> f64 {
     -before(-time)
 }
 
-/// Constant gravity and a fixed base.
+/// Constant gravity and a fixed base at the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Still {
@@ -193,6 +201,10 @@ impl<S: Scene> Scene for Turned<S> {
         if t >= self.from && t < self.until { self.turn * base } else { base }
     }
 
+    fn position(&self, t: f64) -> Vector3<f64> {
+        self.scene.position(t)
+    }
+
     fn next_discontinuity(&self, t: f64) -> f64 {
         let ahead = [self.from, self.until].into_iter().filter(|time| *time > t);
         ahead.fold(self.scene.next_discontinuity(t), earlier)
@@ -204,5 +216,47 @@ impl<S: Scene> Scene for Turned<S> {
         ParameterError::finite("`from` of a turned base", self.from)?;
         let (name, until) = ("`until` of a turned base", self.until);
         ParameterError::unless(until > self.from, name, until, "later than `from` (s)")
+    }
+}
+
+/// A scene whose base moves along a path: a pot that is carried, or that is not on the axis of a turntable.
+///
+/// ```
+/// use morphorod::nalgebra::Vector3;
+/// use morphorod::{Along, Scene, Still};
+/// // The base moves towards +e1 by 1 mm in an hour.
+/// let pot = Along { scene: Still::upright(), path: |t: f64| Vector3::x() * (1e-3 * t / 3600.0) };
+/// assert_eq!(pot.position(7200.0), Vector3::x() * 2e-3);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Along<P, S = Still> {
+    /// Gravity and the frame of the base.
+    pub scene: S,
+    /// Displacement of the base in the fixed frame, m, as a function of time (s), which is added to the position in
+    /// `scene`. The function and its first derivative must be continuous; a path with kinks needs a [`Scene`] that
+    /// announces them.
+    pub path: P,
+}
+
+impl<P: Fn(f64) -> Vector3<f64>, S: Scene> Scene for Along<P, S> {
+    fn gravity(&self, t: f64) -> Vector3<f64> {
+        self.scene.gravity(t)
+    }
+
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        self.scene.base(t)
+    }
+
+    fn position(&self, t: f64) -> Vector3<f64> {
+        self.scene.position(t) + (self.path)(t)
+    }
+
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.scene.next_discontinuity(t)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.scene.check()?;
+        ParameterError::finite("position of the base", self.position(0.0).sum())
     }
 }

@@ -22,8 +22,8 @@ pub(super) fn rotated(rod: &Rod, angle: f64) -> Rod {
     out
 }
 
-/// Distance of the tip from the axis, the tangent of a base with the given frame, m.
+/// Distance of the tip from the axis, the line along the tangent of a base with the given frame, m.
 pub(super) fn excursion(rod: &Rod, base: &UnitQuaternion<f64>) -> f64 {
-    let (tip, axis) = (rod.tip(), base * Vector3::z());
+    let (tip, axis) = (rod.tip() - rod.base_position(), base * Vector3::z());
     (tip - axis * axis.dot(&tip)).norm()
 }

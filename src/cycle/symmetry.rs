@@ -36,7 +36,7 @@ pub(super) fn check_periodic(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) 
     for phase in [0.0, 0.171, 0.377, 0.593, 0.811] {
         let [now, then] = [phase, phase + 1.0].map(|periods| shoot.environment().time + periods * period);
         let forces = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
-        change = change.max(scene.base(now).angle_to(&scene.base(then)));
+        change = change.max(linear::change_of_base(scene, (now, then), rod.length()));
         change = change.max(change_of_causes(shoot, rod, &forces[0], &forces[1]));
         let [a, b] = forces.map(|force| SteadyLaws::of(shoot, rod, &force).gradients);
         let [first, second] = [&a, &b].map(|all| all.iter().map(Vector3::norm).fold(0.0, f64::max));

@@ -215,11 +215,6 @@ impl ElementSystem {
         rows
     }
 
-    /// The product of two eliminated rows over the pivots of the interior.
-    pub fn interior_product<const P: usize>(&self, a: &Row, b: &Row) -> f64 {
-        self.hessian.interior_product::<P>(a, b)
-    }
-
     /// One over the pivots of the interior; zero for one that is zero.
     pub fn inverse_pivots(&self) -> &[f64] {
         self.hessian.inverse_pivots()

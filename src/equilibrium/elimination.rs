@@ -147,12 +147,6 @@ impl Elimination {
         &self.inverse
     }
 
-    /// Σ aₖ bₖ/dₖ over the interior pivots dₖ, for two reduced vectors.
-    pub fn interior_product<const P: usize>(&self, a: &Row, b: &Row) -> f64 {
-        let (a, b) = (a.as_flattened(), b.as_flattened());
-        (0..3 * (P - 1)).map(|k| a[k] * b[k] * self.inverse[k]).sum()
-    }
-
     /// Solves for the interior unknowns, given the reduced vector and the outer unknowns, which follow the
     /// interior ones in `x`.
     pub fn recover<const P: usize>(&self, vector: &Row, x: &mut Row) {

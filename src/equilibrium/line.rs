@@ -8,7 +8,6 @@ use crate::load::InternalForce;
 use crate::reference_element::AtPoints;
 use crate::rod::{Rod, Tissue};
 use crate::so3::Form;
-use crate::support::Reaction;
 
 /// Writes the strains of the centre line at the frames of a rod; none for a law without shear and stretch.
 pub(super) fn strain_line(
@@ -72,21 +71,6 @@ impl LineYields {
 }
 
 /// Laws for the unit tests of an element.
-/// Gives a held rod in equilibrium the strain of its centre line and its reactions.
-pub(super) fn complete(
-    rod: &mut Rod,
-    material: &impl Constitutive,
-    force: &InternalForce,
-    reactions: &[Reaction],
-) -> Result<(), EquilibriumError> {
-    let mut strains = Vec::new();
-    strain_line(&mut strains, rod, material, force);
-    check_line(&strains, force)?;
-    *rod.line_strains_mut() = strains;
-    *rod.reactions_mut() = reactions.to_vec();
-    Ok(())
-}
-
 #[cfg(test)]
 pub(super) mod samples {
     use super::*;

@@ -1,7 +1,6 @@
 //! Equilibrium of a rod under its load, equations (1) and (9) to (12).
 
 mod coarse;
-mod contact;
 mod element;
 mod elimination;
 mod held;
@@ -87,12 +86,9 @@ pub struct Equilibrium {
 pub struct Held {
     /// Counts, error and stability. The inertia is that on the directions that the supports permit.
     pub equilibrium: Equilibrium,
-    /// Number of increments in which the holds were moved to their places. They are the load path, on which an
-    /// equilibrium depends if there are several.
+    /// Number of increments in which the holds were moved to their places, and in a time step also the base and the
+    /// obstacles. They are the load path, on which an equilibrium depends if there are several.
     pub increments: usize,
-    /// Number of estimates of the contacts with elastic foundations in the place of the obstacles. There is one after
-    /// each search for contacts that fails.
-    pub foundations: usize,
     /// The reactions: of the holds of positions in their order, of the springs with a potential, of the
     /// contacts, and of the holds of frames alone. They are also the [`Rod::reactions`] of `rod`.
     pub reactions: Vec<Reaction>,
@@ -118,9 +114,12 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
     pub(crate) shape: Option<&'a Rod>,
-    /// The rod at the end of the increment before, the time since then (s), and its reactions: friction depends on the
-    /// displacement.
+    /// The rod at the end of the increment before, the time since then (s), and its reactions: contacts are followed
+    /// from there, and friction depends on the displacement.
     pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
+    /// Whether the search fails where no equilibrium is next to the initial guess. Otherwise a rod in contact descends
+    /// to another equilibrium.
+    pub(crate) nearby: bool,
 }
 
 impl std::fmt::Display for Equilibrium {
@@ -136,6 +135,26 @@ impl std::fmt::Display for Equilibrium {
     }
 }
 
+/// Contact that violates its condition at the end of a search without success.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactViolation {
+    /// Index of the obstacle among those of the support, counted from zero.
+    pub obstacle: usize,
+    /// Arc length s of the place from the base, m.
+    pub arc_length: f64,
+    /// Distance by which the condition is violated, m: the penetration of the surface, or the distance from it of a
+    /// place on which the obstacle exerts a force. Positive.
+    pub violation: f64,
+}
+
+impl std::fmt::Display for ContactViolation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { obstacle, arc_length, violation } = self;
+        write!(f, "the contact with obstacle {obstacle} at {arc_length:.4} m from the base is violated by ")?;
+        write!(f, "{violation:.1e} m")
+    }
+}
+
 /// Error of a search for an equilibrium. The rod has not changed.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -143,7 +162,8 @@ pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
         "no equilibrium after {iterations} Newton iterations: the last step rotated a frame by {step:.3e} rad, \
-         the largest unbalanced couple is {residual:.3e} N m, the largest force {force:.3e} N"
+         the largest unbalanced couple is {residual:.3e} N m, the largest force {force:.3e} N{}",
+        contact.map_or(String::new(), |worst| format!("; {worst}"))
     )]
     NoConvergence {
         /// Number of Newton iterations.
@@ -154,21 +174,9 @@ pub enum EquilibriumError {
         residual: f64,
         /// The largest force in the rod, N.
         force: f64,
-    },
-    /// The contacts were not found: they were added and released alternately, or their places did not converge. A
-    /// better initial guess, a finer mesh or a smaller increment may help.
-    #[error(
-        "the contacts were not found in {iterations} Newton iterations: {contacts} at the end, with an error of their \
-             condition of {misplacement:.3e}"
-    )]
-    ContactsNotFound {
-        /// Number of Newton iterations.
-        iterations: usize,
-        /// Number of places in contact at the end.
-        contacts: usize,
-        /// The largest slope of the rod against the obstacle, or its relative curvature times the length, at the end
-        /// of a contact; zero if contacts were added and released alternately.
-        misplacement: f64,
+        /// The contact whose condition is violated most; `None` without contacts, and for a solver that does not
+        /// report it.
+        contact: Option<ContactViolation>,
     },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
     #[error("element {element} would rotate by π: take more elements or a smaller load")]
@@ -208,10 +216,7 @@ impl EquilibriumError {
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
-        matches!(
-            self,
-            Self::NoConvergence { .. } | Self::ContactsNotFound { .. } | Self::Unstable { .. } | Self::Folded { .. }
-        )
+        matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. } | Self::Folded { .. })
     }
 }
 

@@ -2,9 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::contact::{self, ContactSearch, body_of};
-use super::held::{Found, HeldSearch, HeldWorkspace};
-use super::line::{check_line, complete, strain_line};
+use super::held::{Found, HeldSearch, body_of};
+use super::line::{check_line, strain_line};
 use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
@@ -61,7 +60,6 @@ pub struct NewtonSolver {
 #[derive(Debug, Default)]
 pub struct Workspace {
     system: System,
-    held: HeldWorkspace,
     /// Strain of the centre line of an equilibrium before it is accepted.
     line_strains: Vec<Vector3<f64>>,
 }
@@ -120,21 +118,23 @@ impl NewtonSolver {
             self.factorise(rod, material, force)?;
             return Ok(Box::new(FactorisedTangent { system: &mut self.workspace.system, material, force }));
         }
-        with_points!(rod, self, linearise_held(rod, (material, load), force, support))
+        let reactions = force.reactions().to_vec();
+        let mut search = self.held(rod, (material, load), force, support, (false, 1.0))?;
+        search.guess_forces(&reactions);
+        Ok(Box::new(search.linearised(rod)?))
     }
 
-    fn linearise_held<'a, const P: usize>(
+    /// A search for equilibria of a rod with a support.
+    fn held<'a>(
         &'a mut self,
         rod: &'a Rod,
-        material: (&'a impl Constitutive, &'a impl Load),
+        (material, load): (&'a impl Constitutive, &'a impl Load),
         force: &'a mut InternalForce,
         support: &'a impl Support,
-    ) -> Result<Box<dyn NearbyEquilibria + 'a>, EquilibriumError> {
-        let Workspace { system, held, .. } = &mut self.workspace;
-        let reactions = force.reactions().to_vec();
-        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
-        search.guess_forces(&reactions);
-        Ok(Box::new(search.linearise(rod)?))
+        kind: (bool, f64),
+    ) -> Result<HeldSearch<'a>, EquilibriumError> {
+        let system = &mut self.workspace.system;
+        HeldSearch::new(body_of(rod, (material, load), force, system), rod, support, kind)
     }
 
     fn factorise(
@@ -173,6 +173,7 @@ impl NewtonSolver {
             earlier: (&[], &[]),
             shape: None,
             before: None,
+            nearby: false,
         })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
@@ -197,19 +198,7 @@ impl NewtonSolver {
         reactions: &[Reaction],
     ) -> Result<Inertia, EquilibriumError> {
         let mut force = InternalForce::of(rod, load, environment);
-        with_points!(rod, self, inertia_of(rod, (material, load), &mut force, support, reactions))
-    }
-
-    fn inertia_of<const P: usize>(
-        &mut self,
-        rod: &Rod,
-        material: (&impl Constitutive, &impl Load),
-        force: &mut InternalForce,
-        support: &impl Support,
-        reactions: &[Reaction],
-    ) -> Result<Inertia, EquilibriumError> {
-        let Workspace { system, held, .. } = &mut self.workspace;
-        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
+        let mut search = self.held(rod, (material, load), &mut force, support, (false, 1.0))?;
         search.guess_forces(reactions);
         let inertia = search.inertia(rod);
         self.workspace.system.joints.clear();
@@ -229,84 +218,37 @@ impl NewtonSolver {
         guess: &[Reaction],
     ) -> Result<Vec<Reaction>, EquilibriumError> {
         let mut force = InternalForce::of(rod, load, environment);
-        let reactions = with_points!(rod, self, reactions_of(rod, (material, load), &mut force, support, guess));
-        self.workspace.system.joints.clear();
-        reactions
-    }
-
-    fn reactions_of<const P: usize>(
-        &mut self,
-        rod: &Rod,
-        material: (&impl Constitutive, &impl Load),
-        force: &mut InternalForce,
-        support: &impl Support,
-        guess: &[Reaction],
-    ) -> Result<Vec<Reaction>, EquilibriumError> {
-        let Workspace { system, held, .. } = &mut self.workspace;
-        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
+        let mut search = self.held(rod, (material, load), &mut force, support, (false, 1.0))?;
         search.guess_forces(guess);
-        Ok(search.reactions_at(rod))
+        let reactions = search.reactions_at(rod);
+        self.workspace.system.joints.clear();
+        Ok(reactions)
     }
 
-    fn search_held<C: Constitutive, L: Load, U: Support, const P: usize>(
+    fn search_held<C: Constitutive, L: Load, U: Support>(
         &mut self,
         held: &HeldRod<C, L, U>,
-        quick: bool,
     ) -> Result<Held, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before } = held;
+        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before, nearby } = held;
         let mut force = InternalForce::of(rod, load, environment);
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
         }
-        let kind = (self.stable_only, self.tolerance);
-        let Workspace { system, held, .. } = &mut self.workspace;
-        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, (material, load), &mut force, support, kind)?;
+        let (kind, bound) = ((self.stable_only, self.tolerance), self.max_iterations);
+        let mut search = self.held(rod, (material, load), &mut force, support, kind)?;
         if let Some(before) = before {
-            search.since(before);
+            search.since(before, support.base());
         }
-        search.end_early(quick);
+        search.nearby = nearby;
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
-        let Found { equilibrium, increments, foundations, reactions, patches } =
-            search.run(&mut shape, self.max_iterations)?;
-        complete(&mut shape, material, &force, &reactions)?;
-        Ok(Held { equilibrium, increments, foundations, reactions, rod: shape, patches })
-    }
-
-    /// Searches for an equilibrium with supports. A `quick` search ends after its first failure.
-    fn search_with_points<C: Constitutive, L: Load, U: Support>(
-        &mut self,
-        held: &HeldRod<C, L, U>,
-        quick: bool,
-    ) -> Result<Held, EquilibriumError> {
-        let answer = match held.rod.order().points() {
-            1 => self.search_held::<_, _, _, 1>(held, quick),
-            2 => self.search_held::<_, _, _, 2>(held, quick),
-            3 => self.search_held::<_, _, _, 3>(held, quick),
-            _ => self.search_held::<_, _, _, 4>(held, quick),
-        };
-        self.workspace.system.joints.clear();
-        answer
-    }
-
-    /// Searches for an equilibrium with contacts by the contact problem in each iteration.
-    fn search_contacts<C: Constitutive, L: Load, U: Support>(
-        &mut self,
-        held: &HeldRod<C, L, U>,
-    ) -> Result<Held, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before } = held;
-        let mut force = InternalForce::of(rod, load, environment);
-        let bound = self.max_iterations;
-        let body = body_of(rod, (material, load), &mut force, &mut self.workspace.system);
-        let mut search = ContactSearch::new(body, rod, support, (self.stable_only, self.tolerance))?;
-        if let Some(before) = before {
-            search.since(before);
-        }
-        let mut shape = rod.clone();
-        search.guess(&mut shape, earlier, last);
-        let contact::Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;
-        complete(&mut shape, material, &force, &reactions)?;
-        Ok(Held { equilibrium, increments, foundations: 0, reactions, rod: shape, patches })
+        let Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;
+        let mut strains = Vec::new();
+        strain_line(&mut strains, &shape, material, &force);
+        check_line(&strains, &force)?;
+        *shape.line_strains_mut() = strains;
+        shape.reactions_mut().clone_from(&reactions);
+        Ok(Held { equilibrium, increments, reactions, rod: shape, patches })
     }
 
     fn search<const P: usize>(
@@ -328,17 +270,8 @@ impl EquilibriumSolver for NewtonSolver {
     ) -> Result<Held, EquilibriumError> {
         ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
         held.support.check()?;
-        // A search for the contacts that does not succeed at once seldom does later.
-        let contacts = self.stable_only && !held.support.contacts().is_empty();
-        let fails = |error: &EquilibriumError| contacts && error.is_recoverable();
-        let mut answer = self.search_with_points(held, contacts);
-        if answer.as_ref().is_err_and(fails) {
-            answer = self.search_contacts(held);
-            self.workspace.system.joints.clear();
-        }
-        if answer.as_ref().is_err_and(fails) {
-            answer = self.search_with_points(held, false);
-        }
+        let answer = self.search_held(held);
+        self.workspace.system.joints.clear();
         answer
     }
 

@@ -135,7 +135,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     fn not_found(&mut self, iterations: usize) -> EquilibriumError {
         self.system.balance::<P>();
         let (step, residual, force) = (self.turn, self.system.unbalanced, self.largest_force);
-        EquilibriumError::NoConvergence { iterations, step, residual, force }
+        EquilibriumError::NoConvergence { iterations, step, residual, force, contact: None }
     }
 
     /// The result of the search, with the displacement of the tip since stability was lost.

@@ -106,5 +106,6 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
             return Ok((theta, sweep, change));
         }
     }
-    Err(EquilibriumError::NoConvergence { iterations: sweeps, step: change, residual: 0.0, force: 0.0 })
+    let (iterations, step) = (sweeps, change);
+    Err(EquilibriumError::NoConvergence { iterations, step, residual: 0.0, force: 0.0, contact: None })
 }

@@ -99,7 +99,7 @@ impl Series {
         Self { kind, times, frames, given, view, noise: None, scale: None, offset: None }
     }
 
-    /// Positions of the tip (m, fixed frame, base at the origin) at increasing times (s).
+    /// Positions of the tip (m, fixed frame) at increasing times (s).
     #[must_use]
     pub fn tips(times: Vec<f64>, positions: &[Vector3<f64>]) -> Self {
         Self::new(Kind::Tip, times, positions.iter().map(|p| vec![*p]).collect(), (3, View::space()))
@@ -118,7 +118,7 @@ impl Series {
         Self::new(Kind::Tip, times, coordinates.iter().map(|x| vec![Vector3::new(*x, 0.0, 0.0)]).collect(), (1, view))
     }
 
-    /// Points on centre lines (m, fixed frame, base at the origin) at times (s). The last point of a line is the tip.
+    /// Points on centre lines (m, fixed frame) at times (s). The last point of a line is the tip.
     /// The arc lengths of the others are unknown, and they are compared with the nearest points of the simulated line.
     #[must_use]
     pub fn centre_lines(times: Vec<f64>, lines: Vec<Vec<Vector3<f64>>>) -> Self {

@@ -28,8 +28,8 @@ pub(crate) fn check_autonomous(
     let (mut change, mut causes) = (0.0_f64, 0.0_f64);
     // Incommensurate times, from seconds to days: they are not multiples of a common period.
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
-        // A rotation of the base does not change the stimuli on a given rod.
-        change = change.max(scene.base(time).angle_to(&scene.base(later)) / rod.length());
+        // A motion of the base does not change the stimuli on a given rod.
+        change = change.max(change_of_base(scene, (time, later), rod.length()) / rod.length());
         let mut force = InternalForce::of(rod, load, &scene.environment(later));
         // For a given shape, a force does not change the stimuli, and REGR does not change the gradients.
         causes = causes.max(change_of_causes(shoot, rod, &at_present, &force));
@@ -45,6 +45,12 @@ pub(crate) fn check_autonomous(
         return Err(StabilityError::NotAutonomous { change: change.max(causes / rod.length()) });
     }
     Ok(())
+}
+
+/// The change of the base between two times (s): of its frame in radians, of its position relative to a length (m).
+pub(crate) fn change_of_base(scene: &impl Scene, (now, then): (f64, f64), length: f64) -> f64 {
+    let moved = (scene.position(now) - scene.position(then)).norm() / length;
+    scene.base(now).angle_to(&scene.base(then)).max(moved)
 }
 
 /// The largest change of force, REGR and support of a rod, relative, between the times of two forces in it.

@@ -12,7 +12,7 @@ mod stimuli;
 mod support;
 
 pub(crate) use analytic::{AnalyticMatrix, newton, newton_step};
-pub(crate) use autonomous::{change_of_causes, check_autonomous};
+pub(crate) use autonomous::{change_of_base, change_of_causes, check_autonomous};
 pub(crate) use bends::{precise_solver, visit_bends};
 pub use error::StabilityError;
 pub(crate) use relative::relative;

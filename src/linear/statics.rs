@@ -27,7 +27,17 @@ pub(crate) fn equilibrate(
         let found = solver.equilibrate(rod, material, &force)?;
         return Ok((force, found));
     }
-    let held = HeldRod { rod, material, load, support, environment, earlier: (guess, &[]), shape: None, before: None };
+    let held = HeldRod {
+        rod,
+        material,
+        load,
+        support,
+        environment,
+        earlier: (guess, &[]),
+        shape: None,
+        before: None,
+        nearby: false,
+    };
     let held = solver.hold(&held)?;
     let (name, contacts) = ("number of contacts with obstacles", held.patches.len());
     ParameterError::unless(

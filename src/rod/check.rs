@@ -62,6 +62,8 @@ impl Rod {
         }
         let (length, first) = (self.initial_length, self.first_growing);
         unless(length > 0.0 && length.is_finite(), "initial length", 0, length, "positive and finite (m)")?;
+        let position = self.base_position.norm_squared();
+        unless(position.is_finite(), "square of the position of the base", 0, position, "finite (m²)")?;
         let requirement = "at most the number of elements";
         unless(first <= elements, "first element of the growth zone", 0, first as f64, requirement)?;
         for (i, norm) in self.frames.iter().map(|frame| frame.norm()).enumerate() {

@@ -19,6 +19,7 @@ impl Rod {
         let count = (n / ratio).max(1);
         let nodes: Vec<f64> = (0..=count).map(|i| ends[i * n / count]).collect();
         let mut coarse = Self::straight(&nodes, |_| self.points[0].section, self.frames[0], self.order).ok()?;
+        coarse.base_position = self.base_position;
         let (mut places, mut e) = (Vec::with_capacity(coarse.points.len()), 0);
         for point in &mut coarse.points {
             let s = ends[n] - point.apex_distance;

@@ -41,11 +41,14 @@ use crate::support::Reaction;
 /// deformation.
 ///
 /// Lengths along the rod (arc length, length, distance from the apex) are unstretched lengths of the tissue, which
-/// identify places. Positions include shear and stretch if the elastic law has them.
+/// identify places. Positions include shear and stretch if the elastic law has them. They are those in the fixed frame,
+/// in which the base is at [`base_position`](Self::base_position), the origin unless it is set.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(remote = "Self"))]
 pub struct Rod {
     order: Order,
+    /// Position of the base in the fixed frame, m.
+    base_position: Vector3<f64>,
     /// Frames at the ends of the elements, from base to apex.
     frames: Vec<UnitQuaternion<f64>>,
     /// Rotation vectors of the nodes 1 … p of every element.
@@ -75,7 +78,7 @@ fn check_base(base: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
 }
 
 impl Rod {
-    /// A straight rod without intrinsic strain.
+    /// A straight rod without intrinsic strain, with its base at the origin.
     ///
     /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length. `section` returns the cross
     /// section at an arc length (m), or the radius (m) of a circular one. `base` rotates e1, e2, e3 into d1, d2, d3.
@@ -115,6 +118,7 @@ impl Rod {
         }
         Ok(Self {
             order,
+            base_position: Vector3::zeros(),
             frames: vec![base; elements + 1],
             rotations: vec![Vector3::zeros(); elements * reference.p],
             line_strains: Vec::new(),
@@ -270,6 +274,22 @@ impl Rod {
             *frame = UnitQuaternion::new_normalize((turn * *frame).into_inner());
         }
         self.frames[0] = base;
+        Ok(())
+    }
+
+    /// The position of the base in the fixed frame, m; the origin by default.
+    #[must_use]
+    pub fn base_position(&self) -> Vector3<f64> {
+        self.base_position
+    }
+
+    /// Moves the whole rod, without rotation, so that its base is at a position in the fixed frame (m).
+    ///
+    /// # Errors
+    /// A position that is not finite; the rod does not change then.
+    pub fn set_base_position(&mut self, position: Vector3<f64>) -> Result<(), ParameterError> {
+        ParameterError::finite("position of the base", position.sum())?;
+        self.base_position = position;
         Ok(())
     }
 

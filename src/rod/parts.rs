@@ -31,14 +31,21 @@ impl Rod {
         (&mut self.frames, &mut self.rotations)
     }
 
+    /// The position of the base, to be changed.
+    pub(crate) fn base_position_mut(&mut self) -> &mut Vector3<f64> {
+        &mut self.base_position
+    }
+
     /// The strain of the centre line at the material points, to be replaced; empty for a rod that neither shears nor
     /// stretches.
     pub(crate) fn line_strains_mut(&mut self) -> &mut Vec<Vector3<f64>> {
         &mut self.line_strains
     }
 
-    /// Takes the shape of another rod: frames, rotations, the strain of the centre line and the reactions.
+    /// Takes the shape of another rod: position of the base, frames, rotations, the strain of the centre line and the
+    /// reactions.
     pub(crate) fn copy_shape(&mut self, source: &Self) {
+        self.base_position = source.base_position;
         self.frames.clone_from(&source.frames);
         self.rotations.clone_from(&source.rotations);
         self.line_strains.clone_from(&source.line_strains);
@@ -73,13 +80,13 @@ impl Rod {
         rod
     }
 
-    /// Takes the shape of a rod of the same length with other elements: its frames at the nodes of this rod, and its
-    /// reactions. The strain of the centre line is not taken.
+    /// Takes the shape of a rod of the same length with other elements: the position of its base, its frames at the
+    /// nodes of this rod, and its reactions. The strain of the centre line is not taken.
     pub(crate) fn sample_shape(&mut self, source: &Self) {
         let (reference, p) = (self.reference(), self.order.points());
         let (mut start, mut walk) = (0.0, source.walk());
         let mut frame = source.frames[0];
-        self.frames[0] = frame;
+        (self.base_position, self.frames[0]) = (source.base_position, frame);
         for e in 0..self.elements() {
             let first = frame.inverse();
             for k in 0..p {

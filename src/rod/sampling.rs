@@ -62,8 +62,8 @@ fn stations(reference: &ReferenceElement) -> &'static [Stations; STATIONS / LANE
 }
 
 impl Rod {
-    /// The positions of `count` points at equal arc lengths from base to apex, both included (m, fixed frame, base at
-    /// the origin). A single point is the base.
+    /// The positions of `count` points at equal arc lengths from base to apex, both included (m, fixed frame). A
+    /// single point is the base.
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let last = count.saturating_sub(1).max(1);
@@ -72,8 +72,8 @@ impl Rod {
         positions
     }
 
-    /// Appends the positions at the given increasing arc lengths, relative to the length (m, fixed frame, base at the
-    /// origin). A rod whose length is NaN has no positions.
+    /// Appends the positions at the given increasing arc lengths, relative to the length (m, fixed frame). A rod
+    /// whose length is NaN has no positions.
     pub(crate) fn append_positions(&self, shares: impl Iterator<Item = f64>, positions: &mut Vec<Vector3<f64>>) {
         let (line, length, mut walk) = (self.centre_line(), self.length(), self.walk());
         let places: Vec<_> = shares.filter_map(|share| walk.to(length * share)).collect();

@@ -137,17 +137,17 @@ impl Rod {
         self.frames[element] * sum
     }
 
-    /// The position of the apex in the fixed frame with the base as origin, m.
+    /// The position of the apex in the fixed frame, m.
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
-        (0..self.elements()).map(|e| self.whole_chord(e)).sum()
+        self.base_position + (0..self.elements()).map(|e| self.whole_chord(e)).sum::<Vector3<f64>>()
     }
 
-    /// The arc length (m) and the position (m, fixed frame, base at the origin) of the ends of all elements.
+    /// The arc length (m) and the position (m, fixed frame) of the ends of all elements.
     #[must_use]
     pub fn centre_line(&self) -> Vec<(f64, Vector3<f64>)> {
         let mut line = Vec::with_capacity(self.elements() + 1);
-        let (mut s, mut position) = (0.0, Vector3::zeros());
+        let (mut s, mut position) = (0.0, self.base_position);
         line.push((s, position));
         for e in 0..self.elements() {
             s += self.length_of(e);
@@ -157,13 +157,12 @@ impl Rod {
         line
     }
 
-    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to
-    /// [0, ℓ]; `None` for NaN.
+    /// The position (m, fixed frame) and the frame at arc length `s` (m). `s` is clamped to [0, ℓ]; `None` for NaN.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
         let (element, x) = self.locate(s)?;
         let start: Vector3<f64> = (0..element).map(|e| self.whole_chord(e)).sum();
-        Some((start + self.chord(element, x), self.frame_within(element, x)))
+        Some((self.base_position + (start + self.chord(element, x)), self.frame_within(element, x)))
     }
 }
 

@@ -241,8 +241,9 @@ impl<M: Model> ShootBuilder<M> {
         for place in &mut kept {
             *place = insert_node(&mut nodes, *place);
         }
-        let base = model.scene().base(0.0);
-        let mut rod = Rod::straight(&nodes, |s| along(s), base, order)?;
+        let scene = model.scene();
+        let mut rod = Rod::straight(&nodes, |s| along(s), scene.base(0.0), order)?;
+        rod.set_base_position(scene.position(0.0))?;
         let to_keep = nodes.iter().zip(0..).filter(|(node, _)| kept[1..].contains(node));
         to_keep.for_each(|(_, i)| rod.keep_node(i));
         let below = nodes.iter().take_while(|node| **node < kept[0]).count();

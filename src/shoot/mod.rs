@@ -80,7 +80,7 @@ impl<M: Model> Shoot<M> {
         self.state.time
     }
 
-    /// The position of the apex in the fixed frame with the base as origin, m.
+    /// The position of the apex in the fixed frame, m.
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
         self.rod().tip()

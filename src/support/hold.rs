@@ -6,7 +6,7 @@ use super::Support;
 use crate::error::ParameterError;
 use crate::so3;
 
-/// Condition on the position of a material place, in the fixed frame with the base at the origin, m.
+/// Condition on the position of a material place, in the fixed frame, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Position {
@@ -240,7 +240,7 @@ pub(crate) fn closest_about(
     frame * so3::exp(&(axis * angle))
 }
 
-/// The joint of the base, which remains at the origin.
+/// The joint of the base, which remains at its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Joint {

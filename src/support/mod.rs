@@ -9,6 +9,7 @@ mod potential;
 mod reaction;
 #[cfg(test)]
 mod tests;
+mod union;
 
 pub use contact::Contact;
 pub use cuboid::Cuboid;
@@ -19,6 +20,7 @@ pub use polyhedron::ConvexPolyhedron;
 pub use potential::{Argument, Elastic, Energy, Potential};
 pub(crate) use reaction::Patch;
 pub use reaction::{Reaction, Slip};
+pub use union::Union;
 
 use crate::compositions::compositions;
 use crate::error::ParameterError;

@@ -16,7 +16,18 @@ pub struct Distance {
     pub curvature: Matrix3<f64>,
 }
 
+impl Distance {
+    /// The distance from an obstacle without places.
+    pub(super) fn nowhere() -> Self {
+        Self { value: f64::INFINITY, normal: Vector3::z(), curvature: Matrix3::zeros() }
+    }
+}
+
 /// An obstacle, given by its signed distance. Obstacles may move in time.
+///
+/// An obstacle may consist of several surfaces, such as the sides of a corner. The search for contacts treats each
+/// surface by its own distance. This is necessary where the gradient of the distance is discontinuous outside the
+/// obstacle: at places with two nearest points. All surfaces move together.
 ///
 /// ```
 /// use morphorod::nalgebra::{Matrix3, Vector3};
@@ -32,12 +43,31 @@ pub struct Distance {
 /// }
 /// ```
 pub trait Obstacle {
-    /// Signed distance of a place (m, in the fixed frame, base at the origin) at a time (s).
+    /// Signed distance of a place (m, in the fixed frame) at a time (s).
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance;
+
+    /// Number of surfaces, the same at all times; one by default. An obstacle that wraps another one forwards this,
+    /// [`distance_to`](Self::distance_to) and [`has_edges`](Self::has_edges).
+    fn surfaces(&self) -> usize {
+        1
+    }
+
+    /// Signed distance of a place (m) from one of the surfaces at a time (s), with the conventions of
+    /// [`distance`](Self::distance), which is that of the nearest surface. The index `surface` is below
+    /// [`surfaces`](Self::surfaces).
+    fn distance_to(&self, _surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
+        self.distance(place, time)
+    }
+
+    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with
+    /// such an obstacle needs a positive radius.
+    fn has_edges(&self) -> bool {
+        false
+    }
 
     /// Displacement of the obstacle per force on it, m/N, symmetric and positive semidefinite; zero, for a rigid
     /// obstacle, by default. An obstacle that yields moves without rotation, as a pole on springs. The slip of friction
-    /// is relative to the displaced obstacle.
+    /// is relative to the displaced obstacle. The forces on all surfaces displace the obstacle as a whole.
     fn compliance(&self) -> Matrix3<f64> {
         Matrix3::zeros()
     }
@@ -46,12 +76,6 @@ pub trait Obstacle {
     /// default.
     fn velocity(&self, _place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
         Vector3::zeros()
-    }
-
-    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with
-    /// such an obstacle needs a positive radius. An obstacle that wraps another one forwards this.
-    fn has_edges(&self) -> bool {
-        false
     }
 
     /// Checks the parameters.
@@ -65,8 +89,10 @@ pub trait Obstacle {
 
 forward_pointers!(Obstacle {
     fn distance(place: &Vector3<f64>, time: f64) -> Distance;
-    fn compliance() -> Matrix3<f64>;
+    fn surfaces() -> usize;
+    fn distance_to(surface: usize, place: &Vector3<f64>, time: f64) -> Distance;
     fn has_edges() -> bool;
+    fn compliance() -> Matrix3<f64>;
     fn velocity(place: &Vector3<f64>, time: f64) -> Vector3<f64>;
     fn check() -> Result<(), ParameterError>;
 });

@@ -91,8 +91,7 @@ impl ConvexPolyhedron {
         Ok(Self { half_spaces, planes, edges, same: SAME * size })
     }
 
-    /// The half spaces, in the order in which they were given.
-    #[must_use]
+    /// The half spaces.
     pub fn half_spaces(&self) -> &[HalfSpace] {
         &self.half_spaces
     }
@@ -117,8 +116,7 @@ impl Obstacle for ConvexPolyhedron {
         let face =
             |plane: &Plane| Distance { value: plane.above(place), normal: plane.normal, curvature: Matrix3::zeros() };
         let highest = self.planes.iter().map(face).reduce(|a, b| if b.value > a.value { b } else { a });
-        let highest =
-            highest.unwrap_or(Distance { value: f64::INFINITY, normal: Vector3::z(), curvature: Matrix3::zeros() });
+        let highest = highest.unwrap_or_else(Distance::nowhere);
         if !(highest.value > 0.0) {
             return highest;
         }

@@ -57,7 +57,7 @@ pub struct Energy {
 /// # let _ = tied;
 /// ```
 pub trait Potential {
-    /// Energy with its derivatives at x (a position in the fixed frame with the base at the origin, m, or a rotation
+    /// Energy with its derivatives at x (a position in the fixed frame, m, or a rotation
     /// vector, rad) and at a time (s).
     fn energy(&self, x: &Vector3<f64>, time: f64) -> Energy;
 

@@ -29,6 +29,8 @@ pub struct Reaction {
     pub length: f64,
     /// Index of the obstacle among those of the support; `None` for a hold.
     pub obstacle: Option<usize>,
+    /// Index of the touched surface among those of the obstacle; zero for a hold and for an obstacle of one surface.
+    pub surface: usize,
     /// Normal part of the force, N; zero for a hold.
     pub normal: f64,
     /// Whether the place slides over the obstacle; `None` without friction and for a hold.
@@ -39,7 +41,10 @@ pub struct Reaction {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Patch {
+    /// Index of the obstacle among those of the support. Inside a search, index of the surface among all surfaces.
     pub obstacle: usize,
+    /// Index of the surface among those of the obstacle.
+    pub surface: usize,
     pub from: f64,
     pub to: f64,
 }

@@ -3,7 +3,7 @@
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::{ConvexPolyhedron, Cuboid, Distance, HalfSpace, Obstacle};
+use super::{ConvexPolyhedron, Cuboid, Distance, HalfSpace, Obstacle, Sphere, Union};
 use crate::error::ParameterError;
 
 /// A pseudo-random number below one (SplitMix64), which depends on an index.
@@ -209,8 +209,40 @@ fn bodies_without_volume_and_invalid_parameters_are_refused() {
     assert_eq!(error(Cuboid { centre: Vector3::x() * f64::NAN, ..cuboid }.check()), "centre of a box");
     let frame = UnitQuaternion::new_unchecked(cuboid.frame.into_inner() * 2.0);
     assert!(error(Cuboid { frame, ..cuboid }.check()).contains("frame of a box"));
+    assert_eq!(error(Union::<Cuboid>(Vec::new()).check()), "number of members of a union");
+    assert_eq!(error(Union(vec![Soft]).check()), "compliance of a member of a union");
     // No input is a panic.
     for place in [Vector3::repeat(f64::NAN), Vector3::repeat(f64::INFINITY), cuboid.centre] {
         let _ = (cuboid.distance(&place, 0.0), random(7, 9).distance(&place, 0.0));
+        let _ = Union::<Cuboid>(Vec::new()).distance_to(3, &place, 0.0);
+    }
+}
+
+/// A place that yields.
+struct Soft;
+
+impl Obstacle for Soft {
+    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+        Sphere { centre: Vector3::zeros(), radius: 1.0 }.distance(place, time)
+    }
+
+    fn compliance(&self) -> Matrix3<f64> {
+        Matrix3::identity()
+    }
+}
+
+#[test]
+fn union_has_the_surfaces_of_its_members() {
+    let ball = |x: f64| Sphere { centre: Vector3::x() * x, radius: 0.5 };
+    let inner: Box<dyn Obstacle> = Box::new(Union(vec![ball(0.0), ball(1.0)]));
+    let union = Union(vec![Box::new(inclined()) as Box<dyn Obstacle>, inner, Box::new(ball(2.0))]);
+    let members: [&dyn Obstacle; 4] = [&inclined(), &ball(0.0), &ball(1.0), &ball(2.0)];
+    assert_eq!(union.surfaces(), 4);
+    for place in (0..50).map(|i| vector(i) * 3.0) {
+        for (i, member) in members.iter().enumerate() {
+            assert_eq!(union.distance_to(i, &place, 0.0), member.distance(&place, 0.0));
+        }
+        let least = members.iter().map(|member| member.distance(&place, 0.0).value).fold(f64::MAX, f64::min);
+        assert_eq!(union.distance(&place, 0.0).value, least);
     }
 }

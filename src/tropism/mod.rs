@@ -46,7 +46,7 @@ pub struct Site<'a> {
     pub apex_distance: f64,
     /// Cross section.
     pub section: Section,
-    /// Position in the fixed frame with the base at the origin, m. NaN unless a law
+    /// Position in the fixed frame, m; the base is at [`Scene::position`](crate::Scene::position). NaN unless a law
     /// [declares](Declaration::with_position) that it reads the position.
     pub position: Vector3<f64>,
     /// The rod, for laws that sense at another place than they act, as at the apex.

@@ -153,12 +153,14 @@ mod written {
         assert!(message.contains("semi-axis along d2 of point number 2 is -1 but must be positive"), "{message}");
         let message = refusal(|state| state["rod"]["frames"][0][0] = 2.0.into());
         assert!(message.contains("unit quaternion"), "{message}");
+        let message = refusal(|state| state["rod"]["base_position"][1] = 1e200.into());
+        assert!(message.contains("square of the position of the base"), "{message}");
         let message = refusal(|state| state["rod"]["first_growing"] = 99.into());
         assert!(message.contains("first element of the growth zone number 0 is 99"), "{message}");
         let message = refusal(|state| {
             state["rod"]["reactions"] = serde_json::json!([{
                 "arc_length": 0.01, "initial_apex_distance": 0.0, "force": [1e308, 1e308, 0.0],
-                "couple": [0.0, 0.0, 0.0], "length": 0.0, "obstacle": null, "normal": 0.0, "slip": null
+                "couple": [0.0, 0.0, 0.0], "length": 0.0, "obstacle": null, "surface": 0, "normal": 0.0, "slip": null
             }]);
         });
         assert!(message.contains("sum of reaction number 0 is inf but must be finite"), "{message}");
@@ -172,8 +174,9 @@ mod written {
         assert!(message.contains("merger was tried last"), "{message}");
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
         assert!(message.contains("values at a level"), "{message}");
-        let rod = r#"{"order":"Two","frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
-            "initial_length":1.0,"kept":[],"first_growing":0,"loss":[],"reactions":[]}"#;
+        let rod = r#"{"order":"Two","base_position":[0.0,0.0,0.0],"frames":[],"rotations":[],"line_strains":[],
+            "points":[],"node_distance":[],"initial_length":1.0,"kept":[],"first_growing":0,"loss":[],
+            "reactions":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
         assert!(message.contains("number of frames is 0 but the elements require 2"), "{message}");
     }

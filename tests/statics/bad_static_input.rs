@@ -123,7 +123,7 @@ fn exceeded_iteration_limit_reports_the_residual_and_leaves_the_rod() {
             let mut solver = NewtonSolver { max_iterations: bound, stable_only, ..NewtonSolver::default() };
             let error = fails(&mut solver, &mut rod, &young_tissue(), &weight, &scene.environment(0.0));
             assert!(error.is_recoverable());
-            let EquilibriumError::NoConvergence { iterations, step, residual, force } = error else {
+            let EquilibriumError::NoConvergence { iterations, step, residual, force, contact: None } = error else {
                 panic!("{error}")
             };
             assert_eq!(iterations, bound);

@@ -1,14 +1,16 @@
-//! Obstacles with edges.
+//! Obstacles with edges, and obstacles of several surfaces.
 
 use std::f64::consts::FRAC_PI_2;
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 
 use crate::fixtures::held::Held;
-use crate::fixtures::rods::{DENSITY, RADIUS};
+use crate::fixtures::rods::{DENSITY, RADIUS, bending_stiffness};
 use morphorod::load::Weight;
-use morphorod::support::{Contact, ConvexPolyhedron, Cuboid, Cylinder, HalfSpace, Obstacle, Support};
-use nalgebra::{UnitQuaternion, Vector3};
+use morphorod::support::{
+    Contact, ConvexPolyhedron, Cuboid, Cylinder, Distance, HalfSpace, Obstacle, Reaction, Support, Union,
+};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Length, m.
 const LENGTH: f64 = 0.05;
@@ -55,7 +57,10 @@ fn rod_bends_over_an_edge_as_over_a_cylinder() {
 #[test]
 fn contact_of_radius_zero_with_an_edge_is_refused() {
     let mut held = Held::straight(LENGTH, FRAC_PI_2, 10, Weight { density: DENSITY });
-    held.assert_refused(&Contact { obstacle: table(), radius: 0.0, friction: 0.0 }, "an obstacle with edges");
+    let bodies: [Box<dyn Obstacle>; 2] = [Box::new(table()), Box::new(Union(vec![table()]))];
+    for obstacle in bodies {
+        held.assert_refused(&Contact { obstacle, radius: 0.0, friction: 0.0 }, "an obstacle with edges");
+    }
 }
 
 #[test]
@@ -69,4 +74,82 @@ fn apex_rests_on_a_face_as_on_a_plane() {
     let (block, plane) = (on(&block), on(&plane));
     assert_relative_eq!(block.reaction().0.z, plane.reaction().0.z, epsilon = 0.0, max_relative = 1e-10);
     assert_abs_diff_eq!((block.rod.tip() - plane.rod.tip()).norm(), 0.0, epsilon = 1e-11 * LENGTH);
+}
+
+/// The sides of a groove along e1 at a depth of a tenth of the length. One is steeper than the other.
+fn sides() -> [HalfSpace; 2] {
+    let side = |y: f64| HalfSpace { through: Vector3::z() * (-0.1 * LENGTH), normal: Vector3::new(0.0, y, 1.0) };
+    [side(-1.0), side(0.5)]
+}
+
+/// The force and the named surface of a reaction.
+fn named(reaction: &Reaction) -> (Vector3<f64>, Option<usize>, usize) {
+    (reaction.force, reaction.obstacle, reaction.surface)
+}
+
+#[test]
+fn union_of_two_half_spaces_acts_as_two_contacts() {
+    for friction in [0.0, 0.3] {
+        let separate = horizontal(&sides().map(|obstacle| Contact { obstacle, radius: RADIUS, friction }).to_vec());
+        let other = HalfSpace { through: Vector3::z() * -LENGTH, normal: Vector3::z() };
+        // The union is the second obstacle of its support.
+        let groove = Contact { obstacle: Union(sides().to_vec()), radius: RADIUS, friction };
+        let union = horizontal(&(Contact { obstacle: other, radius: RADIUS, friction }, groove));
+        println!("{}", union.found);
+        assert_eq!(separate.reactions.len(), 2, "{:?}", separate.reactions);
+        assert_eq!(union.rod.frames(), separate.rod.frames());
+        for (i, (one, both)) in separate.reactions.iter().zip(&union.reactions).enumerate() {
+            assert_eq!((named(one), named(both)), ((one.force, Some(i), 0), (one.force, Some(1), i)));
+        }
+    }
+}
+
+/// An obstacle on springs of a compliance (m/N), displaced by a vector (m).
+struct Sprung<O>(O, Matrix3<f64>, Vector3<f64>);
+
+impl<O: Obstacle> Obstacle for Sprung<O> {
+    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+        self.0.distance(&(place - self.2), time)
+    }
+
+    fn surfaces(&self) -> usize {
+        self.0.surfaces()
+    }
+
+    fn distance_to(&self, surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
+        self.0.distance_to(surface, &(place - self.2), time)
+    }
+
+    fn has_edges(&self) -> bool {
+        self.0.has_edges()
+    }
+
+    fn compliance(&self) -> Matrix3<f64> {
+        self.1
+    }
+}
+
+#[test]
+fn union_on_springs_moves_by_the_forces_on_all_of_its_surfaces() {
+    let unit = LENGTH.powi(3) / bending_stiffness();
+    let compliance = Matrix3::new(1.0, 0.2, 0.1, 0.2, 0.8, -0.2, 0.1, -0.2, 1.3);
+    for size in [0.01, 0.1, 1.0] {
+        let compliance = compliance * (size * unit);
+        let groove = |compliance: Matrix3<f64>, displacement: Vector3<f64>| Contact {
+            obstacle: Sprung(Union(sides().to_vec()), compliance, displacement),
+            radius: RADIUS,
+            friction: 0.0,
+        };
+        let sprung = horizontal(&groove(compliance, Vector3::zeros()));
+        println!("{size}: {}", sprung.found);
+        assert_eq!(sprung.reactions.len(), 2);
+        let force: Vector3<f64> = sprung.reactions.iter().map(|reaction| reaction.force).sum();
+        let rigid = horizontal(&groove(Matrix3::zeros(), compliance * -force));
+        assert_eq!(rigid.reactions.len(), 2);
+        // Both searches end with frames to 1e-14 rad.
+        for (one, other) in sprung.reactions.iter().zip(&rigid.reactions) {
+            assert_abs_diff_eq!((one.force - other.force).norm(), 0.0, epsilon = 1e-8 * force.norm());
+        }
+        assert_abs_diff_eq!((sprung.rod.tip() - rigid.rod.tip()).norm(), 0.0, epsilon = 1e-9 * LENGTH);
+    }
 }

@@ -9,7 +9,7 @@ use crate::fixtures::shoots;
 use crate::fixtures::shoots::{HOUR, growing, righting};
 use approx::abs_diff_eq;
 use morphorod::constitutive::Constitutive;
-use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
+use morphorod::equilibrium::{ContactViolation, Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::InternalForce;
 use morphorod::rod::Rod;
@@ -40,7 +40,9 @@ impl EquilibriumSolver for Flaky {
     ) -> Result<Equilibrium, EquilibriumError> {
         self.asked += 1;
         if self.fails.contains(&self.asked) {
-            return Err(EquilibriumError::NoConvergence { iterations: 0, step: 1.0, residual: 1.0, force: 0.0 });
+            let contact = Some(ContactViolation { obstacle: 1, arc_length: 0.0312, violation: 3.2e-7 });
+            let (step, residual, force) = (1.0, 1.0, 0.0);
+            return Err(EquilibriumError::NoConvergence { iterations: 0, step, residual, force, contact });
         }
         self.solver.equilibrate(rod, material, force)
     }
@@ -59,6 +61,13 @@ fn failed_call_leaves_the_shoot_unchanged_wherever_it_fails() {
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(at..at + 2));
         let error = run.advance(&mut shoot, 2.0 * HOUR).unwrap_err();
         assert!(matches!(error, IntegrationError::Equilibrium { .. }) && error.is_recoverable(), "{error}");
+        // The message states the time, the obstacle and the place.
+        let (words, last) = (error.to_string(), "the contact with obstacle 1 at 0.0312 m from the base is violated by");
+        assert!(
+            words.starts_with("at ") && words.contains(" s: no equilibrium after 0 Newton iterations: "),
+            "{words}"
+        );
+        assert!(words.ends_with(&format!("largest force 0.000e0 N; {last} 3.2e-7 m")), "{words}");
         assert!(shoot.state() == start.state(), "failure {at}");
         // The integrator keeps no data of the failed call. The same call now succeeds with the
         // result of an undisturbed run.

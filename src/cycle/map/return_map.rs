@@ -173,6 +173,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             self.rod.points_mut()[first + k / 2].intrinsic[k % 2] = strain[k];
         }
         let (load, support) = (self.shoot.model.load(), self.shoot.model.support());
+        self.rod.set_base_position(scene.position(time))?;
         if support.base().is_none() {
             self.rod.set_base(scene.base(time))?;
         }

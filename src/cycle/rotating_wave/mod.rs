@@ -57,10 +57,10 @@ impl RotatingWave {
         excursion(&self.rod, &self.rod.frames()[0])
     }
 
-    /// The height of the tip along the axis, m.
+    /// The height of the tip above the base along the axis, m.
     #[must_use]
     pub fn height(&self) -> f64 {
-        (self.rod.frames()[0] * Vector3::z()).dot(&self.rod.tip())
+        (self.rod.frames()[0] * Vector3::z()).dot(&(self.rod.tip() - self.rod.base_position()))
     }
 
     /// The unknowns of the wave.

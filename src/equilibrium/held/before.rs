@@ -1,54 +1,58 @@
-//! The rod and its contacts before an increment.
+//! The rod at the start of an increment, from which friction counts slip.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
-use super::sites::Friction;
-use super::touch::{Obstacles, place, starts};
+use super::obstacles::{Line, Obstacles};
+use super::reduced::Surfaces;
 use crate::rod::Rod;
 
-/// The rod at the end of the increment before.
-pub(super) struct Before<'a> {
-    pub rod: &'a Rod,
+/// The rod at the start of an increment.
+#[derive(Clone)]
+pub(super) struct Before {
+    pub rod: Rod,
     /// Tangents ∂p/∂s of its centre line at the material points.
     tangents: Vec<Vector3<f64>>,
     /// Positions of the starts of its elements, m.
-    starts: Vec<Vector3<f64>>,
-    /// Time since the end of that increment, s.
-    time: f64,
+    starts: Vec<(f64, Vector3<f64>)>,
+    /// Time since then, s.
+    pub time: f64,
     /// Displacements of the obstacles by the forces on them, m.
     yielded: Vec<Vector3<f64>>,
 }
 
-/// A contact of an earlier equilibrium.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct OldTouch {
-    pub obstacle: usize,
-    pub arc_length: f64,
-    /// Normal force, N.
-    pub push: f64,
-    /// Friction; `None` without.
-    pub friction: Option<Friction>,
-}
-
-impl<'a> Before<'a> {
-    pub fn new(rod: &'a Rod, time: f64, yielded: Vec<Vector3<f64>>) -> Self {
+impl Before {
+    pub fn new(rod: &Rod, time: f64, yielded: Vec<Vector3<f64>>) -> Self {
         let points = rod.order().points();
-        let tangent = |(e, g)| rod.frame_at_point(e, g) * rod.line_strain_at_point(e, g);
+        let tangent = |(e, g): (usize, usize)| {
+            let frame: UnitQuaternion<f64> = rod.frame_at_point(e, g);
+            frame * rod.line_strain_at_point(e, g)
+        };
         let tangents: Vec<_> = (0..rod.points().len()).map(|i| tangent((i / points, i % points))).collect();
         // The slip of a contact at rest is exactly zero, since its place is computed in the same way.
-        let starts = starts(rod, &tangents);
-        Self { rod, tangents, starts, time, yielded }
+        let starts = Line::new(rod, &tangents).starts;
+        Self { rod: rod.clone(), tangents, starts, time, yielded }
     }
 
-    /// The place (m) that material would have if it had moved with an obstacle since then. The material is given by its
-    /// distance from the apex at t = 0 (m).
-    pub fn anchor(&self, initial_apex_distance: f64, obstacles: &Obstacles, obstacle: usize) -> Vector3<f64> {
-        let Some((e, x)) = self.rod.locate_initial(initial_apex_distance) else { return Vector3::repeat(f64::NAN) };
-        let position = place(self.rod, &self.tangents, (e, x), 0.0, &self.starts[e]).position;
+    /// The place (m) that material would have if it had moved with an obstacle since then, and the tangent of the rod.
+    /// The material is given by its distance from the apex at t = 0 (m).
+    fn place(&self, material: f64, obstacles: &Obstacles, obstacle: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let Some((e, x)) = self.rod.locate_initial(material) else {
+            return (Vector3::repeat(f64::NAN), Vector3::zeros());
+        };
+        let p = self.rod.order().points();
+        let parts = super::response::upto_parts(&self.rod, e, x);
+        let tangents = &self.tangents[e * p..(e + 1) * p];
+        let position = tangents.iter().zip(parts).fold(self.starts[e].1, |sum, (tangent, part)| sum + tangent * part);
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
-        let moved = position + velocity * self.time + obstacles.yielded[obstacle] - self.yielded[obstacle];
-        // The projection to the surface removes displacements along the normal before the contact.
-        let gap = obstacles.gap(obstacle, &moved);
-        moved - gap.normal * gap.value
+        let moved = position + velocity * self.time - self.yielded[obstacle];
+        (moved, self.rod.frame_within(e, x) * Vector3::z())
+    }
+
+    /// The place without slip (m) of material on the surface of an obstacle, and its derivative along the rod.
+    pub fn anchor(&self, material: f64, (obstacles, obstacle): (&Obstacles, usize)) -> (Vector3<f64>, Vector3<f64>) {
+        let (place, tangent) = self.place(material, obstacles, obstacle);
+        // The projection to the surface removes displacements along the normal.
+        let gap = obstacles.gap(obstacle, &place);
+        (place - gap.normal * gap.value, tangent - gap.normal * gap.normal.dot(&tangent))
     }
 }

@@ -1,39 +1,78 @@
 //! Checks of the supports in the configurations before and after a search.
 
-use nalgebra::Vector3;
-
-use super::border::upto_parts;
-use super::data::HeldSearch;
-use super::path::{DISTANCE_ERROR, DISTANCE_STEP, project};
+use super::obstacles::Line;
+use super::search::{HeldSearch, project};
+use super::settings::SETTINGS;
 use super::sites::across;
-use super::touch::{CLEAR, all_stations};
-use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
-use crate::load::Load;
 use crate::rod::Rod;
 use crate::so3;
 
-impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+/// Displacement, relative to the length, by which derivatives of obstacles are checked.
+const DISTANCE_STEP: f64 = 1e-6;
+/// Largest error of such a derivative, for example at an edge of an obstacle.
+const DISTANCE_ERROR: f64 = 1e-3;
+
+impl HeldSearch<'_> {
+    /// Returns an error for an obstacle whose function is not a signed distance: its gradient must be a unit vector
+    /// and the derivative of the distance, at all stations of the rod.
+    pub(super) fn check_obstacles(&self, rod: &Rod) -> Result<(), ParameterError> {
+        if self.obstacles.contacts.is_empty() {
+            return Ok(());
+        }
+        let step = DISTANCE_STEP * self.length;
+        for station in Line::new(rod, &self.tangents).stations() {
+            for obstacle in 0..self.obstacles.contacts.len() {
+                let gap = self.obstacles.gap_at(obstacle, &station.position);
+                let (name, norm) = ("norm of the gradient of the distance from an obstacle", gap.normal.norm());
+                let at = |error: ParameterError| error.at(station.arc_length);
+                ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1").map_err(at)?;
+                let ahead = self.obstacles.gap_at(obstacle, &(station.position + gap.normal * step)).value;
+                let (name, slope) =
+                    ("derivative of the distance from an obstacle along its gradient", (ahead - gap.value) / step);
+                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, "1").map_err(at)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns an error for a hold that is farther from the base than the rod reaches without stretch.
+    pub(super) fn check_reach(&self, rod: &Rod) -> Result<(), ParameterError> {
+        if self.body.line_compliance(rod, 0, 0).is_some() {
+            return Ok(());
+        }
+        let line = Line::new(rod, &self.tangents);
+        for site in &self.sites {
+            let reach = line.place((site.element, site.x)).arc_length;
+            let (name, distance) =
+                ("distance of a hold from the base", project(&site.fixed, &(site.target - rod.base_position())).norm());
+            let requirement = "at most the arc length of its place (m), since the rod does not stretch";
+            let ok = distance <= reach * (1.0 + 1e-12);
+            ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(reach))?;
+        }
+        self.check_between(&line)
+    }
+
     /// Returns an error for supports that are invalid in the initial configuration.
     pub(super) fn check_start(&self, rod: &Rod) -> Result<(), ParameterError> {
-        self.check_base()?;
+        self.check_base(rod)?;
         self.check_velocities(rod)?;
         self.check_potentials(rod)
     }
 
     /// Returns an error for laws of supports that are invalid where a search ends.
     pub(super) fn check_end(&self, rod: &Rod) -> Result<(), ParameterError> {
-        self.check_curvatures(rod)?;
+        self.check_curvatures()?;
         self.check_potentials(rod)
     }
 
     /// Returns an error for an obstacle that contains the base.
-    fn check_base(&self) -> Result<(), ParameterError> {
+    fn check_base(&self, rod: &Rod) -> Result<(), ParameterError> {
         for obstacle in 0..self.obstacles.contacts.len() {
             let (name, gap) =
-                ("distance of the base from an obstacle", self.obstacles.gap(obstacle, &Vector3::zeros()));
+                ("distance of the base from an obstacle", self.obstacles.gap_at(obstacle, &rod.base_position()));
             let requirement = "zero or positive, since the base must not be inside an obstacle (m)";
-            ParameterError::unless(gap.value >= -CLEAR * self.length, name, gap.value, requirement)?;
+            ParameterError::unless(gap.value >= -SETTINGS.rounding * self.length, name, gap.value, requirement)?;
         }
         Ok(())
     }
@@ -41,7 +80,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Returns an error for an obstacle with friction whose velocity is not finite.
     fn check_velocities(&self, rod: &Rod) -> Result<(), ParameterError> {
         for contact in self.obstacles.contacts.iter().filter(|contact| contact.friction > 0.0) {
-            for station in all_stations(rod, &self.tangents) {
+            for station in Line::new(rod, &self.tangents).stations() {
                 let velocity = contact.obstacle.velocity(&station.position, self.obstacles.time);
                 let finite = ParameterError::finite("velocity of an obstacle", velocity.sum());
                 finite.map_err(|error| error.at(station.arc_length))?;
@@ -52,18 +91,15 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
 
     /// Returns an error for a contact at which the curvature is not the derivative of the normal, to either side along
     /// a tangent: it may be discontinuous at the contact.
-    fn check_curvatures(&self, rod: &Rod) -> Result<(), ParameterError> {
-        let step = DISTANCE_STEP * self.length;
-        for site in self.sites.iter().filter(|site| site.position.iter().all(|x| x.is_finite())) {
-            let Some(touch) = &site.touch else { continue };
-            // After a failed search neither the tangents of the rod nor a new contact may have been evaluated.
-            let place =
-                rod.centre_line()[site.element].0 + upto_parts(rod, site.element, site.x)[..P].iter().sum::<f64>();
-            let gap = self.obstacles.gap(touch.obstacle, &site.position);
+    fn check_curvatures(&self) -> Result<(), ParameterError> {
+        for at in self.candidates.iter().filter(|at| at.position.iter().all(|x| x.is_finite())) {
+            let (gap, place) = (self.obstacles.gap_at(at.obstacle, &at.position), at.arc_length);
             let scale = gap.curvature.norm().max(1.0 / self.length);
+            // Differences have the relative error of the step over the radius.
+            let step = (DISTANCE_STEP * self.length).min(0.1 * DISTANCE_ERROR / scale);
             for along in across(&gap.normal) {
                 let error = |side: f64| {
-                    let ahead = self.obstacles.gap(touch.obstacle, &(site.position + along * (side * step))).normal;
+                    let ahead = self.obstacles.gap_at(at.obstacle, &(at.position + along * (side * step))).normal;
                     ((ahead - gap.normal) / (side * step) - gap.curvature * along).norm() / scale
                 };
                 let (name, error) = ("relative error of the curvature of an obstacle", error(1.0).min(error(-1.0)));
@@ -76,14 +112,14 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Returns an error for a potential at the present places and frames whose derivatives are not those of its energy.
-    pub(super) fn check_potentials(&self, rod: &Rod) -> Result<(), ParameterError> {
+    fn check_potentials(&self, rod: &Rod) -> Result<(), ParameterError> {
         let time = self.obstacles.time;
         for site in &self.sites {
             let Some(spring) = &site.spring else { continue };
             let place = rod.initial_length() - rod.initial_apex_distance(site.element, site.x);
             self.laws.springs[spring.law].check(&site.position, self.length, time).map_err(|error| error.at(place))?;
         }
-        for (joint, (frame, law)) in self.system.joints.elastic.iter().zip(&self.laws.joints) {
+        for (joint, (frame, law)) in self.body.system().joints.elastic.iter().zip(&self.laws.joints) {
             let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
             let (element, x) = if joint.node > 0 { (joint.node - 1, 1.0) } else { (0, 0.0) };
             let place = rod.initial_length() - rod.initial_apex_distance(element, x);
@@ -94,10 +130,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
 
     /// Returns an error for two holds of places that are farther apart than the part of the rod between them reaches
     /// without stretch.
-    pub(super) fn check_between(&self, rod: &Rod) -> Result<(), ParameterError> {
+    fn check_between(&self, line: &Line) -> Result<(), ParameterError> {
         for a in self.sites.iter().filter(|site| !site.fixed.is_empty()) {
             for b in self.sites.iter().filter(|site| site.fixed.len() == 3 && *site != a) {
-                let [from, to] = [a, b].map(|site| self.place_of(rod, (site.element, site.x)).arc_length);
+                let [from, to] = [a, b].map(|site| line.place((site.element, site.x)).arc_length);
                 let (name, distance) = ("distance between two holds", project(&a.fixed, &(a.target - b.target)).norm());
                 let requirement = "at most the arc length between their places (m), since the rod does not stretch";
                 let ok = distance <= (from - to).abs() * (1.0 + 1e-12);

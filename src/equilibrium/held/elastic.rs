@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::foundation::Foundation;
 use crate::equilibrium::joints::ElasticJoint;
 use crate::error::ParameterError;
 use crate::so3::{Form, s_functions};
@@ -21,18 +20,16 @@ const CHECK_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// The law of a spring or an elastic joint.
 #[derive(Clone, Copy)]
-pub(in crate::equilibrium) enum Law<'a> {
+pub(super) enum Law<'a> {
     /// A linear law: stiffness, and the argument without force.
     Linear(Matrix3<f64>, Vector3<f64>),
     /// The potential of a user.
     User(&'a dyn Potential),
-    /// An obstacle as an elastic foundation.
-    Foundation(Foundation<'a>),
 }
 
 /// The laws of the springs and elastic joints of a rod.
 #[derive(Default)]
-pub(in crate::equilibrium) struct Laws<'a> {
+pub(super) struct Laws<'a> {
     pub springs: Vec<Law<'a>>,
     /// Frames without rotation and laws, in the order of the elastic joints of the system.
     pub joints: Vec<(UnitQuaternion<f64>, Law<'a>)>,
@@ -42,7 +39,6 @@ impl Law<'_> {
     pub fn energy(&self, x: &Vector3<f64>, time: f64) -> Energy {
         match self {
             Self::User(potential) => potential.energy(x, time),
-            Self::Foundation(foundation) => foundation.energy(x, time),
             Self::Linear(stiffness, rest) => {
                 let gradient = stiffness * (x - rest);
                 Energy { value: 0.5 * gradient.dot(&(x - rest)), gradient, stiffness: *stiffness }
@@ -95,7 +91,7 @@ fn relative(error: f64, size: f64, rounding: f64) -> f64 {
 
 /// A spring at a place, in the present configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::equilibrium) struct Spring {
+pub(super) struct Spring {
     /// Number of its law.
     pub law: usize,
     /// Force on the rod, N. In equilibrium it is minus the gradient.
@@ -125,10 +121,6 @@ impl Spring {
             std::array::from_fn(|i| (Vector3::ith(i, 1.0), f64::NAN))
         };
         let largest = self.axes.iter().map(|(_, stiffness)| stiffness.abs()).fold(0.0, f64::max);
-        if matches!(laws.springs[self.law], Law::Foundation(_)) {
-            // The force of a foundation is a function of the shape.
-            self.relax();
-        }
         for (along, stiffness) in &mut self.axes {
             if stiffness.abs() <= SOFT * largest {
                 *stiffness = 0.0;
@@ -153,7 +145,7 @@ impl Spring {
 
 /// Couple and stiffness of an elastic joint in a rotation φ of its frame, R exp(φ). The rotation vector changes by
 /// dθ = Jr⁻¹ φ.
-pub(in crate::equilibrium) fn elastic_joint(
+pub(super) fn elastic_joint(
     node: usize,
     turn: &Vector3<f64>,
     gradient: &Vector3<f64>,

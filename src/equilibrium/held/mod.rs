@@ -1,34 +1,40 @@
-//! Equilibria of rods with supports.
+//! Equilibria of rods with supports: holds, springs, elastic joints, and contacts with obstacles.
 //!
-//! The reactions are unknowns beside the rotations. The tangent of the rotations keeps its block tridiagonal form; each
-//! direction in which a support acts adds a row and a column to its border.
+//! An iteration factorises the tangent of the rod with the present contact forces as dead loads. The response of this
+//! linear rod at its [candidates](candidate), the places that may touch an obstacle, is a small matrix. On it the
+//! complete problem of unilateral contact with Coulomb friction is solved ([`reduced`]), with the exact shapes of the
+//! obstacles. No set of contacts is guessed: which contacts are open, stick or slide is part of the solution. The step
+//! is as long as the linear rod holds ([`attempt`]). Nodes of the rod follow the contacts ([`placement`]).
 
-mod arrange;
+mod attempt;
 mod before;
-mod border;
+mod candidate;
+mod candidates;
 mod checks;
-mod conditions;
-mod contact;
-mod contact_step;
-mod correct;
-mod data;
-mod dense;
-mod descent;
-pub(super) mod elastic;
-mod energy;
-pub(super) mod foundation;
-mod friction;
+mod elastic;
+mod inertia;
+mod law;
+mod linear;
+mod linearise;
+mod mechanics;
+mod merit;
+mod motion;
 mod nearby;
-mod patches;
+mod newton;
+mod obstacles;
 mod path;
+mod placement;
 mod reactions;
+mod reduced;
 mod response;
 mod saddle;
 mod search;
-pub(super) mod sites;
-mod soft;
-pub(super) mod spread;
-mod touch;
-mod yielding;
+mod settings;
+mod sites;
+mod solve;
+mod spread;
+mod step;
+mod trial;
 
-pub(super) use data::{Found, HeldSearch, HeldWorkspace};
+pub(super) use mechanics::body_of;
+pub(super) use search::{Found, HeldSearch};

@@ -1,95 +1,80 @@
 //! Equilibria of a held rod next to a given one, to first order.
 
-use super::conditions::Conditions;
-use super::data::HeldSearch;
-use super::dense::Dense;
-use super::elastic::Spring;
+use nalgebra::DVector;
+
+use super::linear::Linear;
+use super::search::HeldSearch;
 use super::sites::Site;
-use crate::constitutive::Constitutive;
-use crate::equilibrium::line::strain_line;
 use crate::equilibrium::{EquilibriumError, NearbyEquilibria};
 use crate::error::ParameterError;
-use crate::load::{InternalForce, Load};
+use crate::load::InternalForce;
 use crate::rod::Rod;
-use crate::support::Reaction;
 
 /// The factorised bordered tangent at an equilibrium of a held rod.
-pub(in crate::equilibrium) struct HeldTangent<'a, C, L, const P: usize> {
-    search: HeldSearch<'a, C, L, P>,
-    conditions: Conditions,
-    dense: Dense,
+pub(in crate::equilibrium) struct HeldTangent<'a> {
+    search: HeldSearch<'a>,
+    linear: Linear,
     /// The holds with their forces in the equilibrium.
     sites: Vec<Site>,
 }
 
-impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
+impl<'a> HeldSearch<'a> {
     /// Factorises the bordered tangent at an equilibrium, whose reactions are known.
     ///
     /// # Errors
     /// Reactions or rotations that are not determined to first order.
-    pub fn linearise(mut self, rod: &Rod) -> Result<HeldTangent<'a, C, L, P>, EquilibriumError> {
+    pub fn linearised(mut self, rod: &Rod) -> Result<HeldTangent<'a>, EquilibriumError> {
         self.locate(rod);
         self.apply(rod);
-        let (_, inertia) = self.factorise(rod, 0.0)?;
-        let (inertia, conditions, dense) = self.close(rod, inertia)?;
-        let (name, neutral) = ("neutral directions of the held rod", inertia.neutral);
+        let (_, pivots) = self.factorise(rod, 0.0)?;
+        self.body.balance();
+        let linear = self.linearise(rod);
+        let (name, neutral) = ("neutral directions of the held rod", self.inertia_of(&linear, pivots).neutral);
         let requirement = "zero: shape and reactions must be determined to first order, unlike those of a straight \
             rod whose ends are held";
         ParameterError::unless(neutral == 0, name, neutral as f64, requirement)?;
         let sites = self.sites.clone();
-        Ok(HeldTangent { search: self, conditions, dense, sites })
-    }
-}
-
-impl<C: Constitutive, L: Load, const P: usize> NearbyEquilibria for HeldTangent<'_, C, L, P> {
-    fn follow(&mut self, rod: &mut Rod) {
-        let Self { search, conditions, dense, sites } = self;
-        search.sites.clone_from(sites);
-        search.apply(rod);
-        search.unbalance(rod);
-        let changes = search.step(conditions, dense);
-        search.system.start.keep(rod);
-        search.system.advance::<P>(rod, 1.0);
-        search.add_reactions(conditions, &changes, 1.0);
-        search.apply(rod);
-        search.balance_frames(rod);
-        let mut strains = std::mem::take(rod.line_strains_mut());
-        strain_line(&mut strains, rod, search.material, search.force);
-        *rod.line_strains_mut() = strains;
-        let reactions = search.reactions(rod);
-        search.force.react(rod, &reactions);
-    }
-
-    fn force(&self) -> &InternalForce {
-        self.search.force
-    }
-}
-
-impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
-    /// The reactions of springs and elastic joints at a shape. Holds keep the forces of the initial guess.
-    pub fn reactions_at(mut self, rod: &Rod) -> Vec<Reaction> {
-        self.locate(rod);
-        self.sites.iter_mut().filter_map(|site| site.spring.as_mut()).for_each(Spring::relax);
-        self.stretch_joints(rod);
-        self.reactions(rod)
+        Ok(HeldTangent { search: self, linear, sites })
     }
 
     /// Computes the couples of held frames, which balance those of the rod with its present shape and reactions.
     pub(super) fn balance_frames(&mut self, rod: &Rod) {
-        self.unbalance(rod);
-        self.system.balance::<P>();
-    }
-
-    /// Evaluates the gradient of the energy of the rod and of its elastic joints.
-    fn unbalance(&mut self, rod: &Rod) {
-        self.system.evaluate::<P>(rod, self.material, self.force);
+        self.body.evaluate(rod);
         self.stretch_joints(rod);
+        self.body.balance();
     }
 }
 
-impl<C, L, const P: usize> Drop for HeldTangent<'_, C, L, P> {
+impl NearbyEquilibria for HeldTangent<'_> {
+    fn follow(&mut self, rod: &mut Rod) {
+        let Self { search, linear, sites } = self;
+        search.sites.clone_from(sites);
+        search.apply(rod);
+        search.balance_frames(rod);
+        linear.free = linear.response.free(search.body.system_mut());
+        let nothing = DVector::zeros(linear.response.size());
+        let links = linear.links_by(&nothing, &DVector::zeros(linear.size));
+        let reactions = linear.reactions(&DVector::zeros(linear.size), &links);
+        linear.response.load(search.body.system_mut(), &reactions);
+        search.body.solve();
+        search.body.system_mut().start.keep(rod);
+        search.body.advance(rod, 1.0);
+        search.add_links(&linear.roles, &links, 1.0);
+        search.apply(rod);
+        search.balance_frames(rod);
+        *rod.line_strains_mut() = search.body.strain_line(rod);
+        let reactions = search.reactions(rod);
+        search.body.force_mut().react(rod, &reactions);
+    }
+
+    fn force(&self) -> &InternalForce {
+        self.search.body.force()
+    }
+}
+
+impl Drop for HeldTangent<'_> {
     /// Removes the joints from the workspace, which a free rod may use next.
     fn drop(&mut self) {
-        self.search.system.joints.clear();
+        self.search.body.system_mut().joints.clear();
     }
 }

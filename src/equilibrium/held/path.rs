@@ -1,197 +1,23 @@
-//! The load path of a search: holds move in increments from their present places to the requested ones.
+//! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of
+//! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape at
+//! the start of the step.
 
 use nalgebra::Vector3;
 
-use super::before::{Before, OldTouch};
-use super::data::{Found, HeldSearch, HeldWorkspace};
-use super::sites::{Friction, sort, turn_frames};
-use super::touch::{Obstacles, all_stations};
-use crate::constitutive::Constitutive;
-use crate::equilibrium::system::System;
-use crate::equilibrium::{Equilibrium, EquilibriumError};
-use crate::error::ParameterError;
-use crate::load::{InternalForce, Load};
-use crate::rod::{Rod, Tissue};
-use crate::support::{Patch, Reaction, Slip, Support};
+use super::before::Before;
+use super::motion::Motion;
+use super::obstacles::{Line, Obstacles, Place, candidate_share, largest_share};
+use super::search::{Found, HeldSearch, project};
+use super::settings::SETTINGS;
+use super::sites::turn_frames;
+use crate::equilibrium::EquilibriumError;
+use crate::rod::Rod;
 
-/// Largest displacement of a hold in an increment, relative to the length of the rod.
-const LARGEST_MOVE: f64 = 0.05;
-/// Largest rotation of a held frame in an increment, rad.
-const LARGEST_INCREMENT: f64 = 0.3;
-/// Smallest increment, as a share of the motion of the holds.
-const SMALLEST_SHARE: f64 = 1e-6;
-/// Number of Newton iterations after which an increment is halved.
-const ITERATIONS: usize = 400;
-
-/// Displacement, relative to the length, by which the derivative of a distance is checked.
-pub(super) const DISTANCE_STEP: f64 = 1e-6;
-/// Largest error of this derivative, for example at an edge of an obstacle.
-pub(super) const DISTANCE_ERROR: f64 = 1e-3;
-
-impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
-    pub fn new(
-        (system, workspace): (&'a mut System, &'a mut HeldWorkspace),
-        rod: &'a Rod,
-        (material, load): (&'a C, &'a L),
-        force: &'a mut InternalForce,
-        support: &'a impl Support,
-        (stable, tolerance): (bool, f64),
-    ) -> Result<Self, EquilibriumError> {
-        let time = force.environment().time;
-        let contacts = support.contacts();
-        let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
-        let none = vec![Vector3::zeros(); contacts.len()];
-        let (forces, step, yielded) = (none.clone(), none.clone(), none);
-        let obstacles = Obstacles { contacts, compliances, forces, step, yielded, time };
-        let (sites, frames, laws) = sort(rod, support, time, &mut system.joints)?;
-        Ok(Self {
-            system,
-            border: &mut workspace.border,
-            material,
-            load,
-            force,
-            parent: rod,
-            before: Before::new(rod, 0.0, obstacles.displacements(&[])),
-            obstacles,
-            tangents: Vec::new(),
-            layer: f64::INFINITY,
-            frozen: false,
-            softened: false,
-            pinned: false,
-            stable,
-            tolerance,
-            length: rod.length(),
-            sites,
-            frames,
-            laws,
-            quick: false,
-            weight: 0.0,
-            boosts: Vec::new(),
-            energy_scale: 0.0,
-            leniency: 1.0,
-            found: Equilibrium::default(),
-            iteration_limit: usize::MAX,
-            increments: 0,
-            foundations: 0,
-        })
-    }
-
-    /// Determines whether the search ends after its first failure, without increments and estimates of the contacts.
-    pub fn end_early(&mut self, quick: bool) {
-        self.quick = quick;
-    }
-
-    /// Sets the rod and its reactions at the end of the increment before, and the time since then (s).
-    pub fn since(&mut self, (rod, time, reactions): (&'a Rod, f64, &[Reaction])) {
-        self.before = Before::new(rod, time, self.obstacles.displacements(reactions));
-    }
-
-    /// Takes the forces of an earlier equilibrium as initial guess.
-    pub fn guess_forces(&mut self, reactions: &[Reaction]) {
-        for (site, reaction) in self.sites.iter_mut().zip(reactions.iter().filter(|at| at.obstacle.is_none())) {
-            site.force = project(&site.fixed, &reaction.force);
-            site.spring.iter_mut().for_each(|spring| spring.force = reaction.force);
-        }
-    }
-
-    /// Takes the forces and contacts of an earlier equilibrium as initial guess.
-    pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
-        self.guess_forces(reactions);
-        let forces = reactions.iter().filter_map(|reaction| Some((reaction.obstacle?, reaction.force)));
-        self.obstacles.pull(self.obstacles.sums(forces));
-        let number = self.obstacles.contacts.len();
-        let mut inside: Vec<Patch> = patches.iter().filter(|patch| patch.obstacle < number).copied().collect();
-        for patch in &mut inside {
-            (patch.from, patch.to) = (patch.from.min(self.length), patch.to.min(self.length));
-        }
-        if !inside.is_empty() {
-            self.locate(rod);
-            let old = self.old_touches(reactions);
-            self.force.react(rod, reactions);
-            let mut along: Vec<&Reaction> = reactions.iter().collect();
-            along.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
-            let forces: Vec<Vector3<f64>> = along.iter().map(|reaction| reaction.force).collect();
-            self.layer = self.bending_length(rod, &forces);
-            self.arrange_with(rod, &inside, &old);
-            // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
-            if let Some(shape) = shape {
-                let base = rod.frames()[0];
-                rod.sample_shape(shape);
-                if !self.system.joints.base_rotates {
-                    rod.shape_mut().0[0] = base;
-                    rod.chain_frames();
-                }
-            }
-        }
-    }
-
-    /// The contacts of an earlier equilibrium. The end of a longer contact has two reactions.
-    fn old_touches(&self, reactions: &[Reaction]) -> Vec<OldTouch> {
-        let mut all: Vec<OldTouch> = Vec::new();
-        for at in reactions {
-            let Some((obstacle, contact)) = at.obstacle.and_then(|i| Some((i, self.obstacles.contacts.get(i)?))) else {
-                continue;
-            };
-            let same = all.iter_mut().find(|old| old.obstacle == obstacle && old.arc_length == at.arc_length);
-            let touch = match same {
-                Some(touch) => touch,
-                None => {
-                    let slid = at.slip == Some(Slip::Slides);
-                    let friction = Friction { slid, ..Friction::new(contact.friction) };
-                    let friction = (contact.friction > 0.0).then_some(friction);
-                    all.push(OldTouch { obstacle, arc_length: at.arc_length, push: 0.0, friction });
-                    let last = all.len() - 1;
-                    &mut all[last]
-                }
-            };
-            touch.push += at.normal;
-            touch.friction.iter_mut().for_each(|friction| friction.earlier += at.force);
-        }
-        all
-    }
-
-    /// Returns an error for an obstacle whose function is not a signed distance: its gradient must be a unit vector
-    /// and the derivative of the distance, at all stations of the rod.
-    fn check_obstacles(&self, rod: &Rod) -> Result<(), ParameterError> {
-        if self.obstacles.contacts.is_empty() {
-            return Ok(());
-        }
-        let step = DISTANCE_STEP * self.length;
-        for station in all_stations(rod, &self.tangents) {
-            for obstacle in 0..self.obstacles.contacts.len() {
-                let gap = self.obstacles.gap(obstacle, &station.position);
-                let (name, norm) = ("norm of the gradient of the distance from an obstacle", gap.normal.norm());
-                let at = |error: ParameterError| error.at(station.arc_length);
-                ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1").map_err(at)?;
-                let ahead = self.obstacles.gap(obstacle, &(station.position + gap.normal * step)).value;
-                let (name, slope) =
-                    ("derivative of the distance from an obstacle along its gradient", (ahead - gap.value) / step);
-                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, "1").map_err(at)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns an error for a hold that is farther from the base than the rod reaches without stretch.
-    pub(super) fn check_reach(&self, rod: &Rod) -> Result<(), ParameterError> {
-        let tissue = rod.points().first().map(|point| Tissue::of(point, self.obstacles.time));
-        let stretches = |tissue| self.material.line_response(&tissue, &Vector3::zeros()).is_some();
-        if tissue.is_none_or(stretches) {
-            return Ok(());
-        }
-        for site in &self.sites {
-            let reach = self.place_of(rod, (site.element, site.x)).arc_length;
-            let (name, distance) = ("distance of a hold from the base", project(&site.fixed, &site.target).norm());
-            let requirement = "at most the arc length of its place (m), since the rod does not stretch";
-            let ok = site.touch.is_some() || distance <= reach * (1.0 + 1e-12);
-            ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(reach))?;
-        }
-        self.check_between(rod)
-    }
-
+impl HeldSearch<'_> {
     /// Finds the equilibrium. Returns an error for laws of supports that are invalid where the search ends.
     pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Found, EquilibriumError> {
-        let moved = self.move_holds(rod, bound);
+        self.bound = bound;
+        let moved = self.move_holds(rod);
         if moved.as_ref().err().is_none_or(EquilibriumError::is_recoverable) {
             self.check_end(rod)?;
         }
@@ -201,49 +27,58 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             self.balance_frames(rod);
             self.found.evaluations += 1;
         }
-        let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
-        Ok(Found {
-            equilibrium: self.found,
-            increments: self.increments,
-            foundations: self.foundations,
-            reactions,
-            patches,
-        })
+        let (mut reactions, mut patches) = (self.reactions(rod), self.patches(rod, 0.0));
+        self.obstacles.name(&mut reactions, &mut patches);
+        Ok(Found { equilibrium: self.found, increments: self.increments, reactions, patches })
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
-    /// equilibrium.
-    fn move_holds(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
+    /// equilibrium. One share moves holds, base and the time of the obstacles.
+    fn move_holds(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
         self.check_obstacles(rod)?;
         self.check_start(rod)?;
+        let followed = self.rewind(rod);
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> =
             self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
         let far = goals.iter().zip(&starts).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / self.length;
         let turned = self.frames.iter().map(|frame| frame.missing(rod).norm()).fold(0.0, f64::max);
-        let number = (far / LARGEST_MOVE).max(turned / LARGEST_INCREMENT).ceil().max(1.0);
+        let (largest_turn, largest_move) = SETTINGS.increment;
+        let (turn, way) = followed.then(|| self.motion.as_ref().map(Motion::size)).flatten().unwrap_or_default();
+        let (far, turned) = (far.max(way / self.length), turned.max(turn));
+        let number = (far / largest_move).max(turned / largest_turn).ceil().max(1.0);
         let (mut done, mut share) = (0.0, 1.0 / number);
+        let moves = number > 1.0 || far > 0.0 || turned > 0.0 || followed && self.obstacles_move(rod);
+        let each = self.bound;
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
-            let before = self.snapshot(rod);
+            let next = if followed { self.safe_end(rod, next) } else { next };
+            let (before, since) = (self.snapshot(rod), followed.then(|| self.before.clone()));
+            self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
             }
             self.turn_held(rod, (next - done) / (1.0 - done));
             self.increments += 1;
-            match self.settle(rod, bound.min(ITERATIONS)) {
-                Ok(()) => done = next,
-                Err(error)
-                    if error.is_recoverable()
-                        && !self.quick
-                        && share > SMALLEST_SHARE
-                        && done + share > done
-                        && (number > 1.0 || far > 0.0 || turned > 0.0) =>
-                {
-                    self.restore(rod, before);
-                    share *= 0.5;
+            self.bound = self.found.iterations + each;
+            let smallest = !moves || share <= SETTINGS.smallest_increment || done + share <= done;
+            match self.settle(rod) {
+                Ok(()) => {
+                    done = next;
+                    if followed {
+                        // Each increment is one of friction.
+                        self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
+                    }
+                }
+                Err(error) if error.is_recoverable() && !smallest => {
+                    if let Some(since) = since {
+                        self.before = since;
+                    }
+                    self.set_share(done);
+                    self.restore(rod, &before);
+                    share = 0.5 * share.min(next - done);
                 }
                 Err(error) => return Err(error),
             }
@@ -251,8 +86,124 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         Ok(())
     }
 
+    /// Returns to the shape, the base and the time at the start of the increment if a part of the rod could pass an
+    /// obstacle from there to the initial guess. Returns whether it could.
+    fn rewind(&mut self, rod: &mut Rod) -> bool {
+        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
+        let mut start = rod.clone();
+        start.sample_shape(&self.before.rod);
+        self.set_share(0.0);
+        if self.largest_motion(&start, rod, time) >= 1.0 {
+            self.set_share(1.0);
+            return false;
+        }
+        *rod = start;
+        self.turn_hinge(1.0, 0.0);
+        self.locate(rod);
+        true
+    }
+
+    /// The largest share of the motion, at most `next`, up to which no part of the rod can pass an obstacle.
+    fn safe_end(&self, rod: &Rod, mut next: f64) -> f64 {
+        let Some(motion) = &self.motion else { return next };
+        let done = motion.share;
+        while next - done > SETTINGS.smallest_increment {
+            let mut moved = rod.clone();
+            motion.carry(&mut moved, done, next);
+            let factor = self.largest_motion(rod, &moved, motion.time(next));
+            if factor >= 1.0 {
+                break;
+            }
+            next = done + (next - done) * factor.clamp(0.1, 0.9);
+        }
+        next
+    }
+
+    /// The factor by which a motion of the rod from its present shape to another one, and of the obstacles to a time
+    /// (s), may be longer, so that no part of the rod passes an obstacle. The rods have the same nodes.
+    fn largest_motion(&self, from: &Rod, to: &Rod, time: f64) -> f64 {
+        let [a, b] = [from, to].map(|rod| self.body.tangents(rod));
+        let [a, b] = [Line::new(from, &a), Line::new(to, &b)];
+        let [before, after] = [&a, &b].map(Line::places);
+        let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
+            (to - from).norm() + self.obstacles.motion(obstacle, from, time)
+        };
+        let mut share = largest_share(&self.obstacles, &self.candidates, &a, |obstacle, i| {
+            moved(obstacle, &before[i].position, &after[i].position)
+        });
+        for at in &self.candidates {
+            let [from, to] = [&a, &b].map(|line| line.place((at.element, at.x)).position);
+            let before = self.obstacles.gap_at(at.obstacle, &from);
+            let after = self.obstacles.gap_then(at.obstacle, &to, time);
+            let moved = moved(at.obstacle, &from, &to);
+            share = share.min(candidate_share(at.status, moved, (&before, &after)));
+            // The next search removes a penetration by a part of the radius.
+            let deepest = SETTINGS.approach * Obstacles::radius(&before);
+            if after.value < -deepest {
+                share = share.min(deepest / -after.value);
+            }
+        }
+        share
+    }
+
+    /// Whether an obstacle moves until the end of the increment.
+    fn obstacles_move(&self, rod: &Rod) -> bool {
+        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
+        let moves = |place: &Place| {
+            (0..self.obstacles.contacts.len()).any(|i| self.obstacles.motion(i, &place.position, time) > 0.0)
+        };
+        Line::new(rod, &self.tangents).places().iter().any(moves)
+    }
+
+    /// Sets the share of the motion, and the time of the obstacles.
+    fn set_share(&mut self, share: f64) {
+        if let Some(motion) = &mut self.motion {
+            motion.share = share;
+            self.obstacles.time = motion.time(share);
+        }
+    }
+
+    /// Moves rod, base and obstacles rigidly to a share of the motion.
+    fn carry(&mut self, rod: &mut Rod, next: f64) {
+        let Some(motion) = self.motion.clone().filter(|motion| motion.share != next) else { return };
+        motion.carry(rod, motion.share, next);
+        self.before.time = motion.duration * (next - motion.share);
+        self.turn_hinge(motion.share, next);
+        self.set_share(next);
+    }
+
+    /// Rotates the axis of a hinge at the base from a share of the motion to another one.
+    fn turn_hinge(&mut self, from: f64, to: f64) {
+        if let (Some(motion), Some(hinge)) = (&self.motion, self.frames.first_mut())
+            && motion.hinged
+        {
+            hinge.frame = motion.turn(from, to) * hinge.frame;
+        }
+    }
+
+    /// Finds the equilibrium of an increment: next to the initial guess, or by a descent in which the tangent is
+    /// positive on the permitted directions.
+    fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
+        let guess = self.snapshot(rod);
+        let result = self.find(rod, false);
+        let contacts = !self.obstacles.contacts.is_empty();
+        match result {
+            Err(error) if contacts && !self.nearby && error.is_recoverable() => {
+                self.restore(rod, &guess);
+                let (tip, before) = (rod.tip(), self.before.clone());
+                if let Err(error) = self.find(rod, true) {
+                    self.before = before;
+                    return Err(error);
+                }
+                self.found.jump = Some((rod.tip() - tip).norm());
+                Ok(())
+            }
+            result => result,
+        }
+    }
+
     /// Rotates the held frames by a share of the rotations that they lack.
-    pub(super) fn turn_held(&mut self, rod: &mut Rod, share: f64) {
+    fn turn_held(&mut self, rod: &mut Rod, share: f64) {
         for i in 0..self.frames.len() {
             let turn = self.frames[i].missing(rod) * share;
             if turn.norm() > 0.0 {
@@ -262,9 +213,4 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             }
         }
     }
-}
-
-/// The part of a vector along some orthonormal vectors.
-pub(super) fn project(directions: &[Vector3<f64>], vector: &Vector3<f64>) -> Vector3<f64> {
-    directions.iter().map(|d| d * d.dot(vector)).sum()
 }

@@ -2,44 +2,34 @@
 
 use nalgebra::Vector3;
 
-use super::conditions::{Conditions, Role};
-use super::data::HeldSearch;
-use super::dense::Dense;
-use super::response::RESTORED;
-use crate::constitutive::Constitutive;
-use crate::load::Load;
+use super::linear::{Linear, Role};
+use super::search::HeldSearch;
+use super::settings::SETTINGS;
 use crate::rod::Rod;
 use crate::so3;
 
-/// Number of inverse iterations for the softest direction. An approximate direction is sufficient.
-const SOFTENINGS: usize = 12;
-/// Largest rotation by which a saddle is left, rad.
-const PUSH: f64 = 0.1;
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
 const STRAIGHT: f64 = 1e-6;
 
-impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+impl HeldSearch<'_> {
     /// Whether the rod cannot move in a direction in which a hold has to move, to first order: a straight rod between
     /// two holds.
-    pub(super) fn is_straight(&self, conditions: &Conditions) -> bool {
-        let flexible = |i: usize| self.border.gram[(i, i)].abs();
-        // A rod that stretches moves in its own direction.
-        let inextensible = |i: usize| self.border.yields[(i, i)] == 0.0;
-        let largest = (0..conditions.roles.len()).map(flexible).fold(0.0, f64::max);
-        let each = conditions.roles.iter().zip(&conditions.residuals).enumerate();
+    pub(super) fn is_straight(&self, linear: &Linear) -> bool {
+        let flexible = |i: usize| linear.flexibility(i);
+        let largest = (0..linear.roles.len()).map(flexible).fold(0.0, f64::max);
+        let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
-            let rigid = flexible(i) < STRAIGHT * largest && inextensible(i);
-            // A contact may lose its obstacle where a rod bends by a large angle.
-            let held = matches!(role, Role::Fixed(site, _) if self.sites[*site].touch.is_none());
-            held && missing.abs() > RESTORED * self.length && rigid
+            let held = matches!(role, Role::Hold(..));
+            held && missing.abs() > SETTINGS.rounding * self.length && flexible(i) < STRAIGHT * largest
         };
         each.into_iter().any(rigid)
     }
 
     /// Bends a straight rod by up to `angle` (rad) towards its load, or towards d1 without one.
     pub(super) fn bow(&mut self, rod: &mut Rod, angle: f64) {
-        let tangent = (rod.tip() / self.length).try_normalize(1e-6).unwrap_or_else(|| rod.frames()[0] * Vector3::z());
-        let load = self.force.load_at_base();
+        let chord = (rod.tip() - rod.base_position()) / self.length;
+        let tangent = chord.try_normalize(1e-6).unwrap_or_else(|| rod.frames()[0] * Vector3::z());
+        let load = self.body.force().load_at_base();
         let side = load - tangent * tangent.dot(&load);
         let side = side.try_normalize(1e-9 * load.norm()).unwrap_or_else(|| rod.frames()[0] * Vector3::x());
         let axis = tangent.cross(&side);
@@ -52,7 +42,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             })
             .collect();
         let old = rod.clone();
-        let (p, reference) = (P, rod.reference());
+        let (p, reference) = (rod.order().points(), rod.reference());
         let moved = |e: usize, x: f64| {
             let s = places[e] + x * (places[e + 1] - places[e]);
             so3::exp(&(axis * (angle * (std::f64::consts::TAU * s / length).sin()))) * old.frame_within(e, x)
@@ -68,27 +58,29 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Moves the rod along the softest direction that the supports permit.
-    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, conditions: &Conditions, dense: &Dense, number: usize) {
-        // Inverse iteration with the shifted tangent, from rotations about an axis.
+    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, linear: &Linear, number: usize) {
+        // Inverse iteration with the shifted tangent, from rotations about an axis. Contacts keep their forces.
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
-        let count = self.system.turns.len();
+        let count = self.body.system().turns.len();
         let mut turns: Vec<Vector3<f64>> = (0..count).map(|i| axis * (i as f64 / count as f64 + 0.3).sin()).collect();
-        let still = Conditions { residuals: vec![0.0; conditions.residuals.len()], ..conditions.clone() };
-        for _ in 0..SOFTENINGS {
+        for _ in 0..SETTINGS.softenings {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
-            for element in &mut self.system.elements {
-                element.clear_gradient();
-            }
-            for (e, (to, turn)) in self.system.turns.iter_mut().zip(&turns).enumerate() {
+            let system = self.body.system_mut();
+            system.elements.iter_mut().for_each(|element| element.clear_gradient());
+            for (e, (to, turn)) in system.turns.iter_mut().zip(&turns).enumerate() {
                 let length = if e > 0 { rod.length_of(e - 1) } else { 0.0 };
                 *to = turn * (length / largest);
             }
-            self.system.joints.confine(&mut self.system.turns);
-            self.respond(&still, dense);
-            turns.clone_from(&self.system.turns);
+            let turns_of = &mut system.turns;
+            system.joints.confine(turns_of);
+            let free = linear.response.free(system);
+            let reactions = linear.held(&free);
+            linear.response.load(system, &reactions);
+            self.body.solve();
+            turns.clone_from(&self.body.system().turns);
         }
-        self.system.start.keep(rod);
-        let fraction = PUSH / self.system.largest_turn();
-        self.system.advance::<P>(rod, fraction);
+        self.body.system_mut().start.keep(rod);
+        let fraction = SETTINGS.saddles.1 / self.body.system().largest_turn();
+        self.body.advance(rod, fraction);
     }
 }

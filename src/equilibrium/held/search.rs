@@ -1,219 +1,295 @@
-//! The Newton iteration for a rod with supports.
+//! The data of a search for an equilibrium of a rod with supports, and its loads.
 
-use super::conditions::{Conditions, Role};
-use super::contact_step::ContactStep;
-use super::data::HeldSearch;
-use super::dense::NEUTRAL;
-use super::descent::{SLOW, SMALL_TURN};
-use super::response::{ACCEPTED, RESTORED};
-use super::sites::Site;
-use super::yielding::forces;
-use crate::constitutive::Constitutive;
-use crate::equilibrium::EquilibriumError;
-use crate::load::Load;
+use nalgebra::{DVector, Vector3};
+
+use super::before::Before;
+use super::candidate::Candidate;
+use super::elastic::{Laws, Spring, elastic_joint};
+use super::law::Status;
+use super::linear::Role;
+use super::mechanics::Mechanics;
+use super::motion::Motion;
+use super::obstacles::Obstacles;
+use super::settings::SETTINGS;
+use super::sites::{HeldFrame, Site, sort};
+use crate::equilibrium::joints::Joints;
+use crate::equilibrium::{ContactViolation, Equilibrium, EquilibriumError, Inertia};
+use crate::load::PointReaction;
 use crate::rod::Rod;
+use crate::so3;
+use crate::support::{Energy, Joint, Patch, Reaction, Slip, Support};
 
-/// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the
-/// tangent is almost singular, and is shifted.
-const LONGEST_STEP: f64 = 10.0;
-/// Largest shift of the tangent, relative to the force in the rod or to that at which the rod buckles. Forces far from
-/// equilibrium may leave the bordered matrix indefinite at any shift.
-const LARGEST_SHIFT: f64 = 1e12;
-/// First shift of the tangent, relative to the force in the rod.
-const FIRST_SHIFT: f64 = 0.1;
-/// Number of saddles that are left.
-const SADDLES: usize = 4;
-/// Rotation in a step below which slow convergence with a shifted tangent is that to a saddle of the energy, rad.
-const SLOW_AT_SADDLE: f64 = 1e-7;
-/// Rotation in a step below which a shifted tangent is at a saddle of the energy, rad.
-const AT_SADDLE: f64 = 1e-10;
-/// Bound on the change of an eigenvalue of the scaled matrix of the reactions by a step, relative to the rotation and
-/// to the change of a reaction times its flexibility over the length.
-const OUTDATED: f64 = 10.0;
-/// Eigenvalue of the scaled matrix of the reactions below which the inertia is evaluated at the equilibrium.
-const CLOSE: f64 = 1e-3;
-/// Largest rotation in a step that may be due to rounding, rad.
-const STAGNANT: f64 = 1e-6;
-/// Rotation in a step that is always due to rounding, rad.
-const ROUNDING: f64 = 1e-13;
-/// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
-const BALANCED: f64 = 1e-13;
-
-/// What an iteration needs to know of those before it.
-struct Course {
-    /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
-    last: f64,
-    /// Shift of the last tangent that needed one, N.
-    shift: f64,
-    /// Number of saddles that were left.
-    saddles: usize,
-    /// Whether a straight rod was bent.
-    bowed: bool,
+/// A search for an equilibrium of a rod with supports.
+pub(in crate::equilibrium) struct HeldSearch<'a> {
+    pub(super) body: Box<dyn Mechanics + 'a>,
+    /// The rod without additional nodes at contacts.
+    pub(super) parent: &'a Rod,
+    pub(super) sites: Vec<Site>,
+    pub(super) frames: Vec<HeldFrame>,
+    pub(super) laws: Laws<'a>,
+    pub(super) obstacles: Obstacles<'a>,
+    pub(super) candidates: Vec<Candidate>,
+    /// The rod at the start of the increment.
+    pub(super) before: Before,
+    /// The motion of the base and the obstacles in the increment; `None` without obstacles and for a rod without past.
+    pub(super) motion: Option<Motion>,
+    /// Tangents ∂p/∂s of the centre line at the material points.
+    pub(super) tangents: Vec<Vector3<f64>>,
+    /// Length over which the rod bends beside a contact, m.
+    pub(super) layer: f64,
+    /// Whether the equilibrium has to be stable.
+    pub(super) stable: bool,
+    /// Whether the search fails where no equilibrium is next to the initial guess.
+    pub(in crate::equilibrium) nearby: bool,
+    pub(super) tolerance: f64,
+    pub(super) length: f64,
+    pub(super) boosts: Vec<(usize, f64)>,
+    /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit, N.
+    pub(super) weight: f64,
+    /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
+    pub(super) energy_scale: f64,
+    pub(super) found: Equilibrium,
+    /// Number of iterations of the whole search at which it fails.
+    pub(super) bound: usize,
+    /// Number of increments in which the holds have moved.
+    pub(super) increments: usize,
 }
 
-impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
-    /// Newton's iteration for the present targets.
-    pub(super) fn find(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
-        let mut course = Course { last: f64::INFINITY, shift: 0.0, saddles: 0, bowed: false };
-        if self.obstacles.yields() {
-            self.locate(rod);
-            self.obstacles.pull(self.obstacles.sums(forces(&self.sites)));
-        }
-        let mut deep = None;
-        for _ in 0..bound.min(self.iteration_limit.saturating_sub(self.found.iterations)) {
-            self.found.iterations += 1;
-            self.place_contacts(rod);
-            let deep = *deep.get_or_insert_with(|| self.is_deep(rod));
-            let (step, shift) = self.shifted_step(rod, &mut course)?;
-            if !course.bowed && self.is_straight(&step.conditions) {
-                course.bowed = true;
-                let missing = step.conditions.residuals.iter().map(|x| x.abs()).fold(0.0, f64::max) / self.length;
-                self.bow(rod, 2.0 * missing.sqrt());
-                continue;
-            }
-            let merit = self.merit(rod, step.energy);
-            self.found.energy = merit.energy;
-            let turn = self.system.largest_turn();
-            if !turn.is_finite() {
-                return Err(EquilibriumError::NotFinite { what: "Newton step" });
-            }
-            if shift == 0.0 && turn < STAGNANT && self.is_at_rest(merit.violation, &step.conditions) {
-                // A step would only change the forces by rounding, which contacts that stick add up over increments.
-                self.found.error = turn;
-                return Ok(());
-            }
-            if shift > 0.0 && (turn < SLOW_AT_SADDLE && turn > SLOW * course.last || turn < AT_SADDLE) {
-                if course.saddles == SADDLES {
-                    return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
-                }
-                self.leave_saddle(rod, &step.conditions, &step.dense, course.saddles);
-                course.saddles += 1;
-                course.last = f64::INFINITY;
-                continue;
-            }
-            let fraction = self.descend(rod, &step, &merit, (shift > 0.0, course.last))?;
-            self.add_reactions(&step.conditions, &step.changes, fraction);
-            if !deep && self.is_deep(rod) {
-                return Err(self.contacts_not_found(0.0));
-            }
-            if self.regulate_friction(rod, turn) {
-                course.last = f64::INFINITY;
-                continue;
-            }
-            if fraction == 1.0
-                && shift == 0.0
-                && turn < SMALL_TURN
-                && self.has_converged(rod, &step, turn, course.last)?
-            {
-                self.locate(rod);
-                self.apply(rod);
-                return Ok(());
-            }
-            course.last = turn;
-        }
-        Err(self.not_found(course.last))
+/// The shape of a rod and its supports, to which the search returns after an attempt that has failed.
+#[derive(Clone)]
+pub(super) struct Snapshot {
+    rod: Rod,
+    sites: Vec<Site>,
+    frames: Vec<HeldFrame>,
+    joints: Joints,
+    candidates: Vec<Candidate>,
+    energy_scale: f64,
+}
+
+/// The result of a search.
+pub(in crate::equilibrium) struct Found {
+    pub equilibrium: Equilibrium,
+    pub increments: usize,
+    pub reactions: Vec<Reaction>,
+    pub patches: Vec<Patch>,
+}
+
+impl<'a> HeldSearch<'a> {
+    pub fn new(
+        mut body: Box<dyn Mechanics + 'a>,
+        rod: &'a Rod,
+        support: &'a dyn Support,
+        (stable, tolerance): (bool, f64),
+    ) -> Result<Self, EquilibriumError> {
+        let time = body.force().environment().time;
+        let obstacles = Obstacles::new(support.contacts(), time);
+        let (sites, frames, laws) = sort(rod, support, time, &mut body.system_mut().joints)?;
+        Ok(Self {
+            before: Before::new(rod, 0.0, obstacles.yielded.clone()),
+            motion: None,
+            body,
+            parent: rod,
+            sites,
+            frames,
+            laws,
+            obstacles,
+            candidates: Vec::new(),
+            tangents: Vec::new(),
+            layer: f64::INFINITY,
+            stable,
+            nearby: false,
+            tolerance,
+            length: rod.length(),
+            boosts: Vec::new(),
+            weight: 0.0,
+            energy_scale: 0.0,
+            found: Equilibrium::default(),
+            bound: usize::MAX,
+            increments: 0,
+        })
     }
 
-    /// Evaluates the supports on the present shape, and merges contacts that have slid to the same place.
-    fn place_contacts(&mut self, rod: &Rod) {
-        self.apply(rod);
+    /// Sets the rod and its reactions at the end of the increment before, the time since then (s), and the joint of the
+    /// base.
+    pub fn since(&mut self, (rod, time, reactions): (&Rod, f64, &[Reaction]), joint: Option<Joint>) {
+        self.before = Before::new(rod, time, self.obstacles.displacements_by(reactions));
+        if !self.obstacles.contacts.is_empty() {
+            self.motion = Some(Motion::new(rod, self.parent, (self.obstacles.time, time), joint));
+        }
+    }
+
+    /// Takes the forces of an earlier equilibrium as initial guess.
+    pub fn guess_forces(&mut self, reactions: &[Reaction]) {
+        for (site, reaction) in self.sites.iter_mut().zip(reactions.iter().filter(|at| at.obstacle.is_none())) {
+            site.force = project(&site.fixed, &reaction.force);
+            site.spring.iter_mut().for_each(|spring| spring.force = reaction.force);
+        }
+    }
+
+    /// Takes the forces and contacts of an earlier equilibrium as initial guess.
+    pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
+        self.guess_forces(reactions);
+        let inside = |patch: &Patch| {
+            let obstacle = self.obstacles.index(patch.obstacle, patch.surface)?;
+            let (from, to) = (patch.from.min(self.length), patch.to.min(self.length));
+            Some(Patch { obstacle, surface: 0, from, to })
+        };
+        let inside: Vec<Patch> = patches.iter().filter_map(inside).collect();
+        if inside.is_empty() {
+            return;
+        }
         self.locate(rod);
-        self.settle_apex(rod);
-        self.merge_sites(rod);
-        for touch in self.sites.iter_mut().filter_map(|site| site.touch.as_mut()) {
-            // A contact at which the gap is not a minimum along the rod stays at its place.
-            touch.floats &= touch.approach.1 > 0.0;
-        }
-        self.apply(rod);
-    }
-
-    /// Solves for a step in which the energy decreases: the tangent is shifted until it has no negative direction that
-    /// the supports permit. Returns the step and the shift (N).
-    fn shifted_step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(ContactStep, f64), EquilibriumError> {
-        let mut shift = 0.0;
-        loop {
-            let step = self.step_with_contacts(rod, shift)?;
-            if shift == 0.0 {
-                self.found.inertia = step.inertia;
-            }
-            let straight = !course.bowed && self.is_straight(&step.conditions);
-            let far = self.system.largest_turn() > LONGEST_STEP && !straight;
-            if !self.stable || step.inertia.negative == 0 && !far {
-                if shift > 0.0 {
-                    course.shift = shift;
-                }
-                return Ok((step, shift));
-            }
-            let buckling = 1.0 / (self.system.compliance() * self.length);
-            if shift > LARGEST_SHIFT * self.force_scale().max(buckling) {
-                return Err(self.not_found(self.system.largest_turn()));
-            }
-            shift = if shift > 0.0 {
-                4.0 * shift
-            } else if course.shift > 0.0 {
-                course.shift / 16.0
-            } else {
-                FIRST_SHIFT * self.force_scale()
-            };
+        let old = old_candidates(reactions, &self.obstacles);
+        self.body.force_mut().react(rod, reactions);
+        let mut along: Vec<&Reaction> = reactions.iter().collect();
+        along.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
+        let forces: Vec<Vector3<f64>> = along.iter().map(|reaction| reaction.force).collect();
+        self.layer = self.bending_length(rod, &forces);
+        self.arrange(rod, &inside, &old);
+        // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
+        if let Some(shape) = shape {
+            let (base, position) = (rod.frames()[0], rod.base_position());
+            rod.sample_shape(shape);
+            *rod.base_position_mut() = position;
+            rod.shape_mut().0[0] = base;
+            rod.chain_frames();
         }
     }
 
-    /// Whether the rod is in equilibrium after a whole Newton step with the rotation `turn` (rad), which followed one
-    /// with the rotation `last` (rad).
-    fn has_converged(&mut self, rod: &Rod, step: &ContactStep, turn: f64, last: f64) -> Result<bool, EquilibriumError> {
-        // The energy is that before the step, which may stretch the rod without a rotation.
-        let stretches = step.changes.iter().enumerate().map(|(i, change)| (change * self.border.yields[(i, i)]).abs());
-        let stretching = stretches.fold(0.0, f64::max) > ACCEPTED * self.length;
-        let least = step.dense.eigenvalues.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min);
-        let outdated = stretching || self.is_inertia_outdated(step, turn, least);
-        // The next error is the square of the step.
-        let ratio = (turn / last.min(1.0)).max(turn);
-        let error = 4.0 * turn * ratio.min(1.0);
-        // The places of a rod that stretches depend on the reactions.
-        self.apply(rod);
+    pub(super) fn snapshot(&self, rod: &Rod) -> Snapshot {
+        Snapshot {
+            rod: rod.clone(),
+            sites: self.sites.clone(),
+            frames: self.frames.clone(),
+            joints: self.body.system().joints.clone(),
+            candidates: self.candidates.clone(),
+            energy_scale: self.energy_scale,
+        }
+    }
+
+    pub(super) fn restore(&mut self, rod: &mut Rod, snapshot: &Snapshot) {
+        rod.clone_from(&snapshot.rod);
+        self.sites.clone_from(&snapshot.sites);
+        self.frames.clone_from(&snapshot.frames);
+        self.body.system_mut().joints.clone_from(&snapshot.joints);
+        self.candidates.clone_from(&snapshot.candidates);
+        self.energy_scale = snapshot.energy_scale;
+        self.body.renew_load(rod);
         self.locate(rod);
-        let apart = self.violation() > RESTORED * self.length;
-        // Close to a loss of stability rounding rotates the frames in every iteration.
-        let rounds =
-            turn < STAGNANT && !apart && !stretching && (SLOW * turn..STAGNANT).contains(&last) && self.is_balanced();
-        if !rounds && (outdated || apart || error > self.tolerance && turn >= ROUNDING) {
-            return Ok(false);
+    }
+
+    /// Applies the present reactions to the rod.
+    pub(super) fn apply(&mut self, rod: &Rod) {
+        let point = |element, x, force| PointReaction { element, x, force, couple: Vector3::zeros() };
+        let sites = self.sites.iter().map(|site| point(site.element, site.x, site.force + site.spring_force()));
+        let candidates = self.candidates.iter().map(|at| point(at.element, at.x, at.force));
+        let all: Vec<PointReaction> = sites.chain(candidates).collect();
+        self.body.force_mut().set_reactions(rod, all.into_iter());
+    }
+
+    /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
+    pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
+        let (energy, mut inertia) = self.body.condense(rod, shift)?;
+        self.stretch_joints(rod);
+        let system = self.body.system_mut();
+        system.joints.apply(&mut system.tangent);
+        system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
+        self.found.factorisations += 1 + self.boosts.len();
+        self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
+        if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+    }
+
+    /// Evaluates the elastic joints at the frames of a rod. Returns their energy, J.
+    pub(super) fn stretch_joints(&mut self, rod: &Rod) -> f64 {
+        let (mut sum, time) = (0.0, self.obstacles.time);
+        for (joint, (frame, law)) in self.body.system_mut().joints.elastic.iter_mut().zip(&self.laws.joints) {
+            let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
+            let Energy { value, gradient, stiffness } = law.energy(&turn, time);
+            *joint = elastic_joint(joint.node, &turn, &gradient, &stiffness);
+            sum += value;
         }
-        self.found.error = if rounds { error.max(turn) } else { error };
-        if least < CLOSE || last.is_infinite() || self.found.inertia.negative > 0 {
-            // A step that is small for the shape may change the sign of an eigenvalue close to zero, and the reactions
-            // of a first iteration are those of the initial guess.
-            let (_, pivots) = self.factorise(rod, 0.0)?;
-            self.found.inertia = self.close(rod, pivots)?.0;
+        sum
+    }
+
+    /// Energy of the rod, its loads, springs and obstacles (J) at the last evaluation, which returned `energy`. The
+    /// work of the reactions is not part of it.
+    pub(super) fn potential(&mut self, rod: &Rod, energy: f64) -> f64 {
+        let joints = self.stretch_joints(rod);
+        let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
+        let base = rod.base_position();
+        let sites = self.sites.iter().map(|site| (site.force + site.spring_force()).dot(&(site.position - base)));
+        let candidates = self.candidates.iter().map(|at| {
+            let yielded = self.obstacles.yielded[at.obstacle];
+            at.force.dot(&(at.position - base)) - 0.5 * at.force.dot(&yielded)
+        });
+        energy + joints + springs + sites.chain(candidates).sum::<f64>()
+    }
+
+    /// Adds changes of the reactions of holds and springs.
+    pub(super) fn add_links(&mut self, roles: &[Role], changes: &DVector<f64>, fraction: f64) {
+        for (role, change) in roles.iter().zip(changes.iter()) {
+            match role {
+                Role::Hold(site, direction) => self.sites[*site].force += direction * (fraction * change),
+                Role::Spring(site, axis) => {
+                    if let Some(spring) = &mut self.sites[*site].spring {
+                        spring.force += axis * (fraction * change);
+                    }
+                }
+                Role::Boost => {}
+            }
         }
-        Ok(!self.stable || self.found.inertia.negative == 0)
     }
 
-    /// Whether a step with the rotation `turn` (rad) may have changed the inertia, which is that before the step, given
-    /// the least eigenvalue of the scaled matrix of the reactions.
-    fn is_inertia_outdated(&self, step: &ContactStep, turn: f64, least: f64) -> bool {
-        let held = |role: &Role| matches!(role, Role::Fixed(site, _) if self.sites[*site].touch.is_none());
-        let each = step.conditions.roles.iter().zip(step.changes.iter().zip(&self.border.sizes));
-        let each = each.filter(|(role, _)| held(role)).map(|(_, (change, size))| (change * size).abs());
-        let changed = each.fold(0.0, f64::max) / self.length;
-        least > NEUTRAL && least < OUTDATED * (changed + turn)
+    /// Magnitude of the force in the rod, N: without load the energy per length.
+    pub(super) fn force_scale(&self) -> f64 {
+        self.body.force().largest().max(self.energy_scale).max(f64::MIN_POSITIVE)
     }
 
-    /// Whether the rod with contacts that stick is in equilibrium up to rounding, given the violation of the conditions
-    /// (m).
-    fn is_at_rest(&self, violation: f64, conditions: &Conditions) -> bool {
-        let moved = conditions.residuals.iter().any(|residual| residual.abs() > RESTORED * self.length);
-        let sticks = |site: &Site| site.touch.and_then(|touch| touch.friction).is_some_and(|friction| friction.sticks);
-        self.sites.iter().any(sticks)
-            && !moved
-            && violation <= RESTORED * self.length
-            && self.is_balanced()
-            && (!self.stable || self.found.inertia.negative == 0)
+    /// Sum of the distances by which holds and contacts are violated, m.
+    pub(super) fn violation(&self) -> f64 {
+        let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        links.chain(self.candidates.iter().map(|at| (-at.gap.value).max(0.0))).sum()
     }
 
-    /// Whether the unbalanced couples are due to rounding.
-    fn is_balanced(&self) -> bool {
-        self.system.unbalanced <= BALANCED * self.force.largest() * self.length
+    /// Largest penetration at a candidate, m.
+    pub(super) fn deepest(&self) -> f64 {
+        self.candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
+    }
+
+    /// Largest distance by which a hold or a contact is violated, m.
+    pub(super) fn largest_violation(&self) -> f64 {
+        let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        let loaded = self.candidates.iter().filter(|at| at.status != Status::Open).map(|at| at.gap.value.abs());
+        links.chain(loaded).fold(self.deepest(), f64::max)
+    }
+
+    /// The contact that violates its condition most; `None` if none does by more than rounding.
+    fn worst_contact(&self) -> Option<ContactViolation> {
+        let each = self.candidates.iter().map(|at| {
+            let penetration = -at.gap.value;
+            let violation = if at.status == Status::Open { penetration } else { penetration.abs() };
+            ContactViolation { obstacle: self.obstacles.name_of(at.obstacle), arc_length: at.arc_length, violation }
+        });
+        let worst = each.max_by(|a, b| a.violation.total_cmp(&b.violation))?;
+        (worst.violation > SETTINGS.rounding * self.length && worst.violation.is_finite()).then_some(worst)
+    }
+
+    /// The inertia at the present configuration.
+    pub fn inertia(mut self, rod: &Rod) -> Result<Inertia, EquilibriumError> {
+        self.locate(rod);
+        self.apply(rod);
+        let (_, pivots) = self.factorise(rod, 0.0)?;
+        self.body.balance();
+        let linear = self.linearise(rod);
+        Ok(self.inertia_of(&linear, pivots))
+    }
+
+    /// The reactions of springs and elastic joints at a shape. Holds keep the forces of the initial guess.
+    pub fn reactions_at(mut self, rod: &Rod) -> Vec<Reaction> {
+        self.locate(rod);
+        self.sites.iter_mut().filter_map(|site| site.spring.as_mut()).for_each(Spring::relax);
+        self.stretch_joints(rod);
+        self.reactions(rod)
     }
 
     /// The error of a search that did not converge, with the size of its last step (rad).
@@ -221,8 +297,30 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         EquilibriumError::NoConvergence {
             iterations: self.found.iterations,
             step,
-            residual: self.system.unbalanced,
-            force: self.force.largest(),
+            residual: self.body.system().unbalanced,
+            force: self.body.force().largest(),
+            contact: self.worst_contact(),
         }
     }
+}
+
+/// Candidates with the forces of earlier reactions. The end of a contact segment has two reactions.
+fn old_candidates(reactions: &[Reaction], obstacles: &Obstacles) -> Vec<Candidate> {
+    let mut all: Vec<Candidate> = Vec::new();
+    for at in reactions {
+        let Some(obstacle) = at.obstacle.and_then(|obstacle| obstacles.index(obstacle, at.surface)) else { continue };
+        if let Some(same) = all.iter_mut().find(|old| old.obstacle == obstacle && old.arc_length == at.arc_length) {
+            same.force += at.force;
+            continue;
+        }
+        let status = if at.slip == Some(Slip::Sticks) { Status::Sticking } else { Status::Sliding };
+        let new = Candidate::at(obstacle, (0, 0.0), false);
+        all.push(Candidate { force: at.force, arc_length: at.arc_length, status, ..new });
+    }
+    all
+}
+
+/// The part of a vector along some orthonormal vectors.
+pub(super) fn project(directions: &[Vector3<f64>], vector: &Vector3<f64>) -> Vector3<f64> {
+    directions.iter().map(|d| d * d.dot(vector)).sum()
 }

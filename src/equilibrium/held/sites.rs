@@ -1,4 +1,4 @@
-//! Places at which supports act on a rod, and the conditions there.
+//! Places at which holds and springs act on a rod, and frames that are held.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -20,7 +20,7 @@ const AT_KEPT_NODE: f64 = 1e-5;
 
 /// A place at which a support acts.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::equilibrium) struct Site {
+pub(super) struct Site {
     pub element: usize,
     pub x: f64,
     /// Unit vectors along which the position is given.
@@ -32,68 +32,13 @@ pub(in crate::equilibrium) struct Site {
     pub force: Vector3<f64>,
     /// Position in the present configuration, m.
     pub position: Vector3<f64>,
-    /// Contact with an obstacle; `None` for a hold.
-    pub touch: Option<Touch>,
-}
-
-/// Gap between a place of the centre line and an obstacle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::equilibrium) struct Gap {
-    pub value: f64,
-    pub normal: Vector3<f64>,
-    pub curvature: Matrix3<f64>,
-}
-
-/// A contact at a place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::equilibrium) struct Touch {
-    pub obstacle: usize,
-    /// Normal force, N.
-    pub push: f64,
-    pub gap: Gap,
-    /// Whether the place is where the gap is least along the rod.
-    pub floats: bool,
-    /// First (1) and second (1/m) derivative of the gap along the rod.
-    pub approach: (f64, f64),
-    /// The tangent of the centre line.
-    pub tangent: Vector3<f64>,
-    /// Friction; `None` without.
-    pub friction: Option<Friction>,
-}
-
-/// Friction at a contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::equilibrium) struct Friction {
-    pub coefficient: f64,
-    /// Whether the place sticks to the obstacle.
-    pub sticks: bool,
-    /// Tangential force on the rod, N.
-    pub force: Vector3<f64>,
-    /// Tangential force at the end of the increment before, N.
-    pub earlier: Vector3<f64>,
-    /// Whether the contact slid in the increment before.
-    pub slid: bool,
-    /// Tangential displacement since then, m.
-    pub slip: Vector3<f64>,
-    /// Direction of the slip.
-    pub direction: Vector3<f64>,
-}
-
-impl Touch {
-    /// The tangential directions: along the rod and across it.
-    pub fn tangential(&self) -> [Vector3<f64>; 2] {
-        let normal = self.gap.normal;
-        let along = self.tangent - normal * normal.dot(&self.tangent);
-        let along = along.try_normalize(1e-6).unwrap_or_else(|| across(&normal)[0]);
-        [along, normal.cross(&along)]
-    }
 }
 
 impl Site {
     /// A site at a place in an element, without condition yet.
     pub fn at((element, x): (usize, f64), spring: Option<Spring>) -> Self {
         let zero = Vector3::zeros();
-        Self { element, x, fixed: Vec::new(), target: zero, spring, force: zero, position: zero, touch: None }
+        Self { element, x, fixed: Vec::new(), target: zero, spring, force: zero, position: zero }
     }
 
     /// A site at the end of an element, without condition yet; `None` for the base.
@@ -101,19 +46,10 @@ impl Site {
         Some(Self::at((node.checked_sub(1)?, 1.0), None))
     }
 
-    /// A site in contact with an obstacle, without force yet.
-    pub fn touching(obstacle: usize, at: (usize, f64), push: f64, floats: bool) -> Self {
-        let zero = Vector3::zeros();
-        let gap = Gap { value: 0.0, normal: zero, curvature: Matrix3::zeros() };
-        let touch = Some(Touch { obstacle, push, gap, floats, approach: (0.0, 0.0), tangent: zero, friction: None });
-        Self { touch, ..Self::at(at, None) }
-    }
-
     /// The directions in which the position is given, with the distances by which it differs, m.
     pub fn missing(&self) -> impl Iterator<Item = (Vector3<f64>, f64)> + '_ {
         let from = self.position - self.target;
-        let touch = self.touch.iter().map(|touch| (touch.gap.normal, touch.gap.value));
-        self.fixed.iter().map(move |d| (*d, d.dot(&from))).chain(touch)
+        self.fixed.iter().map(move |d| (*d, d.dot(&from)))
     }
 
     /// The force of the spring, N.
@@ -123,7 +59,7 @@ impl Site {
 }
 
 /// The node at a distance from the apex at t = 0 (m).
-pub(in crate::equilibrium) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError> {
+pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError> {
     let (name, length) = ("distance of a held place from the apex", rod.initial_length());
     let on = distance >= 0.0 && distance <= length * (1.0 + AT_NODE);
     ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
@@ -138,7 +74,7 @@ pub(in crate::equilibrium) fn node_at(rod: &Rod, distance: f64) -> Result<usize,
 }
 
 /// A unit vector across another one, and the one across both.
-pub(in crate::equilibrium) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
+pub(super) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let first = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
     [first, normal.cross(&first)]
 }
@@ -161,7 +97,7 @@ fn site_of(hold: &Hold, node: usize, laws: &mut Laws) -> Option<Site> {
 
 /// A frame that is held, up to a rotation about an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::equilibrium) struct HeldFrame {
+pub(super) struct HeldFrame {
     pub node: usize,
     pub frame: UnitQuaternion<f64>,
     /// The axis along the directors; `None` for a frame that does not rotate.
@@ -187,9 +123,9 @@ impl HeldFrame {
 
 /// Sorts the supports of a rod at a time (s), besides contacts, into sites, held frames, and the laws of springs and
 /// elastic joints.
-pub(in crate::equilibrium) fn sort<'a>(
+pub(super) fn sort<'a>(
     rod: &Rod,
-    support: &'a (impl Support + ?Sized),
+    support: &'a dyn Support,
     time: f64,
     joints: &mut Joints,
 ) -> Result<(Vec<Site>, Vec<HeldFrame>, Laws<'a>), EquilibriumError> {
@@ -251,13 +187,7 @@ fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), Parame
 /// Rotates frames by shares of a rotation vector along their directors, which increases linearly with the node
 /// from `from` to `at`. Frames beyond follow: they keep their position relative to `at`, or rotate by shares that
 /// decrease to zero at `to`.
-pub(in crate::equilibrium) fn turn_frames(
-    rod: &mut Rod,
-    turn: &Vector3<f64>,
-    from: usize,
-    at: usize,
-    to: Option<usize>,
-) {
+pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: usize, to: Option<usize>) {
     let p = rod.order().points();
     let reference = rod.reference();
     let lengths: Vec<f64> = (0..rod.elements()).map(|e| rod.length_of(e)).collect();

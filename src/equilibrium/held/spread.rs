@@ -1,6 +1,6 @@
 //! Reactions of contacts that are longer than a point: forces at their ends, and pressure between.
 
-use super::touch::SAME;
+use super::settings::SAME;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto_weights;
 use crate::rod::Rod;
@@ -12,7 +12,7 @@ const NONE: f64 = 1e-6;
 /// Divides the reactions at the stations of longer contacts into the pressure, which is gathered with the weights
 /// of the stations, and the forces at a point at the ends of a contact, where the rod lifts off. Sets the lengths
 /// of gathered reactions. `obstacles` is the number of obstacles.
-pub(in crate::equilibrium) fn spread(rod: &Rod, obstacles: usize, all: &mut Vec<Reaction>) {
+pub(super) fn spread(rod: &Rod, obstacles: usize, all: &mut Vec<Reaction>) {
     let p = rod.order().points();
     if p < 3 {
         return;

@@ -6,7 +6,7 @@ use crate::integrator::Statistics;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::State;
-use crate::support::Support;
+use crate::support::{Patch, Support};
 
 /// Number of levels of the history within the time of a full step from which on changes are not located. It bounds the
 /// cost of contacts that begin and end in ever shorter intervals. A change adds at most about forty levels.
@@ -34,15 +34,17 @@ impl Stepper {
         options: &RunOptions,
     ) -> Outcome<StepEnd> {
         let before = self.statistics;
-        let changes = self.change_in(shoot, solver, (start, end), options, false)?;
-        if !changes || is_crowded(start, options.step) {
-            return Ok(end);
+        let crowded = is_crowded(start, options.step);
+        match self.change_in(shoot, solver, (start, end), options, crowded) {
+            Ok(changes) if crowded || !changes => return Ok(end),
+            Err(error) if crowded || !error.is_recoverable() => return Err(error),
+            _ => self.undo(shoot, start, before),
         }
-        self.undo(shoot, start, before);
-        // Largest error of the time of the change. The resulting error is as small as that of the first step after it,
-        // whose stimuli are interpolated linearly: of third order in a step 64 times shorter. With friction a step is
-        // of first order. Times that differ by rounding are not divided.
-        let order = if self.before.is_some() { 1 } else { 3 };
+        // The change may be misplaced by this time. The error is as small as that of the first step after it, whose
+        // stimuli are interpolated linearly: of third order in a step 64 times shorter. With friction a step is of
+        // first order. Times that differ by rounding are not divided.
+        let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
+        let order = if rubs { 1 } else { 3 };
         let shortest = (FIRST_STEP.powi(order) * options.step).max(16.0 * f64::EPSILON * end.time.abs());
         // `last` is the state at the end of the last part. `known` states that the contacts at the later time `high`
         // differ from those at the start, and `skips` that no equilibrium was found shortly before `high`.
@@ -72,7 +74,7 @@ impl Stepper {
                     self.statistics.contact_changes += 1;
                     return Ok(StepEnd { discontinuity: true, contact_change: true, ..part });
                 }
-                Err(error) if !error.is_recoverable() || time == end.time => return Err(error),
+                Err(error) if !error.is_recoverable() || passes && time == end.time => return Err(error),
                 Ok(true) | Err(_) => {
                     self.undo(shoot, &last, counts);
                     // Next to a loss of stability the solver may fail. These times are passed with the change.
@@ -93,12 +95,16 @@ impl Stepper {
         options: &RunOptions,
         passes: bool,
     ) -> Outcome<bool> {
-        self.step(shoot, solver, end, options)?;
-        // The contacts are in the order of the obstacles. Contacts of one obstacle that merge or divide are no changes.
+        self.nearby = !passes;
+        let step = self.step(shoot, solver, end, options);
+        self.nearby = false;
+        step?;
+        let surface = |patch: &Patch| (patch.obstacle, patch.surface);
+        // The patches are in the order of the surfaces. Contacts that merge or divide are no changes.
         let touched = |state: &State| {
-            let mut obstacles: Vec<usize> = state.contact.patches.iter().map(|patch| patch.obstacle).collect();
-            obstacles.dedup();
-            obstacles
+            let mut surfaces: Vec<_> = state.contact.patches.iter().map(surface).collect();
+            surfaces.dedup();
+            surfaces
         };
         let changes = touched(start) != touched(&shoot.state);
         if changes && passes && !end.discontinuity {

@@ -61,8 +61,10 @@ pub(super) struct Stepper {
     /// Changes of their intrinsic strains in the step, 1/m.
     changes: Vec<Vector3<f64>>,
     spare: Spare,
-    /// Shape, time and reactions at the start of an increment; `None` without friction.
+    /// Shape, time and reactions at the start of an increment; `None` without obstacles.
     before: Option<(Rod, f64, Vec<Reaction>)>,
+    /// Whether the search for an equilibrium fails where a branch of equilibria ends, instead of a descent.
+    nearby: bool,
     statistics: Statistics,
     pub grid: GridUse,
     /// Copy of the state before a step that may be repeated.

@@ -64,8 +64,8 @@ impl Stepper {
         Ok(largest * length)
     }
 
-    /// Moves the base to its frame at `time` (s), and solves the equilibrium under the load and the environment
-    /// of that time.
+    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
+    /// environment of that time.
     pub fn solve_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -83,17 +83,21 @@ impl Stepper {
             .map_err(|error| IntegrationError::Equilibrium { time, error })
     }
 
-    /// Moves the base to its frame at `time` (s), and returns the environment of that time.
+    /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
     pub(super) fn move_base(&self, shoot: &mut Shoot<impl Model>, time: f64) -> Outcome<Environment> {
         let started = shoot.state.history.levels() > 0;
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
-        let (base, environment) = (model.scene().base(time), model.scene().environment(time));
+        let scene = model.scene();
+        let (base, position, environment) = (scene.base(time), scene.position(time), scene.environment(time));
         // `set_base` would normalise a quaternion that is not a rotation.
         if !((base.norm() - 1.0).abs() < ROUNDING) {
             return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
         }
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
+        }
+        if rod.set_base_position(position).is_err() {
+            return Err(IntegrationError::NotFinite { what: "position of the base", time });
         }
         match model.support().base().filter(|_| started) {
             None => rod.set_base(base)?,
@@ -120,8 +124,8 @@ impl Stepper {
         let earlier = (rod.reactions(), &contact.patches[..]);
         let before = self.before.as_ref();
         let before = before.map(|(rod, time, reactions)| (rod, environment.time - time, &reactions[..]));
-        let shape = contact.shape.as_ref();
-        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, before });
+        let (shape, nearby) = (contact.shape.as_ref(), self.nearby);
+        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, before, nearby });
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
         self.force.update(&held.rod, load, environment);
         self.force.react(&held.rod, &held.reactions);
@@ -136,10 +140,11 @@ impl Stepper {
         Ok(held.equilibrium)
     }
 
-    /// Keeps shape and reactions at the start of an increment, from which friction counts displacements.
+    /// Keeps shape and reactions at the start of an increment, from which the search for contacts begins and friction
+    /// counts displacements.
     pub(super) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
-        let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
-        self.before = rubs.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.reactions().to_vec()));
+        let touches = !shoot.model.support().contacts().is_empty();
+        self.before = touches.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.reactions().to_vec()));
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.

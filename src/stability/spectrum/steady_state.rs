@@ -42,9 +42,10 @@ pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), Stability
 /// not usable.
 pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
     let environment = shoot.environment();
-    let (load, support) = (shoot.model.load(), shoot.model.support());
+    let (load, support, scene) = (shoot.model.load(), shoot.model.support(), shoot.model.scene());
+    rod.set_base_position(scene.position(environment.time))?;
     if support.base().is_none() {
-        rod.set_base(shoot.model.scene().base(environment.time))?;
+        rod.set_base(scene.base(environment.time))?;
     }
     // The shape, as that of an unloaded rod, which has the visible strain as its intrinsic strain.
     let p = rod.order().points();

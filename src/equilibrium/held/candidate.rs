@@ -13,8 +13,13 @@ pub(super) struct Candidate {
     /// Whether the candidate is a contact point, which is where the gap is least. Otherwise it is a station of a
     /// contact segment.
     pub point: bool,
-    /// Smallest second derivative of the gap at a minimum that the elements resolve, 1/m.
-    pub resolved: f64,
+    /// Whether the place of the candidate moves along the rod so that the gap stays least.
+    pub slides: bool,
+    /// Third derivative of the gap along the rod by the force on it, 1/m²: the force over the bending stiffness.
+    pub flexibility: f64,
+    /// Whether the candidate has been in contact during the search. Its node then remains, since a contact may exist on
+    /// a rod with the node and not on one without it.
+    pub touched: bool,
     /// Force on the rod, N.
     pub force: Vector3<f64>,
     pub status: Status,
@@ -26,8 +31,6 @@ pub(super) struct Candidate {
     /// Tangent of the centre line, and its derivative along the rod, 1/m.
     pub tangent: Vector3<f64>,
     pub bend: Vector3<f64>,
-    /// Displacement in the increment before the contact began, m. It is no slip.
-    pub before: Vector3<f64>,
     /// The place without slip, m, and its derivative along the rod.
     pub anchor: (Vector3<f64>, Vector3<f64>),
 }
@@ -42,7 +45,9 @@ impl Candidate {
             element,
             x,
             point,
-            resolved: 0.0,
+            slides: false,
+            flexibility: 0.0,
+            touched: false,
             force: zero,
             status: Status::Open,
             arc_length: 0.0,
@@ -50,7 +55,6 @@ impl Candidate {
             gap,
             tangent: zero,
             bend: zero,
-            before: zero,
             anchor: (zero, zero),
         }
     }
@@ -65,11 +69,6 @@ impl Candidate {
         let Gap { normal, curvature, .. } = &self.gap;
         let bend = normal.dot(&self.bend) + self.tangent.dot(&(curvature * self.tangent));
         (normal.dot(&self.tangent), bend)
-    }
-
-    /// Whether the place of the candidate moves along the rod.
-    pub fn slides(&self) -> bool {
-        self.point && self.approach().1 > self.resolved
     }
 
     /// Tangential displacement since the start of the increment, m.

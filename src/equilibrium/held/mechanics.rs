@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::constitutive::{Constitutive, Tissue, line_strain_under, strain_under};
 use crate::equilibrium::elimination::Row;
+use crate::equilibrium::line::strain_line;
 use crate::equilibrium::system::System;
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::load::{InternalForce, Load};
@@ -61,6 +62,9 @@ pub(in crate::equilibrium) trait Mechanics {
 
     /// The elastic strain by a couple along the directors (N m), given an approximation of it.
     fn strain_under(&self, point: &MaterialPoint, near: &Vector3<f64>, couple: &Vector3<f64>) -> Vector3<f64>;
+
+    /// Strains of the centre line at the material points.
+    fn strain_line(&self, rod: &Rod) -> Vec<Vector3<f64>>;
 }
 
 /// A rod of given laws, with `P` Gauss points in an element.
@@ -157,6 +161,12 @@ impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
 
     fn strain_under(&self, point: &MaterialPoint, near: &Vector3<f64>, couple: &Vector3<f64>) -> Vector3<f64> {
         strain_under(self.material, &Tissue::of(point, self.time()), near, couple)
+    }
+
+    fn strain_line(&self, rod: &Rod) -> Vec<Vector3<f64>> {
+        let mut strains = Vec::new();
+        strain_line(&mut strains, rod, self.material, self.force);
+        strains
     }
 }
 

@@ -1,19 +1,16 @@
 //! The Newton iteration for a rod in contact.
 //!
 //! Each iteration factorises the tangent of the rod with its present reactions, solves the frictional contact problem
-//! of
-//! the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
-
-use nalgebra::Vector3;
+//! of the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
 
 use super::before::Before;
 use super::candidate::Candidate;
 use super::law::Status;
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
+use super::sites::Site;
 use super::trial::{Attempt, Course, Step};
 use crate::equilibrium::EquilibriumError;
-use crate::equilibrium::held::sites::Site;
 use crate::rod::Rod;
 
 /// Largest rotation in a step that may be due to rounding, rad, and one that always is.
@@ -24,58 +21,114 @@ const BALANCED: f64 = 1e-13;
 /// Eigenvalue of the scaled matrix of the reactions below which the inertia is evaluated at the equilibrium.
 const CLOSE: f64 = 1e-3;
 
-impl ContactSearch<'_> {
-    /// Newton's iteration for the present targets.
+impl HeldSearch<'_> {
+    /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
+    /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
-        let (last, shift, saddles, bowed, placements) = (f64::INFINITY, 0.0, 0, false, 0);
-        let mut course = Course { guarded, last, shift, saddles, bowed, placements };
+        let (last, shift, saddles, bowed, placements, answer) = (f64::INFINITY, 0.0, 0, false, 0, None);
+        let mut course = Course { guarded, last, shift, saddles, bowed, placements, answer };
         self.apply(rod);
         self.locate(rod);
-        for _ in 0..SETTINGS.iterations[usize::from(guarded)] {
+        let result = self.iterate(rod, &mut course);
+        match (result, course.answer.take()) {
+            (Err(error), Some(answer)) if error.is_recoverable() => {
+                self.restore(rod, &answer);
+                course.placements = SETTINGS.placements.0;
+                self.iterate(rod, &mut course)
+            }
+            (result, _) => result,
+        }
+    }
+
+    /// Newton's iteration. Nodes move to the contacts when a step has almost reached an equilibrium on the present
+    /// nodes.
+    fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
+        let mut stalls = 0;
+        for _ in 0..SETTINGS.iterations[usize::from(course.guarded)] {
             if self.found.iterations >= self.bound {
                 break;
             }
             self.found.iterations += 1;
-            let moves = course.placements < SETTINGS.placements.0;
-            let misplaced = self.place(rod, moves, course.last) > SETTINGS.placed * self.length;
-            // Far from equilibrium the contacts move with every step.
-            course.placements += usize::from(misplaced && course.last < SETTINGS.placing_turn);
             self.drop_candidates();
             if self.add_candidates(rod, -SETTINGS.rounding * self.length) {
                 self.locate(rod);
             }
             self.apply(rod);
-            let Some(step) = self.step(rod, &mut course)? else {
+            let Some(step) = self.step(rod, course)? else {
                 course.last = f64::INFINITY;
                 continue;
             };
-            let done = step.fraction == 1.0
-                && step.shift == 0.0
-                && step.turn < SETTINGS.small_turn
-                && !(misplaced && moves)
-                && self.has_converged(rod, &step, course.last)?;
-            if done {
-                if self.stable && self.found.inertia.negative > 0 {
-                    course.guarded = true;
-                } else {
-                    return Ok(());
-                }
+            let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
+            if step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)? {
+                return Ok(());
             }
-            course.last = step.turn;
+            stalls = if stalled { stalls + 1 } else { 0 };
+            if !course.guarded && stalls >= 3 {
+                break;
+            }
+            course.last = turn;
             if course.guarded && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent friction dissipates energy in every step: slip counts from the last one.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
-                self.candidates.iter_mut().for_each(|at| at.before = Vector3::zeros());
             }
         }
         Err(self.not_found(course.last))
+    }
+
+    /// Whether the iteration ends after a whole Newton step: nodes are at the contacts, and the rod is in equilibrium.
+    fn ends(&mut self, rod: &mut Rod, course: &mut Course, step: Box<Step>) -> Result<bool, EquilibriumError> {
+        let (turn, settled) = (step.turn, !step.changed && step.turn < SETTINGS.settled_turn);
+        if (settled || turn < SETTINGS.placing_turn) && self.move_nodes(rod, course) {
+            return Ok(false);
+        }
+        let mut converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, course.last)?;
+        if !converged && turn < SETTINGS.chord_turn && self.is_loaded() {
+            let mut chord = step;
+            for _ in 0..SETTINGS.chords {
+                let last = chord.turn;
+                chord = self.chord(rod, chord);
+                if !chord.turn.is_finite() {
+                    break;
+                }
+                converged = self.has_converged(rod, &chord, last)?;
+                if converged && self.found.error <= SETTINGS.chord_error * self.tolerance {
+                    break;
+                }
+            }
+            converged = converged && !self.move_nodes(rod, course);
+        }
+        let negative = self.found.inertia.negative;
+        if converged && self.stable && negative > 0 {
+            if !course.guarded && !self.obstacles.contacts.is_empty() {
+                return Err(EquilibriumError::Unstable { negative });
+            }
+            course.guarded = true;
+            return Ok(false);
+        }
+        Ok(converged)
+    }
+
+    /// Moves nodes to the contacts. Returns whether any moved.
+    fn move_nodes(&mut self, rod: &mut Rod, course: &mut Course) -> bool {
+        if course.placements >= SETTINGS.placements.0 || self.obstacles.contacts.is_empty() {
+            return false;
+        }
+        let before = self.snapshot(rod);
+        let moved = self.place(rod);
+        if moved {
+            course.placements += 1;
+            course.answer = Some(before);
+        }
+        moved
     }
 
     /// Removes candidates that are not close to an obstacle, and merges contact points that have slid to the same
     /// place.
     fn drop_candidates(&mut self) {
         let far = SETTINGS.far * self.length;
-        self.candidates.retain(|at| at.status != Status::Open || !at.point || at.gap.value < far);
+        let ends = self.length * (1.0 - SAME);
+        let least = |at: &Candidate| at.gap.value < far && (at.slides || at.arc_length >= ends);
+        self.candidates.retain(|at| at.status != Status::Open || !at.point || least(at));
         let near = SETTINGS.near * self.length / self.parent.elements() as f64;
         let mut kept: Vec<Candidate> = Vec::new();
         for at in self.candidates.drain(..) {
@@ -117,6 +170,7 @@ impl ContactSearch<'_> {
                     return Ok(Some(step));
                 }
                 Attempt::Moved => return Ok(None),
+                Attempt::Lost => return Err(self.not_found(self.body.system().largest_turn())),
                 Attempt::Rejected => {}
             }
             let buckling = 1.0 / (self.body.system().compliance() * self.length);
@@ -133,14 +187,18 @@ impl ContactSearch<'_> {
         }
     }
 
+    /// Whether a candidate is at the apex, beyond which a contact does not slide.
+    pub(super) fn is_at_apex(&self, at: &Candidate) -> bool {
+        at.arc_length >= self.length * (1.0 - SAME)
+    }
+
     /// Whether a candidate is in contact.
     pub(super) fn is_loaded(&self) -> bool {
         self.candidates.iter().any(|at| at.status != Status::Open)
     }
 
     /// Largest displacement of a hold or spring of a rod that stretches, from its place in `sites`, m. A step may
-    /// stretch the
-    /// rod without a rotation.
+    /// stretch the rod without a rotation.
     pub(super) fn stretch(&self, rod: &Rod, sites: &[Site]) -> f64 {
         if self.body.line_compliance(rod, 0, 0).is_none() {
             return 0.0;
@@ -160,8 +218,8 @@ impl ContactSearch<'_> {
         let found = self.add_candidates(rod, -SETTINGS.rounding * self.length);
         // A contact point is where the gap is least, or at the apex.
         let skew = self.candidates.iter().any(|at| {
-            let inside = at.arc_length < self.length * (1.0 - SAME) || at.approach().0 > 0.0;
-            at.status != Status::Open && at.slides() && inside && at.approach().0.abs() > SETTINGS.tangential
+            let inside = !self.is_at_apex(at) || at.approach().0 > 0.0;
+            at.status != Status::Open && at.slides && inside && at.approach().0.abs() > SETTINGS.tangential
         });
         let apart = skew || found || self.largest_violation() > SETTINGS.rounding * self.length;
         // Close to a loss of stability rounding rotates the frames in every iteration.

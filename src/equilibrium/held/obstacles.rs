@@ -3,21 +3,23 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::Candidate;
-use super::law::Gap;
+use super::law::{Gap, Status};
 use super::reduced::Surfaces;
 use super::response::upto_parts;
 use super::settings::SETTINGS;
 use crate::rod::Rod;
-use crate::support::{Contact, Obstacle, Reaction};
+use crate::support::{Contact, Obstacle, Patch, Reaction};
 
 /// Number of halvings of an interval between two stations in the search for places close to an obstacle.
 const DEPTH: usize = 16;
 /// Length of an interval that is not halved further, relative to the radius of curvature of the obstacle.
 const RESOLUTION: f64 = 0.25;
 
-/// The obstacles of a rod at a time.
+/// The obstacles of a rod at a time. Inside a search, each surface of an obstacle is an obstacle with its own index.
 pub(super) struct Obstacles<'a> {
     pub contacts: Vec<Contact<&'a dyn Obstacle>>,
+    /// The obstacle of the support to which each surface belongs, and the index of the surface there.
+    names: Vec<(usize, usize)>,
     /// Displacements of the obstacles by the forces on them, m.
     pub yielded: Vec<Vector3<f64>>,
     /// Their displacements per force, m/N.
@@ -27,17 +29,46 @@ pub(super) struct Obstacles<'a> {
 
 impl Surfaces for Obstacles<'_> {
     fn gap(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
-        let contact = &self.contacts[obstacle];
-        let distance = contact.obstacle.distance(place, self.time);
-        Gap { value: distance.value - contact.radius, normal: distance.normal, curvature: distance.curvature }
+        self.gap_in(obstacle, place, self.time)
     }
 }
 
 impl<'a> Obstacles<'a> {
-    pub fn new(contacts: Vec<Contact<&'a dyn Obstacle>>, time: f64) -> Self {
+    pub fn new(bodies: Vec<Contact<&'a dyn Obstacle>>, time: f64) -> Self {
+        let surfaces = |(body, contact): (usize, Contact<&'a dyn Obstacle>)| {
+            (0..contact.obstacle.surfaces()).map(move |surface| (contact, (body, surface)))
+        };
+        let (contacts, names): (Vec<_>, Vec<_>) = bodies.into_iter().enumerate().flat_map(surfaces).unzip();
         let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
         let yielded = vec![Vector3::zeros(); contacts.len()];
-        Self { contacts, yielded, compliances, time }
+        Self { contacts, names, yielded, compliances, time }
+    }
+
+    /// The index of a surface of an obstacle of the support. An earlier equilibrium may have had more of them.
+    pub fn index(&self, obstacle: usize, surface: usize) -> Option<usize> {
+        self.names.iter().position(|name| *name == (obstacle, surface))
+    }
+
+    /// The index of the obstacle of the support to which a surface belongs.
+    pub fn name_of(&self, surface: usize) -> usize {
+        self.names[surface].0
+    }
+
+    /// Replaces the indices of surfaces by those of obstacles of the support and of their surfaces.
+    pub fn name(&self, reactions: &mut [Reaction], patches: &mut [Patch]) {
+        for at in reactions {
+            if let Some(obstacle) = &mut at.obstacle {
+                (*obstacle, at.surface) = self.names[*obstacle];
+            }
+        }
+        for at in patches {
+            (at.obstacle, at.surface) = self.names[at.obstacle];
+        }
+    }
+
+    /// Whether two surfaces are parts of one obstacle of the support, which moves as a whole.
+    pub fn move_together(&self, a: usize, b: usize) -> bool {
+        self.names[a].0 == self.names[b].0
     }
 
     /// The gap at a place (m) to an obstacle in its displaced position.
@@ -45,13 +76,35 @@ impl<'a> Obstacles<'a> {
         self.gap(obstacle, &(place - self.yielded[obstacle]))
     }
 
+    /// An upper bound of the motion of the surface of an obstacle beside a place (m) until a time (s), m: the change of
+    /// the gap, and the rotation of the normal about the centre of curvature.
+    pub fn motion(&self, obstacle: usize, place: &Vector3<f64>, time: f64) -> f64 {
+        let (before, after) = (self.gap_at(obstacle, place), self.gap_then(obstacle, place, time));
+        let radius = Self::radius(&before);
+        let across = if radius.is_finite() { radius + before.value.max(0.0) } else { 0.0 };
+        (after.value - before.value).abs() + (after.normal - before.normal).norm() * across
+    }
+
+    /// The gap at a place (m) to an obstacle in its displaced position, at another time (s).
+    pub fn gap_then(&self, obstacle: usize, place: &Vector3<f64>, time: f64) -> Gap {
+        self.gap_in(obstacle, &(place - self.yielded[obstacle]), time)
+    }
+
+    /// The gap at a place (m) to an obstacle without its displacement, at a time (s).
+    fn gap_in(&self, obstacle: usize, place: &Vector3<f64>, time: f64) -> Gap {
+        let contact = &self.contacts[obstacle];
+        let distance = contact.obstacle.distance_to(self.names[obstacle].1, place, time);
+        Gap { value: distance.value - contact.radius, normal: distance.normal, curvature: distance.curvature }
+    }
+
     /// The displacements of the obstacles by the opposites of forces on the rod (N), m.
     pub fn displacements(&self, forces: impl Iterator<Item = (usize, Vector3<f64>)>) -> Vec<Vector3<f64>> {
         let mut all = vec![Vector3::zeros(); self.contacts.len()];
         for (obstacle, force) in forces {
-            // An earlier equilibrium may have had more obstacles.
-            if let Some(displacement) = all.get_mut(obstacle) {
-                *displacement -= self.compliances[obstacle] * force;
+            for (other, displacement) in all.iter_mut().enumerate() {
+                if self.move_together(other, obstacle) {
+                    *displacement -= self.compliances[obstacle] * force;
+                }
             }
         }
         all
@@ -59,7 +112,8 @@ impl<'a> Obstacles<'a> {
 
     /// The displacements of the obstacles in an equilibrium with the given reactions, m.
     pub fn displacements_by(&self, reactions: &[Reaction]) -> Vec<Vector3<f64>> {
-        self.displacements(reactions.iter().filter_map(|reaction| Some((reaction.obstacle?, reaction.force))))
+        let surface = |at: &Reaction| self.index(at.obstacle?, at.surface);
+        self.displacements(reactions.iter().filter_map(|at| Some((surface(at)?, at.force))))
     }
 
     /// The least radius of curvature of an obstacle at a place, given the gap there, m.
@@ -90,7 +144,7 @@ pub(super) struct Line<'b> {
 
 impl<'b> Line<'b> {
     pub fn new(rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
-        let mut line = Self { rod, tangents, starts: vec![(0.0, Vector3::zeros())] };
+        let mut line = Self { rod, tangents, starts: vec![(0.0, rod.base_position())] };
         for e in 0..rod.elements() {
             let end = line.place((e, 1.0));
             line.starts.push((end.arc_length, end.position));
@@ -106,6 +160,16 @@ impl<'b> Line<'b> {
         let tangents = &self.tangents[element * p..(element + 1) * p];
         let position = tangents.iter().zip(parts).fold(from, |sum, (tangent, part)| sum + tangent * part);
         Place { element, x, arc_length: start + parts[..p].iter().sum::<f64>(), position }
+    }
+
+    /// The base.
+    pub fn base(&self) -> Place {
+        Place { element: 0, x: 0.0, arc_length: 0.0, position: self.rod.base_position() }
+    }
+
+    /// The base and the stations of all elements, from base to apex.
+    pub fn places(&self) -> Vec<Place> {
+        std::iter::once(self.base()).chain(self.stations()).collect()
     }
 
     /// The stations of all elements, from base to apex.
@@ -159,8 +223,7 @@ impl Gaps<'_, '_> {
 
     /// The gaps at the base and at all stations.
     pub fn samples(&self, stations: &[Place]) -> Vec<Sample> {
-        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
-        std::iter::once(&base).chain(stations).map(|place| self.at(place)).collect()
+        std::iter::once(&self.line.base()).chain(stations).map(|place| self.at(place)).collect()
     }
 
     /// The place of the least local minimum of the gap inside an interval between two neighbouring stations, among
@@ -188,6 +251,20 @@ impl Gaps<'_, '_> {
         least
     }
 
+    /// A lower bound of the gap inside an interval between two places of one element, at least half of the gap or close
+    /// to it.
+    pub fn lowest(&self, from: &Sample, to: &Sample, depth: usize) -> f64 {
+        let from = if from.element == to.element { *from } else { Sample { element: to.element, x: 0.0, ..*from } };
+        let size = to.arc_length - from.arc_length;
+        let bound = 0.5 * (from.gap + to.gap - size);
+        let finest = RESOLUTION * from.radius.min(to.radius);
+        if bound >= 0.5 * from.gap.min(to.gap) || size <= finest || depth == DEPTH {
+            return bound;
+        }
+        let middle = self.at(&self.line.place((to.element, 0.5 * (from.x + to.x))));
+        self.lowest(&from, &middle, depth + 1).min(self.lowest(&middle, to, depth + 1))
+    }
+
     /// The minimum of the gap between two places with slopes of opposite signs: regula falsi with halving.
     fn minimum(&self, from: &Sample, to: &Sample) -> Sample {
         let (mut low, mut high) = (*from, *to);
@@ -209,38 +286,55 @@ impl Gaps<'_, '_> {
     }
 }
 
-/// The factor by which a displacement of the stations may be longer, so that no part of the rod moves by more than half
-/// of its gap to an obstacle or a part of the radius of the obstacle. Parts beside a candidate, up to the next maxima
-/// of
-/// the gap, are left out: the candidate represents them.
-pub(super) fn largest_share(obstacles: &Obstacles, candidates: &[Candidate], from: &[Place], to: &[Place]) -> f64 {
-    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
-    let places: Vec<&Place> = std::iter::once(&base).chain(from).collect();
-    let moved = from.iter().zip(to).map(|(a, b)| (b.position - a.position).norm());
-    let moved: Vec<f64> = std::iter::once(0.0).chain(moved).collect();
-    let mut share = f64::INFINITY;
+/// The factor by which a motion of the base and the stations may be longer, so that no part of the rod moves by more
+/// than half of its gap to an obstacle or a part of the radius of the obstacle. `moved` is the length of the motion of
+/// a place relative to an obstacle, m. Parts beside a contact, up to the next maxima of the gap, are left out: the
+/// candidate represents them.
+pub(super) fn largest_share(
+    obstacles: &Obstacles,
+    candidates: &[Candidate],
+    line: &Line,
+    moved: impl Fn(usize, usize) -> f64,
+) -> f64 {
+    let places = line.places();
+    let (mut share, last) = (f64::INFINITY, places.len() - 1);
     for obstacle in 0..obstacles.contacts.len() {
-        let at = |place: &&Place| {
+        let at = |place: &Place| {
             let gap = obstacles.gap_at(obstacle, &place.position);
             (gap.value, Obstacles::radius(&gap))
         };
         let gaps: Vec<(f64, f64)> = places.iter().map(at).collect();
-        let mut known = vec![false; from.len()];
-        for candidate in candidates.iter().filter(|at| at.obstacle == obstacle) {
-            let after = from.iter().position(|place| place.arc_length >= candidate.arc_length);
-            let here = after.unwrap_or(from.len() - 1);
-            let ahead = (here..from.len()).take_while(|i| *i == here || gaps[i + 1].0 >= gaps[*i].0);
+        let moved: Vec<f64> = (0..=last).map(|i| moved(obstacle, i)).collect();
+        let mut known = vec![false; last];
+        for candidate in candidates.iter().filter(|at| at.obstacle == obstacle && at.status != Status::Open) {
+            let after = places[1..].iter().position(|place| place.arc_length >= candidate.arc_length);
+            let here = after.unwrap_or(last - 1);
+            let ahead = (here..last).take_while(|i| *i == here || gaps[i + 1].0 >= gaps[*i].0);
             let behind = (0..=here).rev().take_while(|i| *i == here || gaps[*i].0 >= gaps[i + 1].0);
             ahead.chain(behind).for_each(|i| known[i] = true);
         }
-        for i in (0..from.len()).filter(|i| !known[*i]) {
-            let size = places[i + 1].arc_length - places[i].arc_length;
-            let (before, after) = (gaps[i], gaps[i + 1]);
+        for i in (0..last).filter(|i| !known[*i]) {
+            let (way, radius) = (moved[i].max(moved[i + 1]), gaps[i].1.min(gaps[i + 1].1));
+            let allowed = |least: f64| (0.5 * least).max(SETTINGS.approach * (radius + least.max(0.0)));
             // A gap changes by at most the arc length.
-            let least = before.0.min(after.0).min(0.5 * (before.0 + after.0 - size));
-            let allowed = (0.5 * least).max(SETTINGS.approach * (before.1.min(after.1) + least.max(0.0)));
-            share = share.min(allowed / moved[i].max(moved[i + 1]));
+            let size = places[i + 1].arc_length - places[i].arc_length;
+            let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);
+            if allowed(least) < share * way {
+                let search = Gaps { line, obstacles, obstacle };
+                least = search.lowest(&search.at(&places[i]), &search.at(&places[i + 1]), 0);
+            }
+            share = share.min(allowed(least) / way);
         }
     }
     share
+}
+
+/// The factor by which a motion of a candidate by a length (m) may be longer, so that it does not pass to the other
+/// side of its obstacle, given the gaps before and after.
+pub(super) fn candidate_share(status: Status, moved: f64, (before, after): (&Gap, &Gap)) -> f64 {
+    if status == Status::Open {
+        return (before.value.max(0.0) + SETTINGS.approach * Obstacles::radius(before)) / moved;
+    }
+    let turned = before.normal.angle(&after.normal);
+    if turned > SETTINGS.largest_turn { SETTINGS.largest_turn / turned } else { f64::INFINITY }
 }

@@ -45,7 +45,7 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
         contacts[0].shift = 0.05;
         contacts[1].force = Vector3::new(-0.1, 0.2, 0.2);
         let residuals = |contacts: &[Contact]| {
-            let all = problem.evaluate_all(contacts);
+            let all = problem.evaluate_all(contacts, Smoothing::default());
             let mut values = Vec::new();
             for (contact, at) in contacts.iter().zip(&all) {
                 assert_ne!(at.law.status, Status::Open);
@@ -54,7 +54,7 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
             }
             DVector::from_vec(values)
         };
-        let steps = problem.step(&contacts, &problem.evaluate_all(&contacts)).unwrap();
+        let steps = problem.step(&contacts, &problem.evaluate_all(&contacts, Smoothing::default()), 0.0).unwrap();
         let moved = |h: f64| {
             let mut moved = contacts.clone();
             for (contact, (force, shift)) in moved.iter_mut().zip(&steps) {

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::obstacles::{Line, Place};
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
@@ -20,20 +20,20 @@ use crate::support::Patch;
 const AT_NODE: f64 = 1e-4;
 /// Distance over which the derivative of the curvature is estimated, relative to an element.
 const DIFFERENCE: f64 = 1e-3;
-/// Largest gap inside a contact segment while the search is far from equilibrium, relative to an element. Stations that
-/// the elements do not resolve yet alternate with small gaps.
+/// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
+/// contact alternate with small gaps.
 const TOUCHING: f64 = 1e-4;
 /// Ratio of the distances from a contact of the nodes that resolve the layer beside it.
 const GRADING: f64 = 3.0;
 
-impl ContactSearch<'_> {
-    /// Moves nodes to the contacts of the present shape, if `moves`. Returns the largest distance of a contact from its
-    /// node, m.
-    pub(super) fn place(&mut self, rod: &mut Rod, moves: bool, last: f64) -> f64 {
+impl HeldSearch<'_> {
+    /// Moves nodes to the contacts of the present shape, and stations to the elements of contact segments. Returns
+    /// whether any had to move.
+    pub(super) fn place(&mut self, rod: &mut Rod) -> bool {
         if self.obstacles.contacts.is_empty() {
-            return 0.0;
+            return false;
         }
-        let touching = (TOUCHING * self.length / self.parent.elements() as f64).min(last * self.length);
+        let touching = TOUCHING * self.length / self.parent.elements() as f64;
         let mut patches = self.patches(rod, touching);
         let misplaced = self.move_ends(rod, &mut patches);
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
@@ -44,12 +44,21 @@ impl ContactSearch<'_> {
         let largest = misplaced.max(apart);
         let forces = self.forces_along();
         self.layer = self.bending_length(rod, &forces);
-        let many = rod.elements() > self.parent.elements() + self.cuts(&patches).len();
-        if moves && (largest > SETTINGS.placed * self.length || many) {
+        // Contacts that have opened keep their nodes.
+        let opened = self.candidates.iter().filter(|at| at.touched && at.slides && at.status == Status::Open);
+        let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
+        patches.extend(kept);
+        // A point inside a contact segment is no station of it.
+        let inside = |at: &Candidate| {
+            let within = |patch: &Patch| patch.from < at.arc_length && at.arc_length < patch.to;
+            at.point && patches.iter().any(|patch| patch.obstacle == at.obstacle && within(patch))
+        };
+        let moves = largest > SETTINGS.placed * self.length || self.candidates.iter().any(inside);
+        if moves {
             let old = self.candidates.clone();
             self.arrange(rod, &patches, &old);
         }
-        largest
+        moves
     }
 
     /// The contacts, in order of obstacle and arc length. Neighbouring stations in contact are one segment; the gap
@@ -72,15 +81,18 @@ impl ContactSearch<'_> {
         let mut patches: Vec<(Patch, Vec<&Candidate>)> = Vec::new();
         for at in loaded {
             match patches.last_mut() {
+                // Two places of least gap are two contacts.
                 Some((patch, members))
-                    if patch.obstacle == at.obstacle && !open(at.obstacle, patch.to, at.arc_length) =>
+                    if patch.obstacle == at.obstacle
+                        && !(at.slides && members.last().is_some_and(|last| last.slides))
+                        && !open(at.obstacle, patch.to, at.arc_length) =>
                 {
                     patch.to = at.arc_length;
                     members.push(at);
                 }
                 _ => {
                     let (from, to) = (at.arc_length, at.arc_length);
-                    patches.push((Patch { obstacle: at.obstacle, from, to }, vec![at]));
+                    patches.push((Patch { obstacle: at.obstacle, surface: 0, from, to }, vec![at]));
                 }
             }
         }
@@ -97,7 +109,7 @@ impl ContactSearch<'_> {
             }
             // A contact along the first element may begin at the base.
             let at_base = patch.to > patch.from && patch.from <= first + margin;
-            if at_base && self.obstacles.gap_at(patch.obstacle, &Vector3::zeros()).value <= margin {
+            if at_base && self.obstacles.gap_at(patch.obstacle, &rod.base_position()).value <= margin {
                 patch.from = 0.0;
             }
             patch
@@ -112,7 +124,7 @@ impl ContactSearch<'_> {
         let element = self.length / self.parent.elements() as f64;
         let inside = |s: f64| s > SAME * self.length && s < self.length * (1.0 - SAME);
         for patch in patches.iter_mut().filter(|patch| patch.to > patch.from) {
-            let Patch { obstacle, from, to } = *patch;
+            let Patch { obstacle, from, to, .. } = *patch;
             // `outward` is the direction along the rod from the contact to its free side.
             for (end, outward) in [(from, -1.0), (to, 1.0)] {
                 if !inside(end) {
@@ -247,7 +259,8 @@ impl ContactSearch<'_> {
             let mut candidates = self.stations_of(rod, patch, &stations);
             for at in &mut candidates {
                 if let Some(nearest) = nearest(old, at.obstacle, at.arc_length) {
-                    (at.force, at.status, at.before) = (nearest.force, nearest.status, nearest.before);
+                    (at.force, at.status) = (nearest.force, nearest.status);
+                    at.touched = nearest.touched;
                 }
             }
             self.candidates.extend(candidates);

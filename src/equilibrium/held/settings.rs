@@ -30,6 +30,9 @@ pub(super) struct Settings {
     pub additions: usize,
     /// Largest number of times that a step is shortened, with the contacts of the shorter step.
     pub shortenings: usize,
+    /// Number of these after which the tangent is shifted instead: for contact problems without a solution next to the
+    /// present forces, and corrections that do not converge.
+    pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,
     /// Number of iterations in which nodes move to the ends of contacts, and the largest motion in one of them,
@@ -37,6 +40,14 @@ pub(super) struct Settings {
     pub placements: (usize, f64),
     /// Rotation in a step below which these iterations count, rad.
     pub placing_turn: f64,
+    /// As `placing_turn`, for a step in which the contacts keep their states.
+    pub settled_turn: f64,
+    /// Rotation in a step after which steps with the same factors follow, rad, and their largest number.
+    pub chord_turn: f64,
+    pub chords: usize,
+    /// Error relative to the tolerance at which they end. A contact whose force is almost zero must not begin and end
+    /// in turn in steps of time whose errors differ.
+    pub chord_error: f64,
     /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the
     /// shape is proportional to its square, and that of the force at the end of a contact segment to itself.
     pub placed: f64,
@@ -76,14 +87,19 @@ pub(super) const SETTINGS: Settings = Settings {
     corrections: 6,
     additions: 8,
     shortenings: 9,
+    failures: 2,
     permitted: 1e-5,
     rounding: 1e-12,
     placements: (12, 0.3),
     placing_turn: 1e-3,
+    settled_turn: 1e-2,
+    chord_turn: 1e-3,
+    chords: 3,
+    chord_error: 1e-3,
     placed: 3e-10,
     spacing: 0.02,
     near: 0.1,
-    flat: 0.1,
+    flat: 1e-3,
     tangential: 1e-6,
     far: 1e-2,
     saddles: (4, 0.1),

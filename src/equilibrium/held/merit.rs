@@ -1,12 +1,12 @@
 //! Merit and residual, which decide whether a step is accepted.
 
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::SETTINGS;
+use super::sites::Site;
 use super::trial::{Merit, Start, Trial};
-use crate::equilibrium::held::sites::Site;
 use crate::rod::Rod;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// The merit at the last evaluation, in which the rod with its loads had the given energy (J).
     pub(super) fn merit(&mut self, rod: &Rod, energy: f64) -> Merit {
         let force = self.force_scale();

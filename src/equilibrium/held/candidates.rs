@@ -5,12 +5,11 @@ use nalgebra::Vector3;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::obstacles::{Gaps, Line, Place, Sample};
-use super::reduced::Surfaces;
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::rod::Rod;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// Evaluates the sites and candidates on the shape of a rod.
     pub(super) fn locate(&mut self, rod: &Rod) {
         let time = self.obstacles.time;
@@ -24,28 +23,25 @@ impl ContactSearch<'_> {
                 spring.locate(&self.laws, &site.position, time);
             }
         }
-        let near = SETTINGS.near * self.length / self.parent.elements() as f64;
         for at in &mut self.candidates {
             let stiffness = self.body.stiffness(&rod.point_within(at.element, at.x));
-            // Change of the curvature of the rod within this distance by the normal force.
-            let bends = near * at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
-            at.resolved = bends.max(SETTINGS.flat / self.length);
+            at.flexibility = at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
             let place = line.place((at.element, at.x));
             (at.arc_length, at.position) = (place.arc_length, place.position);
             at.gap = self.obstacles.gap_at(at.obstacle, &at.position);
             let frame = rod.frame_within(at.element, at.x);
             at.tangent = frame * Vector3::z();
             at.bend = frame * rod.strain_within(at.element, at.x).cross(&Vector3::z());
+            at.slides = at.point && at.approach().1 > SETTINGS.flat / self.length;
             if self.obstacles.contacts[at.obstacle].friction > 0.0 {
                 let material = rod.initial_apex_distance(at.element, at.x);
-                at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle), &at.before);
+                at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle));
             }
         }
     }
 
-    /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima,
-    /// and at
-    /// all stations beside a contact that penetrate. Returns whether there is a new one.
+    /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima, and
+    /// at all stations beside a contact that penetrate. Returns whether there is a new one.
     pub(super) fn add_candidates(&mut self, rod: &Rod, bound: f64) -> bool {
         if self.obstacles.contacts.is_empty() {
             return false;
@@ -70,28 +66,10 @@ impl ContactSearch<'_> {
             match self.candidates.iter_mut().find(close) {
                 // Elements do not resolve two minima that are so close.
                 Some(own) => (own.element, own.x, own.arc_length) = (at.element, at.x, s),
-                None => {
-                    let before = self.displacement_before(rod, &at);
-                    self.candidates.push(Candidate { arc_length: s, before, ..at });
-                }
+                None => self.candidates.push(Candidate { arc_length: s, ..at }),
             }
         }
         changed
-    }
-
-    /// The displacement in the increment up to the contact of a new candidate that penetrates, m: the share of its
-    /// motion in which the gap closes.
-    fn displacement_before(&self, rod: &Rod, at: &Candidate) -> Vector3<f64> {
-        if self.obstacles.contacts[at.obstacle].friction == 0.0 {
-            return Vector3::zeros();
-        }
-        let place = Line::new(rod, &self.tangents).place((at.element, at.x)).position;
-        let place = place - self.obstacles.yielded[at.obstacle];
-        let material = rod.initial_apex_distance(at.element, at.x);
-        let (from, before, _) = self.before.place(material, &self.obstacles, at.obstacle);
-        let after = self.obstacles.gap(at.obstacle, &place).value;
-        let share = if before > 0.0 { before / (before - after.min(0.0)) } else { 0.0 };
-        (place - from) * share
     }
 
     /// New candidates for one obstacle.
@@ -105,6 +83,7 @@ impl ContactSearch<'_> {
     ) -> Vec<(Candidate, f64)> {
         let margin = SAME * self.length;
         let close = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let same = SETTINGS.spacing * self.length / self.parent.elements() as f64;
         let mut new = Vec::new();
         let within =
             |at: &Candidate, from: f64, to: f64| at.arc_length >= from - margin && at.arc_length <= to + margin;
@@ -113,7 +92,9 @@ impl ContactSearch<'_> {
             // A contact point that slides belongs to the minimum beside it, and the end of a contact segment is moved
             // to its place later.
             let covered = own.iter().any(|at| {
-                within(at, from.arc_length, to.arc_length) && (at.slides() || !at.point && at.status != Status::Open)
+                let reach = if at.slides { 0.0 } else { close };
+                let beside = within(at, from.arc_length - reach, to.arc_length + reach);
+                beside && (at.slides || !at.point && at.status != Status::Open)
             });
             let flat = to.slope - from.slope < SETTINGS.flat / self.length * (to.arc_length - from.arc_length);
             if !covered && let Some(least) = gaps.least(from, to, bound) {
@@ -137,14 +118,14 @@ impl ContactSearch<'_> {
             let known = near().any(|at| {
                 let level = at.gap.value - SETTINGS.rounding * self.length;
                 let distance = (at.arc_length - to.arc_length).abs();
-                distance <= if at.point { close } else { margin } || at.slides() && to.gap >= level
+                distance <= if at.slides { close } else { same } || at.slides && to.gap >= level
             });
             if known || !(to.gap < bound) {
                 continue;
             }
             let apex = i + 2 == samples.len() && to.slope <= 0.0;
             // Beside a contact that penetrates at the next station, the contact is a segment.
-            let beside = bound < 0.0 && near().any(|at| !at.point || at.status != Status::Open);
+            let beside = bound < 0.0 && near().any(|at| !at.slides && (!at.point || at.status != Status::Open));
             if apex || beside {
                 new.push((Candidate::at(gaps.obstacle, (stations[i].element, stations[i].x), !beside), to.arc_length));
             }

@@ -2,50 +2,58 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::candidate::Candidate;
+use super::elastic::Spring;
 use super::linear::{Linear, Role, Rows, along};
 use super::response::{Response, Spot};
-use super::search::ContactSearch;
-use crate::equilibrium::held::elastic::Spring;
+use super::search::HeldSearch;
 use crate::rod::Rod;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
+    /// The violations of the conditions of holds and springs, in the order of the links of a linear rod.
+    pub(super) fn residuals(&self) -> Vec<f64> {
+        let each = self.sites.iter().flat_map(|site| {
+            let springs = site.spring.iter().flat_map(Spring::stiff).map(|(.., residual)| residual);
+            site.missing().map(|(_, distance)| distance).chain(springs)
+        });
+        each.chain(self.boosts.iter().map(|_| 0.0)).collect()
+    }
+
     /// The linear rod with the factorised tangent and the unbalanced couples in the system.
     pub(super) fn linearise(&mut self, rod: &Rod) -> Linear {
         let spot = |element, x, turns| Spot { element, x, turns };
         let sites = self.sites.iter().map(|site| spot(site.element, site.x, false));
-        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.slides()));
+        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.slides));
         let spots: Vec<Spot> = sites.chain(candidates).collect();
         let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();
         let size = response.size() - first - self.boosts.len();
-        // An obstacle that yields is displaced by the forces on it.
+        // An obstacle that yields is displaced by the forces on all of its surfaces.
         for (i, a) in self.candidates.iter().enumerate() {
-            for (j, b) in self.candidates.iter().enumerate().filter(|(_, b)| b.obstacle == a.obstacle) {
+            let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
+            for (j, b) in self.candidates.iter().enumerate().filter(together) {
                 let at = (response.first(self.sites.len() + i), response.first(self.sites.len() + j));
                 let mut block = response.compliance.fixed_view_mut::<3, 3>(at.0, at.1);
                 block += self.obstacles.compliances[b.obstacle];
             }
         }
         let free = response.free(self.body.system_mut());
-        let (mut links, mut roles, mut residuals) = (Rows::default(), Vec::new(), Vec::new());
+        let (mut links, mut roles) = (Rows::default(), Vec::new());
         for (i, site) in self.sites.iter().enumerate() {
-            for (direction, residual) in site.missing() {
+            for (direction, _) in site.missing() {
                 links.push(along(3 * i, &direction), 0.0);
                 roles.push(Role::Hold(i, direction));
-                residuals.push(residual);
             }
-            for (axis, stiffness, residual) in site.spring.iter().flat_map(Spring::stiff) {
+            for (axis, stiffness, _) in site.spring.iter().flat_map(Spring::stiff) {
                 let axis = axis * stiffness.abs().sqrt();
                 links.push(along(3 * i, &axis), -stiffness.signum());
                 roles.push(Role::Spring(i, axis));
-                residuals.push(residual);
             }
         }
         for (k, (_, increase)) in self.boosts.iter().enumerate() {
             // The unknown is scaled so that its diagonal entry is one.
             links.push([(first + size + k, 1.0)], 1.0 / increase);
             roles.push(Role::Boost);
-            residuals.push(0.0);
         }
         let rows = links.matrix(response.size());
         let products = &rows * &response.compliance;
@@ -63,7 +71,7 @@ impl ContactSearch<'_> {
             (SymmetricEigen::new(scaled), scale)
         });
         let mut compliance: DMatrix<f64> = response.compliance.view((first, first), (size, size)).into_owned();
-        let residuals = DVector::from_vec(residuals);
+        let residuals = DVector::from_vec(self.residuals());
         let mut linear = Linear {
             response,
             links,

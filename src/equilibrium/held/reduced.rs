@@ -1,25 +1,12 @@
 //! The frictional contact problem of a rod that responds linearly to the forces at its candidates.
 //!
 //! The unknowns are the force at each candidate and, where the candidate is the place of least gap, its displacement ξ
-//! along the rod. Obstacles are exact: gap, normal and slip are those at the place that the linear rod reaches. A
-//! semismooth Newton method with a line search solves the laws of all contacts together.
+//! along the rod. Obstacles are exact: gap, normal and slip are those at the place that the linear rod reaches. The
+//! method that solves the laws of all contacts together is in [`super::solve`].
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::law::{Gap, Law, Status};
-
-/// Number of Newton iterations, and of halvings in each.
-const ITERATIONS: usize = 40;
-const HALVINGS: usize = 8;
-/// Number of steps in which an open contact moves to its place of least gap.
-const FOLLOWINGS: usize = 4;
-/// Residual of the laws at which the iteration ends, relative to the largest force.
-const SOLVED: f64 = 1e-14;
-/// Residual with which the forces are of use.
-const USEFUL: f64 = 1e-7;
-/// Compliance that is added to loaded contacts in the iteration, relative to that of the contact. It selects the
-/// forces closest to the present ones where the rod does not determine them, and does not change the solution.
-const PROXIMAL: f64 = 1e-10;
+use super::law::{Gap, Law, Smoothing, Status};
 
 /// Obstacles.
 pub(super) trait Surfaces {
@@ -66,12 +53,11 @@ impl Contact {
 
 /// The law of a contact in a configuration of the linear rod.
 pub(super) struct Evaluated {
-    law: Law,
-    pub gap: Gap,
+    pub law: Law,
     /// The tangent at the place.
     tangent: Vector3<f64>,
     /// Displacement to the place of least gap, m, with its derivatives by the place, the tangent and the shift.
-    slide: Option<(f64, Vector3<f64>, Vector3<f64>, f64)>,
+    pub slide: Option<(f64, Vector3<f64>, Vector3<f64>, f64)>,
 }
 
 /// The problem: coordinates without the forces, and their displacements per force.
@@ -80,8 +66,7 @@ pub(super) struct Reduced<'a> {
     pub compliance: &'a DMatrix<f64>,
     /// The coordinates for the forces zero.
     pub free: DVector<f64>,
-    /// Magnitude of the force in the rod, N. The iteration ends at a residual that is relative to it or to the largest
-    /// contact force: a small force has the rounding of that in the rod.
+    /// Magnitude of the force in the rod, N.
     pub scale: f64,
 }
 
@@ -109,12 +94,12 @@ impl Reduced<'_> {
         (place + tangent * shift + contact.bend * (0.5 * shift * shift), tangent + contact.bend * shift)
     }
 
-    pub fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>) -> Evaluated {
+    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>, smoothing: Smoothing) -> Evaluated {
         let (place, tangent) = Self::place(contact, coordinates);
         let mut gap = self.surfaces.gap(contact.obstacle, &place);
         gap.value -= contact.clearance;
         let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.shift;
-        let law = Law::new(&gap, &contact.force, &displacement, contact.friction, contact.k);
+        let law = Law::new(&gap, &contact.force, &displacement, (contact.friction, contact.k), smoothing);
         let slide = contact.range.map(|[from, to]| {
             // The slope over its derivative at the start is the displacement to the place of least gap.
             let slope = gap.normal.dot(&tangent);
@@ -131,11 +116,11 @@ impl Reduced<'_> {
                 turned.dot(&tangent) + gap.normal.dot(&contact.bend) / contact.curve,
             )
         });
-        Evaluated { law, gap, tangent, slide }
+        Evaluated { law, tangent, slide }
     }
 
     /// The sum of the squares of the residuals, N².
-    fn merit(contacts: &[Contact], all: &[Evaluated]) -> f64 {
+    pub fn merit(contacts: &[Contact], all: &[Evaluated]) -> f64 {
         let each = contacts.iter().zip(all).map(|(contact, at)| {
             let slide = at.slide.filter(|_| at.law.status != Status::Open);
             at.law.residual.norm_squared() + slide.map_or(0.0, |(moved, ..)| (contact.k * moved).powi(2))
@@ -143,165 +128,18 @@ impl Reduced<'_> {
         each.sum()
     }
 
-    fn evaluate_all(&self, contacts: &[Contact]) -> Vec<Evaluated> {
+    pub fn evaluate_all(&self, contacts: &[Contact], smoothing: Smoothing) -> Vec<Evaluated> {
         let coordinates = self.coordinates(contacts);
-        contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
-    }
-
-    /// Sets the scales of the laws.
-    pub fn scale(&self, contacts: &mut [Contact]) {
-        for contact in contacts {
-            let own = self.compliance.fixed_view::<3, 3>(contact.first, contact.first);
-            contact.k = 3.0 / own.trace().abs().max(f64::MIN_POSITIVE);
-        }
-    }
-
-    /// Solves for the forces and displacements of the contacts, from the present ones as initial guess. Returns whether
-    /// the laws are satisfied.
-    pub fn solve(&self, contacts: &mut Vec<Contact>) -> bool {
-        self.scale(contacts);
-        let start = contacts.clone();
-        if self.newton(contacts) {
-            return true;
-        }
-        let mut first = contacts.clone();
-        // Nearly flat contacts respond strongly to their displacement along the rod. Forces and displacements are then
-        // solved for in turn.
-        contacts.clone_from(&start);
-        for _ in 0..FOLLOWINGS {
-            contacts.iter_mut().for_each(|at| at.range = at.range.map(|_| [at.shift, at.shift]));
-            let solved = self.newton(contacts);
-            contacts.iter_mut().zip(&start).for_each(|(contact, start)| contact.range = start.range);
-            if !solved {
-                break;
-            }
-            first.clone_from(contacts);
-            let mut moves = 0.0_f64;
-            for (contact, at) in contacts.iter_mut().zip(&self.evaluate_all(&first)) {
-                if let (Some((moved, ..)), Some([from, to])) = (at.slide, contact.range) {
-                    let shift = (contact.shift - moved).clamp(from, to);
-                    moves = moves.max((shift - contact.shift).abs());
-                    contact.shift = shift;
-                }
-            }
-            if moves <= f64::EPSILON.sqrt() {
-                break;
-            }
-        }
-        if self.newton(contacts) {
-            return true;
-        }
-        contacts.clone_from(&start);
-        self.sweep(contacts);
-        if self.newton(contacts) {
-            return true;
-        }
-        let [one, other] = [&first, &*contacts].map(|at| Self::merit(at, &self.evaluate_all(at)));
-        // An inexact solution is of use, since the search for the shape decides about the step. The comparison fails
-        // for NaN.
-        if !(other < one) {
-            *contacts = first;
-        }
-        false
-    }
-
-    /// Evaluates all contacts after those that are open have moved to their places of least gap.
-    fn follow(&self, contacts: &mut [Contact]) -> Vec<Evaluated> {
-        let mut all = self.evaluate_all(contacts);
-        for _ in 0..FOLLOWINGS {
-            let mut moves = false;
-            for (contact, at) in contacts.iter_mut().zip(&all) {
-                if let Some((moved, ..)) = at.slide.filter(|_| at.law.status == Status::Open)
-                    && let Some([from, to]) = contact.range
-                {
-                    let before = contact.shift;
-                    contact.shift = (contact.shift - moved).clamp(from, to);
-                    moves |= (contact.shift - before).abs() > 1e-3 * (to - from);
-                }
-            }
-            if !moves {
-                break;
-            }
-            all = self.evaluate_all(contacts);
-        }
-        all
-    }
-
-    fn newton(&self, contacts: &mut Vec<Contact>) -> bool {
-        let mut all = self.follow(contacts);
-        let mut merit = Self::merit(contacts, &all);
-        let mut stalls = 0;
-        for _ in 0..ITERATIONS {
-            let largest = contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max);
-            if merit.sqrt() <= SOLVED * largest {
-                return self.finish(contacts, &all);
-            }
-            let Some(steps) = self.step(contacts, &all) else { return false };
-            let mut fraction = 1.0;
-            let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
-            for _ in 0..HALVINGS {
-                let mut trial = contacts.clone();
-                for (contact, (force, shift)) in trial.iter_mut().zip(&steps) {
-                    contact.force += force * fraction;
-                    if let Some([from, to]) = contact.range {
-                        contact.shift = (contact.shift + shift * fraction).clamp(from, to);
-                    }
-                }
-                let at = self.evaluate_all(&trial);
-                let value = Self::merit(&trial, &at);
-                let falls = value < merit * (1.0 - 1e-3 * fraction);
-                if best.as_ref().is_none_or(|(least, ..)| value < *least) {
-                    best = Some((value, trial, at));
-                }
-                if falls {
-                    break;
-                }
-                fraction *= 0.5;
-            }
-            let Some((value, trial, at)) = best else { return false };
-            let largest = trial.iter().map(|contact| contact.force.norm()).fold(0.0, f64::max);
-            if value.sqrt() <= 1e-8 * largest && value >= 0.25 * merit {
-                (*contacts, all) = (trial, at);
-                return self.finish(contacts, &all);
-            }
-            if !(value < merit) {
-                stalls += 1;
-                if stalls > 2 {
-                    return false;
-                }
-            }
-            *contacts = trial;
-            let open = at.iter().any(|at| at.law.status == Status::Open && at.slide.is_some());
-            (all, merit) = if open {
-                let all = self.follow(contacts);
-                let merit = Self::merit(contacts, &all);
-                (all, merit)
-            } else {
-                (at, value)
-            };
-        }
-        let largest = contacts.iter().map(|contact| contact.force.norm()).fold(0.0, f64::max);
-        merit.sqrt() <= USEFUL * largest && self.finish(contacts, &all)
-    }
-
-    /// Records the states, and removes the force of open contacts.
-    fn finish(&self, contacts: &mut [Contact], all: &[Evaluated]) -> bool {
-        for (contact, at) in contacts.iter_mut().zip(all) {
-            contact.status = at.law.status;
-            if contact.status == Status::Open {
-                contact.force = Vector3::zeros();
-            }
-        }
-        true
+        contacts.iter().map(|contact| self.evaluate(contact, &coordinates, smoothing)).collect()
     }
 
     /// One Newton step: changes of the force and of the shift of every contact.
-    fn step(&self, contacts: &[Contact], all: &[Evaluated]) -> Option<Vec<(Vector3<f64>, f64)>> {
+    pub fn step(&self, contacts: &[Contact], all: &[Evaluated], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let zero = Vector3::zeros();
         let mut steps: Vec<(Vector3<f64>, f64)> =
             all.iter().map(|at| (zero, at.slide.map_or(0.0, |(moved, ..)| -moved))).collect();
         let active: Vec<usize> =
-            (0..contacts.len()).filter(|i| all[*i].law.status != Status::Open || contacts[*i].force != zero).collect();
+            (0..contacts.len()).filter(|i| all[*i].law.active || contacts[*i].force != zero).collect();
         let sizes = active.iter().map(|i| 3 + usize::from(contacts[*i].range.is_some()));
         let mut at = vec![0];
         for size in sizes {
@@ -311,10 +149,10 @@ impl Reduced<'_> {
         let (mut matrix, mut rhs) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (a, &i) in active.iter().enumerate() {
             let (contact, Evaluated { law, tangent, slide, .. }) = (&contacts[i], &all[i]);
-            let (row, loaded) = (at[a], law.status != Status::Open);
+            let (row, loaded) = (at[a], law.active);
             // Derivatives by the coordinates of the contact: place, and tangent.
             let by_tangent = law.by_place * contact.shift;
-            let proximal = if loaded { PROXIMAL } else { 0.0 };
+            let proximal = if loaded { proximal } else { 0.0 };
             let mut own = matrix.fixed_view_mut::<3, 3>(row, row);
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);

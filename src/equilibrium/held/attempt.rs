@@ -2,15 +2,14 @@
 //!
 //! A step removes a share of the unbalanced couples and of the violated conditions. The share is one unless the step
 //! would leave the range of the linear rod. Then the contact problem is solved for smaller shares until a step fits,
-//! and
-//! for larger ones with extrapolated forces, so that the contacts stay on their sides of the obstacles.
+//! and for larger ones with extrapolated forces, so that the contacts stay on their sides of the obstacles.
 
 use nalgebra::DVector;
 
 use super::linear::Linear;
 use super::obstacles::Line;
 use super::reduced::Contact;
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::trial::{Attempt, Course, Start, Step, Trial};
 use crate::equilibrium::{EquilibriumError, Inertia};
@@ -31,7 +30,16 @@ enum Fit {
     Found,
 }
 
-impl ContactSearch<'_> {
+/// A step that fits.
+struct Fitting {
+    contacts: Vec<Contact>,
+    /// Its share of the unbalanced couples and violations.
+    share: f64,
+    /// The initial guess of its contact problem, and the factor of the forces in it; `None` for those at the start.
+    guess: Option<(Vec<Contact>, f64)>,
+}
+
+impl HeldSearch<'_> {
     /// Attempts a step with a shift. After a rejection rod and reactions are those before.
     pub(super) fn attempt(
         &mut self,
@@ -45,6 +53,8 @@ impl ContactSearch<'_> {
         let merit = self.merit(rod, energy);
         self.found.energy = merit.energy;
         let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
+        // In contact, without a guard, a step that is not accepted as a whole shows whether the rod is unstable.
+        let follows = self.is_loaded() && !course.guarded && self.stable && shift == 0.0;
         loop {
             let linear = self.linearise(rod);
             if !std::mem::replace(&mut tested, true)
@@ -60,7 +70,11 @@ impl ContactSearch<'_> {
             }
             // The comparison fails for NaN.
             if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
-                return Ok(Attempt::Rejected);
+                return Ok(if follows && self.is_unstable(&linear, pivots) {
+                    Attempt::Lost
+                } else {
+                    Attempt::Rejected
+                });
             }
             if shift > 0.0 && self.is_at_saddle(turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
@@ -76,7 +90,8 @@ impl ContactSearch<'_> {
                 Fit::Found => continue,
                 Fit::Misses => {
                     self.return_to(rod, &start);
-                    return Ok(Attempt::Rejected);
+                    let lost = follows && self.is_unstable(&trial.linear, pivots);
+                    return Ok(if lost { Attempt::Lost } else { Attempt::Rejected });
                 }
                 Fit::Fits => {}
             }
@@ -84,8 +99,16 @@ impl ContactSearch<'_> {
                 additions += 1;
                 continue;
             }
-            let Some(fraction) = self.descend(rod, (&start, &trial), &merit, self.is_unchecked(&trial, shift, course))
-            else {
+            let unchecked = self.is_unchecked(&trial, shift, course);
+            let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
+            if follows && fraction.is_none_or(|fraction| fraction < 1.0) {
+                self.return_to(rod, &start);
+                if self.is_unstable(&trial.linear, pivots) {
+                    return Ok(Attempt::Lost);
+                }
+                self.move_by(rod, &start, &trial, fraction.unwrap_or(0.0));
+            }
+            let Some(fraction) = fraction else {
                 self.return_to(rod, &start);
                 return Ok(Attempt::Rejected);
             };
@@ -94,6 +117,11 @@ impl ContactSearch<'_> {
             let Trial { linear, turn, .. } = trial;
             return Ok(Attempt::Accepted(Box::new(Step { turn, fraction, shift, pivots, linear, changed, stretch })));
         }
+    }
+
+    /// Whether the linear rod is unstable in a direction that the supports permit.
+    fn is_unstable(&self, linear: &Linear, pivots: Inertia) -> bool {
+        self.inertia_of(linear, pivots).negative > 0
     }
 
     /// Tests a tangent: a straight rod is bent first, and a tangent that is negative in a permitted direction needs a
@@ -122,12 +150,12 @@ impl ContactSearch<'_> {
     /// Finds a share of the step that fits, and moves the rod.
     fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, searched: &mut bool) -> Fit {
         let (zero, deepest) = (DVector::zeros(trial.linear.response.size()), start.deepest());
-        // The contacts of the last step that fits, and its share.
-        let mut fitting: Option<(Vec<Contact>, f64)> = None;
+        let mut fitting: Option<Fitting> = None;
+        let (mut failures, mut last) = (0, f64::INFINITY);
         for attempt in 0..=SETTINGS.shortenings {
             if attempt > 0 {
                 let share = trial.linear.share;
-                let guess = fitting.as_ref().map(|(contacts, known)| (&contacts[..], share / known));
+                let guess = fitting.as_ref().map(|known| (&known.contacts[..], share / known.share));
                 self.solve_trial(trial, start, &zero, guess);
             }
             // Factor by which the step may be longer.
@@ -160,25 +188,29 @@ impl ContactSearch<'_> {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
                     return Fit::Fits;
                 }
-                fitting = Some((trial.contacts.clone(), share));
+                let guess = fitting.map(|known| (known.contacts, share / known.share));
+                fitting = Some(Fitting { contacts: trial.contacts.clone(), share, guess });
                 trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
-            } else if fitting.is_some() {
+            } else if fitting.is_some() || failures == SETTINGS.failures {
                 break;
             } else {
+                // A step to another solution does not become shorter with the share.
+                failures += usize::from(factor == 0.0 || attempt > 0 && trial.turn > 0.9 * last);
+                last = trial.turn;
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }
         }
-        let Some((known, share)) = fitting else { return Fit::Misses };
+        // The same guess leads to the same solution of the contact problem.
+        let Some(Fitting { share, guess, .. }) = fitting else { return Fit::Misses };
         trial.linear.share = share;
-        self.solve_trial(trial, start, &zero, Some((&known, 1.0)));
+        self.solve_trial(trial, start, &zero, guess.as_ref().map(|(contacts, factor)| (&contacts[..], *factor)));
         self.move_by(rod, start, trial, 1.0);
         self.correct(rod, start, trial);
         Fit::Fits
     }
 
     /// Adds candidates at which the rod penetrates obstacles after a step, and returns to the start. Returns whether
-    /// there
-    /// are any.
+    /// there are any.
     fn add_to(&mut self, rod: &mut Rod, start: &mut Start) -> bool {
         let known = self.candidates.clone();
         if !self.add_candidates(rod, -SETTINGS.rounding * self.length) {
@@ -197,8 +229,7 @@ impl ContactSearch<'_> {
     }
 
     /// Whether a step needs no comparison of merits: it converges, or its change of the energy is close to rounding.
-    /// With
-    /// friction, two shapes may satisfy the laws in turn.
+    /// With friction, two shapes may satisfy the laws in turn.
     fn is_unchecked(&self, trial: &Trial, shift: f64, course: &Course) -> bool {
         let rubs = trial.contacts.iter().any(|at| at.friction > 0.0);
         let small = if rubs { TINY_TURN } else { SETTINGS.small_turn };

@@ -5,15 +5,15 @@ use nalgebra::{DVector, Vector3};
 use super::candidate::Candidate;
 use super::law::Status;
 use super::linear::Linear;
-use super::obstacles::{Line, Obstacles, largest_share};
+use super::obstacles::{Line, candidate_share, largest_share};
 use super::reduced::{Contact, Reduced};
-use super::search::ContactSearch;
+use super::search::HeldSearch;
 use super::settings::SETTINGS;
-use super::trial::{Start, Trial};
+use super::trial::{Start, Step, Trial};
 use crate::equilibrium::system::Configuration;
 use crate::rod::Rod;
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// The start of a step: shape, reactions, and unbalanced couples.
     pub(super) fn start(&self, rod: &Rod) -> Start {
         let mut shape = Configuration::default();
@@ -65,9 +65,11 @@ impl ContactSearch<'_> {
             let first = linear.response.first(self.sites.len() + i) - linear.first;
             let place = at.position - yielded[at.obstacle];
             present.fixed_rows_mut::<3>(first).copy_from(&place);
-            let range = at.slides().then(|| {
+            let range = at.slides.then(|| {
                 present.fixed_rows_mut::<3>(first + 3).copy_from(&at.tangent);
-                let reach = (0.5 * element).min(1.0 / at.gap.curvature.norm());
+                // Within this distance the force does not change the curvature by more than half of the relative one.
+                let resolved = (0.5 * at.approach().1 / at.flexibility).max(0.02 * element);
+                let reach = (0.5 * element).min(1.0 / at.gap.curvature.norm()).min(resolved);
                 let (mut from, mut to) = (-at.arc_length, (self.length - at.arc_length).max(0.0));
                 // Two candidates do not slide to the same place.
                 let blocks = |other: &&Candidate| {
@@ -147,6 +149,7 @@ impl ContactSearch<'_> {
         for ((at, from), contact) in self.candidates.iter_mut().zip(&start.candidates).zip(&trial.contacts) {
             at.force = from.force + (contact.force - from.force) * fraction;
             at.status = contact.status;
+            at.touched |= at.status != Status::Open;
             (at.element, at.x) = (from.element, from.x);
             if contact.shift != 0.0 {
                 (at.element, at.x) = line.moved((from.element, from.x), contact.shift * fraction);
@@ -162,20 +165,15 @@ impl ContactSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return 1.0;
         }
-        let line = Line::new(rod, &self.tangents);
-        let mut share = largest_share(&self.obstacles, &start.candidates, &start.stations, &line.stations());
-        // The place of a candidate before the step, at the present coordinate along the rod.
-        let before = Line::new(rod, &start.tangents);
+        let (before, line) = (Line::new(rod, &start.tangents), Line::new(rod, &self.tangents));
+        let [from, to] = [&before, &line].map(Line::places);
+        let moved = |_, i: usize| (to[i].position - from[i].position).norm();
+        let mut share = largest_share(&self.obstacles, &start.candidates, &before, moved);
         for at in &self.candidates {
+            // The place before the step, at the present coordinate along the rod.
             let place = before.place((at.element, at.x)).position;
             let gap = self.obstacles.gap_at(at.obstacle, &place);
-            if at.status == Status::Open {
-                let moved = (at.position - place).norm();
-                share = share.min((gap.value.max(0.0) + SETTINGS.approach * Obstacles::radius(&gap)) / moved);
-            } else {
-                let turned = gap.normal.angle(&at.gap.normal);
-                share = share.min(if turned > SETTINGS.largest_turn { SETTINGS.largest_turn / turned } else { share });
-            }
+            share = share.min(candidate_share(at.status, (at.position - place).norm(), (&gap, &at.gap)));
         }
         share
     }
@@ -192,9 +190,8 @@ impl ContactSearch<'_> {
         trial.turn = self.body.system().largest_turn();
     }
 
-    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as
-    /// long as
-    /// the difference decreases and the step does not grow.
+    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as long
+    /// as the difference decreases and the step does not grow.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
         let mut offset = DVector::zeros(trial.linear.response.size());
         let (mut last, turn) = (f64::INFINITY, trial.turn);
@@ -219,6 +216,39 @@ impl ContactSearch<'_> {
         }
         // The size of a step is that before its corrections.
         trial.turn = turn;
+    }
+
+    /// A further step with the factors of the last one, from the present shape. Its rotation is infinite, and the shape
+    /// is not changed, unless it is shorter than half of the last one.
+    pub(super) fn chord(&mut self, rod: &mut Rod, step: Box<Step>) -> Box<Step> {
+        let Step { turn: last, pivots, mut linear, changed, .. } = *step;
+        self.body.evaluate(rod);
+        self.found.evaluations += 1;
+        self.stretch_joints(rod);
+        self.body.balance();
+        let start = self.start(rod);
+        let residuals = self.residuals();
+        let zero = DVector::zeros(linear.response.size());
+        let (mut turn, mut stretch, mut changed) = (f64::INFINITY, 0.0, changed);
+        // Candidates may be new, or become flat, and the axes of a potential of the user may change.
+        let turning: Vec<bool> = self.candidates.iter().map(|at| at.slides).collect();
+        let same = linear.response.turning().skip(self.sites.len()).eq(turning);
+        if same && residuals.len() == linear.residuals.len() {
+            linear.residuals.copy_from_slice(&residuals);
+            linear.free = linear.response.free(self.body.system_mut());
+            let (contacts, links, solved) = self.solve_linear(&linear, &start, &zero, None);
+            let rest = self.body.system().largest_turn();
+            let trial = Trial { linear, contacts, links, turn: rest, solved };
+            if solved && rest < 0.5 * last {
+                self.move_by(rod, &start, &trial, 1.0);
+                (turn, stretch) = (rest, self.stretch(rod, &start.sites));
+                changed = start.candidates.iter().zip(&self.candidates).any(|(a, b)| a.status != b.status);
+            } else {
+                self.return_to(rod, &start);
+            }
+            linear = trial.linear;
+        }
+        Box::new(Step { turn, fraction: 1.0, shift: 0.0, pivots, linear, changed, stretch })
     }
 
     /// The coordinates of the rod after a whole step minus those of the linear rod with an offset, and the largest

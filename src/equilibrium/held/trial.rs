@@ -6,9 +6,10 @@ use super::candidate::Candidate;
 use super::linear::Linear;
 use super::obstacles::Place;
 use super::reduced::Contact;
+use super::search::Snapshot;
+use super::sites::Site;
 use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
-use crate::equilibrium::held::sites::Site;
 use crate::equilibrium::system::Configuration;
 
 /// What an iteration needs to know of those before it.
@@ -22,7 +23,9 @@ pub(super) struct Course {
     pub saddles: usize,
     /// Whether a straight rod was bent.
     pub bowed: bool,
+    /// Number of times that nodes have moved to the contacts, and the shape before the last time.
     pub placements: usize,
+    pub answer: Option<Snapshot>,
 }
 
 /// The start of a step.
@@ -64,6 +67,8 @@ pub(super) enum Attempt {
     Moved,
     /// A larger shift is needed.
     Rejected,
+    /// The rod is unstable in a direction that its contacts permit: no equilibrium is next to it.
+    Lost,
 }
 
 /// A step on the linear rod.

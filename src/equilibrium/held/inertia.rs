@@ -5,14 +5,15 @@ use nalgebra::{DMatrix, DVector};
 use super::candidate::Candidate;
 use super::law::Status;
 use super::linear::{Linear, NEUTRAL, Rows, along};
-use super::search::ContactSearch;
+use super::search::HeldSearch;
+use super::settings::SETTINGS;
+use super::sites::across;
 use crate::equilibrium::Inertia;
-use crate::equilibrium::held::sites::across;
 
 /// The conditions of an earlier contact along the rod: obstacle, arc length (m), and the factors of each.
 type Previous = (usize, f64, Vec<Vec<(usize, f64)>>);
 
-impl ContactSearch<'_> {
+impl HeldSearch<'_> {
     /// The inertia of the bordered tangent of a linear rod, whose factorisation has pivots with the signs `inertia`.
     /// The rows are the conditions of the links, the gaps and slips of contacts, and the stiffnesses by which contact
     /// forces turn with the normal and move along the rod.
@@ -62,8 +63,16 @@ impl ContactSearch<'_> {
         for (i, at) in order {
             let (first, normal) = (linear.response.first(self.sites.len() + i), at.gap.normal);
             let mut conditions: Vec<Vec<(usize, f64)>> = vec![along(first, &normal).collect()];
-            if at.status == Status::Sticking {
+            let slip = at.slip(&self.obstacles.yielded[at.obstacle]);
+            let rubs = self.obstacles.contacts[at.obstacle].friction > 0.0;
+            let rests = at.status == Status::Sticking || rubs && slip.norm() <= SETTINGS.rounding * self.length;
+            if rests {
                 conditions.extend(across(&normal).map(|side| along(first, &side).collect::<Vec<_>>()));
+            } else if rubs {
+                // Friction turns with the slip: a stiffness μλ/|slip| across it.
+                let friction = self.obstacles.contacts[at.obstacle].friction * at.normal();
+                let side = normal.cross(&slip).normalize() * (friction / slip.norm()).sqrt();
+                rows.push(along(first, &side), -1.0);
             }
             // Conditions at neighbouring stations are nearly equal. Their divided differences up to the second are
             // the basis in which the matrix is well scaled.
@@ -92,7 +101,8 @@ impl ContactSearch<'_> {
                     rows.push(along(first, &side), -stiffness.signum());
                 }
             }
-            if linear.response.turns(self.sites.len() + i) && at.approach().1 > 0.0 {
+            let inside = !self.is_at_apex(at) || at.approach().0 >= 0.0;
+            if inside && linear.response.turns(self.sites.len() + i) && at.approach().1 > 0.0 {
                 // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
                 let factor = (push / at.approach().1).sqrt();
                 let turned = at.gap.curvature * at.tangent * factor;

@@ -1,0 +1,94 @@
+//! The motion of the base in an increment, and the times of the obstacles.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::rod::Rod;
+use crate::so3::{self, Form};
+use crate::support::Joint;
+
+/// Position (m) and frame of the base.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Pose {
+    position: Vector3<f64>,
+    frame: UnitQuaternion<f64>,
+}
+
+impl Pose {
+    fn of(rod: &Rod) -> Self {
+        Self { position: rod.base_position(), frame: rod.frames()[0] }
+    }
+}
+
+/// The motion from the start of an increment to its end, as a function of a share from zero to one.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    from: Pose,
+    to: Pose,
+    /// Time at the end, and duration, s.
+    end: f64,
+    pub duration: f64,
+    /// Whether the base rotates about an axis.
+    pub hinged: bool,
+    /// The present share of the rod and the obstacles.
+    pub share: f64,
+}
+
+impl Motion {
+    /// The motion from a rod at the start of an increment to one with the base at its end. The time at the end and the
+    /// duration are in seconds. The motion does not rotate a base that rotates freely.
+    pub fn new(from: &Rod, to: &Rod, (end, duration): (f64, f64), joint: Option<Joint>) -> Self {
+        let (mut from, to) = (Pose::of(from), Pose::of(to));
+        if joint == Some(Joint::Ball) {
+            from.frame = to.frame;
+        }
+        Self { from, to, end, duration, hinged: matches!(joint, Some(Joint::Hinge(_))), share: 1.0 }
+    }
+
+    /// The rotation of the base in the fixed frame, rad.
+    fn whole_turn(&self) -> Vector3<f64> {
+        so3::log(&(self.to.frame * self.from.frame.inverse()))
+    }
+
+    /// Rotation (rad) and displacement (m) of the base in the whole motion.
+    pub fn size(&self) -> (f64, f64) {
+        (self.whole_turn().norm(), (self.to.position - self.from.position).norm())
+    }
+
+    /// The base at a share of the motion, which is a screw: a turntable moves its places on circles.
+    fn pose(&self, share: f64) -> Pose {
+        if share >= 1.0 {
+            return self.to;
+        }
+        // The rotation exp(φ) about a fixed point displaces the base by J(φ) c, with the left Jacobian J(φ) = Jr(−φ).
+        let (turn, by) = (-self.whole_turn(), self.to.position - self.from.position);
+        let s = |turn: &Vector3<f64>| so3::s_functions(turn.norm_squared());
+        let rate = Form::inverse_right_jacobian(&s(&turn)).apply(&turn, &by);
+        let part = turn * share;
+        let moved = Form::right_jacobian(&s(&part)).apply(&part, &(rate * share));
+        Pose { position: self.from.position + moved, frame: so3::exp(&-part) * self.from.frame }
+    }
+
+    /// The time at a share of the motion, s.
+    pub fn time(&self, share: f64) -> f64 {
+        if share >= 1.0 { self.end } else { self.end - self.duration * (1.0 - share) }
+    }
+
+    /// The rotation of the base in the fixed frame from a share of the motion to another one.
+    pub fn turn(&self, from: f64, to: f64) -> UnitQuaternion<f64> {
+        self.pose(to).frame * self.pose(from).frame.inverse()
+    }
+
+    /// Moves the rod rigidly with its base from a share of the motion to another one.
+    pub fn carry(&self, rod: &mut Rod, from: f64, to: f64) {
+        let [from, to] = [from, to].map(|share| self.pose(share));
+        *rod.base_position_mut() = to.position;
+        if from.frame == to.frame {
+            return;
+        }
+        // The frame of a clamped base has no rounding.
+        let clamped = rod.frames()[0] == from.frame;
+        let base = if clamped { to.frame } else { to.frame * from.frame.inverse() * rod.frames()[0] };
+        // Both frames are rotations, so that there is no error.
+        let _ = rod.set_base(base);
+    }
+}

@@ -1,0 +1,226 @@
+//! Solution of the contact problem of the linear rod.
+//!
+//! A semismooth Newton method with a line search solves the laws of all contacts together. Where it fails, Newton's
+//! method follows the central path of the smoothed laws first.
+
+use nalgebra::Vector3;
+
+use super::law::{Smoothing, Status};
+use super::reduced::{Contact, Evaluated, Reduced};
+
+/// Number of Newton iterations, and of fractions of a step that are tried in each.
+const ITERATIONS: usize = 40;
+const FRACTIONS: usize = 4;
+/// Number of steps in which an open contact moves to its place of least gap, and number of times that forces and
+/// displacements along the rod are solved for in turn.
+const FOLLOWINGS: usize = 4;
+/// Residual of the laws at which the iteration ends, relative to the largest force.
+const SOLVED: f64 = 1e-14;
+/// Residual below which an iteration that stalls ends.
+const STALLED: f64 = 1e-12;
+/// Residual with which the forces are of use.
+const USEFUL: f64 = 1e-7;
+/// Compliance that is added to loaded contacts in the iteration, relative to that of the contact. It selects the
+/// forces closest to the present ones where the rod does not determine them, and does not change the solution. The
+/// numbers are its smallest and its largest value, its ratio to the residual relative to the largest force, and the
+/// factor by which it increases after a step that fails.
+const PROXIMAL: (f64, f64) = (1e-10, 0.1);
+const DAMPING: f64 = 0.01;
+const RAISE: f64 = 30.0;
+/// Smoothing at the start and at the end of the central path, relative to the largest force. At the end the states of
+/// the contacts are those of the exact laws.
+const PATH: (f64, f64) = (0.1, 1e-9);
+/// Residual, relative to the smoothing, at which the smoothing decreases, and its ratio then.
+const PATH_DECREASE: (f64, f64) = (0.5, 0.2);
+/// Largest number of steps along the path: those that reach its end take up to 50.
+const PATH_STEPS: usize = 80;
+/// Fraction by which the squared residual decreases in a step of fraction one.
+const DECREASE: f64 = 1e-3;
+
+/// A step of the iteration: changes of the force (N) and of the displacement along the rod (m) of each contact.
+type Steps = [(Vector3<f64>, f64)];
+
+impl Reduced<'_> {
+    /// Sets the scales of the laws.
+    fn scale(&self, contacts: &mut [Contact]) {
+        for contact in contacts {
+            let own = self.compliance.fixed_view::<3, 3>(contact.first, contact.first);
+            contact.k = 3.0 / own.trace().abs().max(f64::MIN_POSITIVE);
+        }
+    }
+
+    /// Solves for the forces and displacements of the contacts, from the present ones as initial guess. Returns whether
+    /// the laws are satisfied.
+    pub fn solve(&self, contacts: &mut Vec<Contact>) -> bool {
+        self.scale(contacts);
+        let start = contacts.clone();
+        if self.newton(contacts) {
+            return true;
+        }
+        contacts.clone_from(&start);
+        let mut best = start;
+        // Nearly flat contacts respond strongly to their displacement along the rod. Forces and displacements are then
+        // solved for in turn.
+        for _ in 0..FOLLOWINGS {
+            let ranges: Vec<_> = contacts.iter().map(|at| at.range).collect();
+            contacts.iter_mut().for_each(|at| at.range = at.range.map(|_| [at.shift, at.shift]));
+            let solved = self.follow_path(contacts) && self.newton(contacts);
+            contacts.iter_mut().zip(ranges).for_each(|(contact, range)| contact.range = range);
+            if !solved {
+                break;
+            }
+            best.clone_from(contacts);
+            if self.newton(contacts) {
+                return true;
+            }
+            contacts.clone_from(&best);
+            let all = self.evaluate_all(contacts, Smoothing::default());
+            if Self::slide(contacts, &all, |_| true) <= f64::EPSILON.sqrt() {
+                break;
+            }
+        }
+        // An inexact solution is of use, since the search for the shape decides about the step.
+        *contacts = best;
+        false
+    }
+
+    /// The largest force, N.
+    fn largest(&self, contacts: &[Contact]) -> f64 {
+        contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max)
+    }
+
+    /// Moves contacts in given states to their places of least gap. Returns the largest motion, m.
+    fn slide(contacts: &mut [Contact], all: &[Evaluated], moves: impl Fn(Status) -> bool) -> f64 {
+        let mut largest = 0.0_f64;
+        for (contact, at) in contacts.iter_mut().zip(all).filter(|(_, at)| moves(at.law.status)) {
+            if let (Some((moved, ..)), Some([from, to])) = (at.slide, contact.range) {
+                let shift = (contact.shift - moved).clamp(from, to);
+                largest = largest.max((shift - contact.shift).abs());
+                contact.shift = shift;
+            }
+        }
+        largest
+    }
+
+    /// Evaluates all contacts after those that are open have moved to their places of least gap.
+    fn follow(&self, contacts: &mut [Contact]) -> Vec<Evaluated> {
+        let mut all = self.evaluate_all(contacts, Smoothing::default());
+        let widest = contacts.iter().filter_map(|at| at.range).map(|[from, to]| to - from).fold(0.0, f64::max);
+        for _ in 0..FOLLOWINGS {
+            if Self::slide(contacts, &all, |status| status == Status::Open) <= 1e-3 * widest {
+                break;
+            }
+            all = self.evaluate_all(contacts, Smoothing::default());
+        }
+        all
+    }
+
+    /// The contacts after a fraction of a step.
+    fn moved(contacts: &[Contact], steps: &Steps, fraction: f64) -> Vec<Contact> {
+        let mut moved = contacts.to_vec();
+        for (contact, (force, shift)) in moved.iter_mut().zip(steps) {
+            contact.force += force * fraction;
+            if let Some([from, to]) = contact.range {
+                contact.shift = (contact.shift + shift * fraction).clamp(from, to);
+            }
+        }
+        moved
+    }
+
+    /// Follows the central path of the smoothed laws to the exact laws. Returns whether it reaches their end. It has no
+    /// end if the contacts have no solution, for example since the rod is unstable.
+    fn follow_path(&self, contacts: &mut Vec<Contact>) -> bool {
+        let largest = self.largest(contacts);
+        let mut smoothing = Smoothing { force: PATH.0 * largest, ratio: 0.5 };
+        let mut proximal = PROXIMAL.0;
+        for _ in 0..PATH_STEPS {
+            let all = self.evaluate_all(contacts, smoothing);
+            let merit = Self::merit(contacts, &all);
+            let Some(steps) = self.step(contacts, &all, proximal) else { return false };
+            let reached = PATH_DECREASE.0 * smoothing.force;
+            let accepted = (0..2 * FRACTIONS).find_map(|halvings| {
+                let fraction = 0.5_f64.powi(halvings as i32);
+                let trial = Self::moved(contacts, &steps, fraction);
+                let value = Self::merit(&trial, &self.evaluate_all(&trial, smoothing));
+                let falls = value < merit * (1.0 - DECREASE * fraction) || value.sqrt() <= reached;
+                falls.then_some((trial, value))
+            });
+            match accepted {
+                Some((trial, value)) => {
+                    *contacts = trial;
+                    proximal = (proximal / RAISE).max(PROXIMAL.0);
+                    if value.sqrt() <= reached {
+                        smoothing.force *= PATH_DECREASE.1;
+                        smoothing.ratio *= PATH_DECREASE.1;
+                    }
+                }
+                None if proximal < PROXIMAL.1 => proximal *= RAISE,
+                None => return false,
+            }
+            if smoothing.force <= PATH.1 * largest {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases.
+    fn newton(&self, contacts: &mut Vec<Contact>) -> bool {
+        let mut all = self.follow(contacts);
+        let mut merit = Self::merit(contacts, &all);
+        let (mut extra, mut stalls) = (0.0_f64, 0);
+        for _ in 0..ITERATIONS {
+            let (largest, size) = (self.largest(contacts), merit.sqrt());
+            if size <= SOLVED * largest {
+                return Self::finish(contacts, &all);
+            }
+            let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL.0).max(extra);
+            let Some(steps) = self.step(contacts, &all, proximal) else { return false };
+            let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
+            let falls = (0..FRACTIONS).any(|halvings| {
+                let fraction = 0.5_f64.powi(halvings as i32);
+                let trial = Self::moved(contacts, &steps, fraction);
+                let at = self.evaluate_all(&trial, Smoothing::default());
+                let value = Self::merit(&trial, &at);
+                if best.as_ref().is_none_or(|(least, ..)| value < *least) {
+                    best = Some((value, trial, at));
+                }
+                value < merit * (1.0 - DECREASE * fraction)
+            });
+            let Some((value, trial, at)) = best else { return false };
+            if value.sqrt() <= STALLED * largest && value >= 0.25 * merit {
+                *contacts = trial;
+                return Self::finish(contacts, &at);
+            }
+            if !falls {
+                if proximal < PROXIMAL.1 {
+                    extra = RAISE * proximal;
+                    continue;
+                }
+                stalls += 1;
+                if stalls > 2 {
+                    return false;
+                }
+            }
+            extra /= RAISE;
+            *contacts = trial;
+            all = at;
+            if all.iter().any(|at| at.law.status == Status::Open && at.slide.is_some()) {
+                all = self.follow(contacts);
+            }
+            merit = Self::merit(contacts, &all);
+        }
+        merit.sqrt() <= USEFUL * self.largest(contacts) && Self::finish(contacts, &all)
+    }
+
+    /// Records the states, and removes the force of open contacts.
+    fn finish(contacts: &mut [Contact], all: &[Evaluated]) -> bool {
+        for (contact, at) in contacts.iter_mut().zip(all) {
+            contact.status = at.law.status;
+            if contact.status == Status::Open {
+                contact.force = Vector3::zeros();
+            }
+        }
+        true
+    }
+}

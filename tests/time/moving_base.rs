@@ -1,0 +1,331 @@
+//! Shoots whose base is not at the origin, or moves.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::fixtures::in_norm::InNorm;
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, righting};
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use morphorod::checkpoint::{from_bytes, to_bytes};
+use morphorod::constitutive::LinearElastic;
+use morphorod::equilibrium::NewtonSolver;
+use morphorod::growth::UniformGrowth;
+use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
+use morphorod::rod::Rod;
+use morphorod::support::{Contact, Cylinder, Distance, Hold, Joint, Obstacle, Support};
+use morphorod::tropism::{Declaration, DirectionalTropism, Memory, Oscillator, Perception, Response, Site, Source};
+use morphorod::{Along, DynLaws, Order, Scene, Shoot, State, Still, Turned};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// An offset in space, m.
+const OFFSET: Vector3<f64> = Vector3::new(0.31, -0.17, 0.23);
+const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 };
+
+/// A nutating, growing shoot with its base at a place (m), held and in contact beside it.
+fn nutating(place: Vector3<f64>) -> Shoot<DynLaws> {
+    let pole = Cylinder {
+        through: place + Vector3::new(7.5e-3, 0.0, 0.045),
+        along: Vector3::new(0.1, 1.0, 0.2),
+        radius: 2e-3,
+    };
+    let spring = Hold::place(0.02).spring(place + Vector3::z() * 0.04, Matrix3::identity() * 0.02);
+    let hold = Hold::apex().on_plane(place + Vector3::y() * 2e-3, Vector3::y_axis());
+    Shoot::builder(TISSUE)
+        .length(0.06)
+        .radius(RADIUS)
+        .growth(UniformGrowth { zone_length: 0.05, time: 40.0 * HOUR })
+        .tropism(Oscillator::new(1.0, 2.0 * HOUR))
+        .load(WEIGHT)
+        .scene(Along { scene: Still::tilted(0.1), path: move |_| place })
+        .support((spring, hold, Contact { obstacle: pole, radius: RADIUS, friction: 0.3 }))
+        .into_dyn()
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn translated_scene_gives_the_same_shape_and_reactions() {
+    let [mut shoot, mut moved] = [Vector3::zeros(), OFFSET].map(nutating);
+    let mut touched = 0;
+    for hours in 1..5 {
+        for shoot in [&mut shoot, &mut moved] {
+            MethodOfSteps::new(240.0).advance(shoot, 0.5 * HOUR * f64::from(hours)).unwrap();
+        }
+        // The tolerance of the frames, 1e-11 rad, with the history of friction.
+        for (a, b) in shoot.rod().centre_line_at(31).iter().zip(moved.rod().centre_line_at(31)) {
+            assert_abs_diff_eq!(InNorm(*a), InNorm(b - OFFSET), epsilon = 1e-10);
+        }
+        assert_eq!(shoot.reactions().len(), moved.reactions().len());
+        for (a, b) in shoot.reactions().iter().zip(moved.reactions()) {
+            assert_abs_diff_eq!(InNorm(a.force), InNorm(b.force), epsilon = 1e-6 * a.force.norm().max(1e-4));
+        }
+        touched += usize::from(shoot.reactions().iter().any(|reaction| reaction.obstacle.is_some()));
+    }
+    assert!(touched > 0, "the shoot touches the pole");
+}
+
+#[test]
+fn all_positions_are_in_the_fixed_frame() {
+    let mut shoot = righting().scene(Along { scene: Still::tilted(1.0), path: |_| OFFSET }).into_dyn().build().unwrap();
+    let mut still = righting().scene(Still::tilted(1.0)).into_dyn().build().unwrap();
+    assert_eq!(shoot.rod().base_position(), OFFSET);
+    for shoot in [&mut shoot, &mut still] {
+        MethodOfSteps::new(180.0).advance(shoot, HOUR).unwrap();
+    }
+    let (a, b) = (still.rod(), shoot.rod());
+    // The rounding of the offset.
+    let same = |a: Vector3<f64>, b: Vector3<f64>| assert_abs_diff_eq!(InNorm(a + OFFSET), InNorm(b), epsilon = 1e-15);
+    same(still.tip(), shoot.tip());
+    same(a.at(0.02).unwrap().0, b.at(0.02).unwrap().0);
+    same(a.centre_line()[3].1, b.centre_line()[3].1);
+    same(a.centre_line_at(7)[4], b.centre_line_at(7)[4]);
+    same(still.profile().at(0.03).unwrap().position, shoot.profile().at(0.03).unwrap().position);
+    assert_eq!(b.centre_line_at(1), [OFFSET]);
+    assert_eq!(b.at(0.0).unwrap().0, OFFSET);
+    // Laws that sense the shape do not depend on the position.
+    assert_eq!(a.frames(), b.frames());
+}
+
+#[test]
+fn state_contains_the_position_of_the_base() {
+    let scene = Along { scene: Still::tilted(0.3), path: |t: f64| OFFSET + Vector3::x() * (1e-6 * t) };
+    let mut shoot = righting().scene(scene).into_dyn().build().unwrap();
+    MethodOfSteps::new(180.0).advance(&mut shoot, HOUR).unwrap();
+    assert_eq!(shoot.rod().base_position(), OFFSET + Vector3::x() * 3.6e-3);
+    let read: State = from_bytes(&to_bytes(shoot.state()).unwrap()).unwrap();
+    assert!(&read == shoot.state());
+    let mut restored = righting().into_dyn().build().unwrap();
+    restored.restore(&read).unwrap();
+    assert_eq!(restored.tip(), shoot.tip());
+}
+
+#[test]
+fn position_that_is_not_finite_is_refused() {
+    let mut rod = Rod::uniform(0.05, RADIUS, UnitQuaternion::identity(), 4, Order::Six).unwrap();
+    let kept = rod.clone();
+    let error = rod.set_base_position(Vector3::new(0.0, f64::NAN, 0.0)).unwrap_err();
+    assert!(error.to_string().contains("position of the base"), "{error}");
+    assert_eq!(rod, kept);
+    let path = |t: f64| Vector3::x() * if t > 1000.0 { f64::INFINITY } else { 0.0 };
+    let mut shoot = righting().scene(Along { scene: Still::upright(), path }).into_dyn().build().unwrap();
+    let error = MethodOfSteps::new(180.0).advance(&mut shoot, HOUR).unwrap_err();
+    assert!(matches!(error, IntegrationError::NotFinite { what: "position of the base", .. }), "{error}");
+    let scene = Along { scene: Still::upright(), path: |_| Vector3::repeat(f64::NAN) };
+    let error = righting().scene(scene).into_dyn().build().unwrap_err();
+    assert!(error.to_string().contains("position of the base"), "{error}");
+}
+
+#[test]
+fn energy_does_not_depend_on_the_position() {
+    let solve = |place: Vector3<f64>| {
+        let scene = Still::tilted(1.2);
+        let mut rod = Rod::uniform(0.05, RADIUS, scene.base, 8, Order::Eight).unwrap();
+        rod.set_base_position(place).unwrap();
+        let pole = Cylinder { through: place + Vector3::new(0.02, 0.0, -0.002), along: Vector3::y(), radius: 1e-3 };
+        let hold = Hold::apex().at(apex(place));
+        let support = (Joint::Ball, hold, Contact { obstacle: pole, radius: RADIUS, friction: 0.2 });
+        let held =
+            NewtonSolver::default().solve_held(&mut rod, &YOUNG, &WEIGHT, &support, &scene.environment(0.0)).unwrap();
+        assert!(held.reactions.iter().any(|reaction| reaction.obstacle.is_some()), "{:?}", held.reactions);
+        assert_abs_diff_eq!(InNorm(held.rod.tip()), InNorm(apex(place)), epsilon = 1e-12);
+        held.equilibrium.energy
+    };
+    // The energy is least, so that its error is of second order in that of the shape.
+    assert_relative_eq!(solve(OFFSET), solve(Vector3::zeros()), max_relative = 1e-9);
+}
+
+/// The place of the apex in `energy_does_not_depend_on_the_position`, m.
+fn apex(place: Vector3<f64>) -> Vector3<f64> {
+    place + Vector3::new(0.035, 0.01, -0.002)
+}
+
+/// A lamp at a place (m).
+#[derive(Clone, Copy)]
+struct Lamp(Vector3<f64>);
+
+impl Perception for Lamp {
+    type Signal = [f64; 2];
+
+    fn declare(&self, to: &mut Declaration) -> Source {
+        to.with_position().stimulus_pair()
+    }
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let light = site.along_directors(&(self.0 - site.position).normalize());
+        stimuli.copy_from_slice(&[light.x, light.y]);
+    }
+}
+
+#[test]
+fn laws_sense_positions_in_the_fixed_frame() {
+    let tip = |lamp: Vector3<f64>, place: Vector3<f64>| {
+        let scene = Along { scene: Still::upright(), path: move |_| place };
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(RADIUS)
+            .growth(UniformGrowth { zone_length: 0.05, time: 40.0 * HOUR })
+            .tropism(
+                DirectionalTropism { sensitivity: 0.8, perception: Lamp(lamp) }
+                    .remembered(Memory { time: 600.0, delay: 0.0 }),
+            )
+            .scene(scene)
+            .into_dyn()
+            .build()
+            .unwrap();
+        MethodOfSteps::new(240.0).advance(&mut shoot, 2.0 * HOUR).unwrap();
+        shoot.tip() - place
+    };
+    let lamp = Vector3::new(0.1, 0.0, 0.1);
+    let expected = tip(lamp, Vector3::zeros());
+    assert_abs_diff_eq!(InNorm(tip(lamp + OFFSET, OFFSET)), InNorm(expected), epsilon = 1e-11);
+    assert!((tip(lamp, OFFSET) - expected).norm() > 1e-3, "a shoot elsewhere bends otherwise");
+}
+
+/// A base that rotates about a vertical axis at a rate (rad/s), at an arm (m) from the axis, and moves at a velocity
+/// (m/s). The shoot is horizontal, along e1 at first.
+#[derive(Clone, Copy, Default)]
+struct Turntable {
+    rate: f64,
+    arm: Vector3<f64>,
+    velocity: Vector3<f64>,
+}
+
+impl Turntable {
+    fn turn(&self, t: f64) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.rate * t)
+    }
+}
+
+impl Scene for Turntable {
+    fn gravity(&self, _t: f64) -> Vector3<f64> {
+        Still::upright().gravity
+    }
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        self.turn(t) * Still::tilted(FRAC_PI_2).base
+    }
+    fn position(&self, t: f64) -> Vector3<f64> {
+        self.turn(t) * self.arm + self.velocity * t
+    }
+}
+
+/// A vertical pole of 1 mm radius through a point (m), which moves at a velocity (m/s) or rotates with a turntable.
+#[derive(Clone, Copy)]
+struct Pole {
+    through: Vector3<f64>,
+    table: Turntable,
+}
+
+impl Obstacle for Pole {
+    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+        let through = self.table.turn(time) * self.through + self.table.velocity * time;
+        Cylinder { through, along: Vector3::z(), radius: 1e-3 }.distance(place, time)
+    }
+    fn velocity(&self, _place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
+        self.table.velocity
+    }
+}
+
+fn contact(through: Vector3<f64>, table: Turntable, friction: f64) -> Contact<Pole> {
+    Contact { obstacle: Pole { through, table }, radius: RADIUS, friction }
+}
+
+/// A shoot of 5 cm without growth in a scene with a support, after a time (s) in steps of a length (s).
+fn elastic(scene: Turntable, support: impl Support + Send + Sync + 'static, time: f64, step: f64) -> Shoot<DynLaws> {
+    let builder = Shoot::builder(TISSUE).length(0.05).radius(RADIUS).elements(8).load(WEIGHT);
+    let mut shoot = builder.scene(scene).support(support).into_dyn().build().unwrap();
+    MethodOfSteps::new(step).advance(&mut shoot, time).unwrap();
+    shoot
+}
+
+#[test]
+fn shoot_on_a_turntable_does_not_pass_through_a_thin_pole() {
+    // A place beside the pole moves by 4 mm in a step of 60 s. In the finest steps it moves by a tenth of the radius of
+    // the pole. The contact slides without friction, so that the shape does not depend on the steps.
+    let table = Turntable { rate: 0.12 / 60.0, ..Turntable::default() };
+    let pole = contact(Vector3::new(0.034, 3e-3, 0.0), Turntable::default(), 0.0);
+    // The base is clamped, or twists freely.
+    for joint in [None, Some(Joint::Hinge(Vector3::z_axis()))] {
+        let [coarse, fine] = [60.0, 1.5].map(|step| elastic(table, (joint, pole), 300.0, step));
+        let force = |shoot: &Shoot<DynLaws>| shoot.reactions().iter().map(|reaction| reaction.normal).sum::<f64>();
+        assert!(force(&coarse) > 1e-4);
+        assert_relative_eq!(force(&coarse), force(&fine), max_relative = 1e-6);
+        // The tolerance of the frames is 1e-11 rad, and that of the place of the contact 3e-10 of the length.
+        assert_abs_diff_eq!(InNorm(coarse.tip()), InNorm(fine.tip()), epsilon = 1e-9);
+    }
+}
+
+#[test]
+fn turned_pot_bends_the_shoot_around_the_pole() {
+    // The base turns by 0.6 rad at once.
+    let base = Still::tilted(FRAC_PI_2).base;
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.6);
+    let scene = Turned { scene: Still { base, ..Still::upright() }, turn, from: 600.0, until: f64::INFINITY };
+    let pole = contact(Vector3::new(0.034, 3e-3, 0.0), Turntable::default(), 0.0);
+    let builder = Shoot::builder(TISSUE).length(0.05).radius(RADIUS).elements(8).load(WEIGHT);
+    let mut shoot = builder.scene(scene).support(pole).into_dyn().build().unwrap();
+    MethodOfSteps::new(300.0).advance(&mut shoot, 1200.0).unwrap();
+    let table = Turntable { rate: 0.6 / 300.0, ..Turntable::default() };
+    let slow = elastic(table, pole, 300.0, 1.5);
+    assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(slow.tip()), epsilon = 1e-9);
+}
+
+#[test]
+fn pole_that_moves_is_equivalent_to_a_base_that_moves_the_other_way() {
+    let through = Vector3::new(0.034, 3e-3, 0.0);
+    let still = Turntable::default();
+    let moves = Turntable { velocity: Vector3::new(5e-6, 7e-5, 1e-5), ..still };
+    let back = Turntable { velocity: -moves.velocity, ..still };
+    // The parts of a step in which contacts are followed differ, and with friction the error is of first order in them.
+    for (friction, tolerance) in [(0.0, 1e-9), (0.3, 1e-5)] {
+        let base = elastic(moves, contact(through, still, friction), 240.0, 60.0);
+        let pole = elastic(still, contact(through, back, friction), 240.0, 60.0);
+        assert!(base.reactions()[0].normal > 1e-4);
+        let tip = base.tip() - base.rod().base_position();
+        assert_abs_diff_eq!(InNorm(tip), InNorm(pole.tip()), epsilon = tolerance);
+        // Without the pole the shoot moves along unchanged.
+        let free = elastic(moves, (), 240.0, 60.0);
+        let unmoved = elastic(still, (), 0.0, 60.0);
+        assert_abs_diff_eq!(InNorm(free.tip() - free.rod().base_position()), InNorm(unmoved.tip()), epsilon = 1e-13);
+        assert!((tip - unmoved.tip()).norm() > 5e-3);
+    }
+}
+
+#[test]
+fn shoot_and_pole_on_the_same_turntable_keep_their_shape() {
+    // The pole is 20 mm from the axis, and both rotate by 0.5 rad in a step.
+    let table = Turntable { rate: 0.5 / 60.0, arm: Vector3::new(-0.01, 0.02, 0.03), ..Turntable::default() };
+    // The pole presses the shoot aside by 2 mm.
+    let press = contact(table.arm + Vector3::new(0.03, -1.5e-3 + 2e-3, 0.0), table, 0.0);
+    let mut shoot = elastic(table, press, 0.0, 60.0);
+    let (before, force) = (shoot.tip() - shoot.rod().base_position(), shoot.reactions()[0].normal);
+    assert!(before.y < -1e-3 && force > 0.0, "{before}, {force}");
+    MethodOfSteps::new(60.0).advance(&mut shoot, 300.0).unwrap();
+    let after = table.turn(300.0).inverse() * (shoot.tip() - shoot.rod().base_position());
+    assert_abs_diff_eq!(InNorm(after), InNorm(before), epsilon = 1e-9);
+    assert_relative_eq!(shoot.reactions()[0].normal, force, max_relative = 1e-6);
+}
+
+#[test]
+fn base_that_moves_away_leaves_a_rough_pole() {
+    // The base moves towards the pole and back.
+    let path = |t: f64| Vector3::y() * (4e-3 * (t * std::f64::consts::TAU / 1200.0).sin());
+    let base = Still::tilted(FRAC_PI_2).base;
+    let builder = Shoot::builder(TISSUE).length(0.05).radius(RADIUS).elements(8).load(WEIGHT);
+    let scene = Along { scene: Still { base, ..Still::upright() }, path };
+    let pole = contact(Vector3::new(0.034, 3e-3, 0.0), Turntable::default(), 0.4);
+    let mut shoot = builder.scene(scene).support(pole).into_dyn().build().unwrap();
+    let unmoved = elastic(Turntable::default(), (), 0.0, 60.0).tip();
+    let mut touched = 0;
+    for step in 0..=20 {
+        MethodOfSteps::new(60.0).advance(&mut shoot, 60.0 * f64::from(step)).unwrap();
+        let shift = shoot.rod().base_position().y;
+        // The gap to a straight shoot is 1.5 mm.
+        let touches = shift > 1.5e-3;
+        assert_eq!(shoot.reactions().is_empty(), !touches, "{shift} m");
+        touched += usize::from(touches);
+        if !touches {
+            let tip = shoot.tip() - shoot.rod().base_position();
+            assert_abs_diff_eq!(InNorm(tip), InNorm(unmoved), epsilon = 1e-11);
+        }
+    }
+    assert!(touched > 3);
+}
