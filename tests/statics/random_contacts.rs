@@ -1,8 +1,9 @@
-//! Random frictionless scenes: rods with intrinsic curvature and twist, and one or two obstacles near them.
+//! Random scenes: rods with intrinsic curvature and twist, and one or two obstacles near them, with and without
+//! friction.
 
 use approx::assert_relative_eq;
 
-use crate::fixtures::random::Draw;
+use crate::fixtures::random::{Draw, number};
 use crate::fixtures::rods::{DENSITY, RADIUS, young_tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
@@ -62,10 +63,12 @@ fn scene(seed: u64) -> (Rod, Environment, Obstacles) {
 }
 
 #[test]
-fn random_contacts_push_without_penetration() {
-    let (count, mut failures, mut touching) = (300, Vec::new(), 0);
+fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
+    let (count, mut failures, mut touching) = (number("MORPHOROD_CASES", 450), Vec::new(), 0);
     for seed in 0..count {
-        let (mut rod, environment, obstacles) = scene(seed);
+        let friction = [0.0, 0.5, 1.0][seed as usize % 3];
+        let (mut rod, environment, mut obstacles) = scene(seed);
+        obstacles.iter_mut().for_each(|contact| contact.friction = friction);
         let solve = NewtonSolver::default().solve_held(&mut rod, &young_tissue(), &WEIGHT, &obstacles, &environment);
         let held = match solve {
             Ok(held) => held,
@@ -74,15 +77,17 @@ fn random_contacts_push_without_penetration() {
                 continue;
             }
         };
-        touching += usize::from(!held.reactions.is_empty());
+        touching += u64::from(!held.reactions.is_empty());
         assert_eq!(held.equilibrium.inertia.negative, 0, "{seed}");
         let length = rod.length();
         let largest = held.reactions.iter().map(|reaction| reaction.normal).fold(0.0, f64::max);
         for reaction in &held.reactions {
             let contact = &obstacles[reaction.obstacle.unwrap()];
             let gap = contact.obstacle.distance(&held.rod.at(reaction.arc_length).unwrap().0, 0.0);
-            assert!(reaction.normal >= -1e-9 * largest, "{seed}: {reaction:?}");
-            assert!((reaction.force - gap.normal * reaction.normal).norm() <= 1e-4 * largest, "{seed}: {reaction:?}");
+            assert!(reaction.normal >= 0.0, "{seed}: {reaction:?}");
+            // The place that is evaluated here differs from that of the contact by the interpolation of the shape.
+            let tangential = (reaction.force - gap.normal * reaction.normal).norm();
+            assert!(tangential <= friction * reaction.normal + 1e-4 * largest, "{seed}: {reaction:?}");
             assert!((gap.value - RADIUS).abs() < 1e-5 * length, "{seed}: {:e}", (gap.value - RADIUS) / length);
         }
         for place in held.rod.centre_line_at(401) {
@@ -93,8 +98,9 @@ fn random_contacts_push_without_penetration() {
             }
         }
     }
-    assert!(failures.len() * 33 <= count as usize, "{failures:?}");
-    assert!(touching * 2 > count as usize, "{touching} scenes with contact");
+    // Of 10,000 scenes with up to three obstacles 11 end with an error.
+    assert!(failures.len() as u64 * 200 <= count, "{failures:?}");
+    assert!(touching * 2 > count, "{touching} scenes with contact");
 }
 
 #[test]

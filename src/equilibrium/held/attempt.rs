@@ -125,7 +125,9 @@ impl HeldSearch<'_> {
     }
 
     /// Tests a tangent: a straight rod is bent first, and a tangent that is negative in a permitted direction needs a
-    /// shift. Without a guard the inertia of a rod in contact is tested at the equilibrium only.
+    /// shift. In a search for an unstable equilibrium the number of negative directions may increase by a few only: the
+    /// tangent is singular between, and a rod that is pressed together by the first step has many. Without a guard the
+    /// inertia of a rod in contact is tested at the equilibrium only.
     fn test_tangent(
         &mut self,
         rod: &mut Rod,
@@ -143,6 +145,10 @@ impl HeldSearch<'_> {
             self.bow(rod, 2.0 * missing.sqrt());
             self.locate(rod);
             return Some(Attempt::Moved);
+        }
+        let first = *course.negative.get_or_insert(inertia.negative);
+        if tests && !self.stable && inertia.negative > first + SETTINGS.passed {
+            return Some(Attempt::Lost);
         }
         (self.stable && tests && inertia.negative > 0).then_some(Attempt::Rejected)
     }
@@ -195,7 +201,7 @@ impl HeldSearch<'_> {
                 break;
             } else {
                 // A step to another solution does not become shorter with the share.
-                failures += usize::from(factor == 0.0 || attempt > 0 && trial.turn > 0.9 * last);
+                failures += usize::from(!trial.solved || attempt > 0 && trial.turn > 0.9 * last);
                 last = trial.turn;
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }

@@ -25,8 +25,9 @@ impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
     /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
-        let (last, shift, saddles, bowed, placements, answer) = (f64::INFINITY, 0.0, 0, false, 0, None);
-        let mut course = Course { guarded, last, shift, saddles, bowed, placements, answer };
+        let (last, shift, saddles, negative) = (f64::INFINITY, 0.0, 0, None);
+        let (bowed, placements, answer) = (false, 0, None);
+        let mut course = Course { guarded, last, shift, saddles, negative, bowed, placements, answer };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);

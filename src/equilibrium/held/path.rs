@@ -186,12 +186,15 @@ impl HeldSearch<'_> {
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         let guess = self.snapshot(rod);
         let result = self.find(rod, false);
-        let contacts = !self.obstacles.contacts.is_empty();
+        let descends = !self.obstacles.contacts.is_empty() || !self.stable;
         match result {
-            Err(error) if contacts && !self.nearby && error.is_recoverable() => {
+            Err(error) if descends && !self.nearby && error.is_recoverable() => {
                 self.restore(rod, &guess);
-                let (tip, before) = (rod.tip(), self.before.clone());
-                if let Err(error) = self.find(rod, true) {
+                let (tip, before, stable) = (rod.tip(), self.before.clone(), self.stable);
+                self.stable = true;
+                let result = self.find(rod, true);
+                self.stable = stable;
+                if let Err(error) = result {
                     self.before = before;
                     return Err(error);
                 }

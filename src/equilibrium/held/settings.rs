@@ -30,8 +30,8 @@ pub(super) struct Settings {
     pub additions: usize,
     /// Largest number of times that a step is shortened, with the contacts of the shorter step.
     pub shortenings: usize,
-    /// Number of these after which the tangent is shifted instead: for contact problems without a solution next to the
-    /// present forces, and corrections that do not converge.
+    /// Number of these after which the tangent is shifted instead, since the contact problem has no solution next to
+    /// the present forces.
     pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,
@@ -66,6 +66,8 @@ pub(super) struct Settings {
     pub saddles: (usize, f64),
     /// Number of inverse iterations for the softest direction.
     pub softenings: usize,
+    /// Largest increase of the number of negative directions in a search for an unstable equilibrium.
+    pub passed: usize,
     /// Rotation in a step below which a shifted tangent is at a saddle of the energy, rad.
     pub at_saddle: f64,
     /// Largest rotation, displacement relative to the length, of a hold in an increment.
@@ -104,6 +106,7 @@ pub(super) const SETTINGS: Settings = Settings {
     far: 1e-2,
     saddles: (4, 0.1),
     softenings: 12,
+    passed: 3,
     at_saddle: 1e-10,
     increment: (0.3, 0.05),
     smallest_increment: 1e-6,

@@ -21,6 +21,8 @@ pub(super) struct Course {
     /// Shift of the last step, N.
     pub shift: f64,
     pub saddles: usize,
+    /// Number of negative directions at the initial guess, in a search for an unstable equilibrium.
+    pub negative: Option<usize>,
     /// Whether a straight rod was bent.
     pub bowed: bool,
     /// Number of times that nodes have moved to the contacts, and the shape before the last time.
@@ -67,7 +69,7 @@ pub(super) enum Attempt {
     Moved,
     /// A larger shift is needed.
     Rejected,
-    /// The rod is unstable in a direction that its contacts permit: no equilibrium is next to it.
+    /// The rod is unstable in a direction that its supports permit: no equilibrium is next to it.
     Lost,
 }
 
