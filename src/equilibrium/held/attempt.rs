@@ -35,7 +35,8 @@ struct Fitting {
     contacts: Vec<Contact>,
     /// Its share of the unbalanced couples and violations.
     share: f64,
-    /// The initial guess of its contact problem, and the factor of the forces in it; `None` for those at the start.
+    /// The contacts from which its contact problem started, and the factor by which their forces were extrapolated;
+    /// `None` if it started from the forces at the start of the step.
     guess: Option<(Vec<Contact>, f64)>,
 }
 
@@ -102,11 +103,15 @@ impl HeldSearch<'_> {
             let unchecked = self.is_unchecked(&trial, shift, course);
             let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
             if follows && fraction.is_none_or(|fraction| fraction < 1.0) {
+                let turns = self.body.system().turns.clone();
                 self.return_to(rod, &start);
                 if self.is_unstable(&trial.linear, pivots) {
                     return Ok(Attempt::Lost);
                 }
-                self.move_by(rod, &start, &trial, fraction.unwrap_or(0.0));
+                if let Some(fraction) = fraction {
+                    self.body.system_mut().turns = turns;
+                    self.move_by(rod, &start, &trial, fraction);
+                }
             }
             let Some(fraction) = fraction else {
                 self.return_to(rod, &start);
@@ -124,10 +129,10 @@ impl HeldSearch<'_> {
         self.inertia_of(linear, pivots).negative > 0
     }
 
-    /// Tests a tangent: a straight rod is bent first, and a tangent that is negative in a permitted direction needs a
-    /// shift. In a search for an unstable equilibrium the number of negative directions may increase by a few only: the
-    /// tangent is singular between, and a rod that is pressed together by the first step has many. Without a guard the
-    /// inertia of a rod in contact is tested at the equilibrium only.
+    /// Tests a tangent. A straight rod is bent first. In a search for a stable equilibrium, a tangent that is negative
+    /// in a permitted direction needs a shift. In a search for an unstable one, a larger increase of the number of
+    /// negative directions means that a step has left the equilibrium. The inertia of a rod in contact is not tested
+    /// here without a guard. It is tested where a step is not accepted as a whole, and at the equilibrium.
     fn test_tangent(
         &mut self,
         rod: &mut Rod,
@@ -146,9 +151,11 @@ impl HeldSearch<'_> {
             self.locate(rod);
             return Some(Attempt::Moved);
         }
-        let first = *course.negative.get_or_insert(inertia.negative);
-        if tests && !self.stable && inertia.negative > first + SETTINGS.passed {
-            return Some(Attempt::Lost);
+        if tests && !self.stable {
+            let first = *course.negative.get_or_insert(inertia.negative);
+            if inertia.negative > first + SETTINGS.passed {
+                return Some(Attempt::Lost);
+            }
         }
         (self.stable && tests && inertia.negative > 0).then_some(Attempt::Rejected)
     }

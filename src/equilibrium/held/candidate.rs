@@ -28,7 +28,7 @@ pub(super) struct Candidate {
     /// Position, m.
     pub position: Vector3<f64>,
     pub gap: Gap,
-    /// Tangent of the centre line, and its derivative along the rod, 1/m.
+    /// Director d3, the tangent of a rod without shear, and its derivative along the rod, 1/m.
     pub tangent: Vector3<f64>,
     pub bend: Vector3<f64>,
     /// The place without slip, m, and its derivative along the rod.

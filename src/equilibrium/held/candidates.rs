@@ -65,7 +65,14 @@ impl HeldSearch<'_> {
             changed = true;
             match self.candidates.iter_mut().find(close) {
                 // Elements do not resolve two minima that are so close.
-                Some(own) => (own.element, own.x, own.arc_length) = (at.element, at.x, s),
+                Some(own) if own.slides || own.status == Status::Open => {
+                    (own.element, own.x, own.arc_length) = (at.element, at.x, s);
+                }
+                // Beside a contact point that is flat the rod lies on the obstacle.
+                Some(own) => {
+                    own.point = false;
+                    self.candidates.push(Candidate { arc_length: s, point: false, ..at });
+                }
                 None => self.candidates.push(Candidate { arc_length: s, ..at }),
             }
         }

@@ -28,7 +28,8 @@ pub(super) enum Status {
 }
 
 /// The smoothing of the law: τ⁺ is replaced by (τ + √(τ² + 4ε²))/2 with the force ε (N), and the projection to the disc
-/// of radius r by the analogous mean of the size of its argument and r, with a number d < 1. Zero for the exact law.
+/// of radius r by the analogous mean of the size of its argument and r, with the ratio d < 1. Both are zero for the
+/// exact law.
 ///
 /// With it λ k g = ε²: the solutions follow the central path of an interior point method.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -21,7 +21,7 @@ pub(super) enum Role {
     Boost,
 }
 
-/// Rows on coordinates, with the diagonal D of their matrix and their residuals.
+/// Rows on coordinates, and the diagonal D of their matrix.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rows {
     pub factors: Vec<Vec<(usize, f64)>>,

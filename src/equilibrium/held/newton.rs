@@ -34,6 +34,7 @@ impl HeldSearch<'_> {
         match (result, course.answer.take()) {
             (Err(error), Some(answer)) if error.is_recoverable() => {
                 self.restore(rod, &answer);
+                (course.last, course.shift) = (f64::INFINITY, 0.0);
                 course.placements = SETTINGS.placements.0;
                 self.iterate(rod, &mut course)
             }
@@ -100,11 +101,7 @@ impl HeldSearch<'_> {
         }
         let negative = self.found.inertia.negative;
         if converged && self.stable && negative > 0 {
-            if !course.guarded && !self.obstacles.contacts.is_empty() {
-                return Err(EquilibriumError::Unstable { negative });
-            }
-            course.guarded = true;
-            return Ok(false);
+            return Err(EquilibriumError::Unstable { negative });
         }
         Ok(converged)
     }
@@ -123,8 +120,8 @@ impl HeldSearch<'_> {
         moved
     }
 
-    /// Removes candidates that are not close to an obstacle, and merges contact points that have slid to the same
-    /// place.
+    /// Removes open contact points that are far from their obstacle or are no places of least gap, and merges contact
+    /// points that have slid to the same place.
     fn drop_candidates(&mut self) {
         let far = SETTINGS.far * self.length;
         let ends = self.length * (1.0 - SAME);

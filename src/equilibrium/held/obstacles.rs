@@ -315,7 +315,7 @@ pub(super) fn largest_share(
         }
         for i in (0..last).filter(|i| !known[*i]) {
             let (way, radius) = (moved[i].max(moved[i + 1]), gaps[i].1.min(gaps[i + 1].1));
-            let allowed = |least: f64| (0.5 * least).max(SETTINGS.approach * (radius + least.max(0.0)));
+            let allowed = |least: f64| SETTINGS.approach * (radius + least.max(0.0));
             // A gap changes by at most the arc length.
             let size = places[i + 1].arc_length - places[i].arc_length;
             let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);

@@ -36,7 +36,7 @@ pub(super) struct Contact {
     pub anchor: (Vector3<f64>, Vector3<f64>),
     /// Number of its first coordinate: three of the place, followed by three of the tangent if it has a range.
     pub first: usize,
-    /// Force that determines the scale of the law, N/m.
+    /// Scale k of the law, N/m.
     pub k: f64,
     pub status: Status,
 }

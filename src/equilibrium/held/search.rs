@@ -51,7 +51,7 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) found: Equilibrium,
     /// Number of iterations of the whole search at which it fails.
     pub(super) bound: usize,
-    /// Number of increments in which the holds have moved.
+    /// Number of increments of the load path, including those that failed.
     pub(super) increments: usize,
 }
 

@@ -4,10 +4,11 @@
 pub(super) struct Settings {
     /// Largest rotation of a frame in a step, rad. The quadratic model of the energy does not hold beyond it.
     pub largest_turn: f64,
-    /// Largest displacement of a place towards an obstacle in a step, relative to the radius of the obstacle. The
-    /// linear model of the gap holds within it, and a rod does not pass through a thin pole.
+    /// Largest displacement of a place towards an obstacle in a step, relative to the sum of the gap and the radius of
+    /// the obstacle. The linear model of the gap holds within it, and a rod does not pass through a thin pole.
     pub approach: f64,
-    /// Number of iterations without a test of the inertia, and with one: nearly all searches that succeed take fewer.
+    /// Largest number of iterations of a search next to the initial guess, and of a descent. Nearly all searches that
+    /// succeed take fewer.
     pub iterations: [usize; 2],
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
@@ -28,17 +29,17 @@ pub(super) struct Settings {
     pub permitted: f64,
     /// Largest number of times that contacts are added to a step that would penetrate an obstacle.
     pub additions: usize,
-    /// Largest number of times that a step is shortened, with the contacts of the shorter step.
+    /// Largest number of further shares for which the contact problem of a step is solved.
     pub shortenings: usize,
-    /// Number of these after which the tangent is shifted instead, since the contact problem has no solution next to
-    /// the present forces.
+    /// Number of failed shares after which the tangent is shifted instead. A share fails if its contact problem is not
+    /// solved or its rotation does not decrease.
     pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,
-    /// Number of iterations in which nodes move to the ends of contacts, and the largest motion in one of them,
-    /// relative to an element. Places that have not converged then stay, and their error is reported.
+    /// Largest number of times that nodes move to contacts in a search, and largest motion of an end each time,
+    /// relative to an element. Afterwards the nodes stay.
     pub placements: (usize, f64),
-    /// Rotation in a step below which these iterations count, rad.
+    /// Rotation in a step below which nodes may move, rad.
     pub placing_turn: f64,
     /// As `placing_turn`, for a step in which the contacts keep their states.
     pub settled_turn: f64,
@@ -70,7 +71,7 @@ pub(super) struct Settings {
     pub passed: usize,
     /// Rotation in a step below which a shifted tangent is at a saddle of the energy, rad.
     pub at_saddle: f64,
-    /// Largest rotation, displacement relative to the length, of a hold in an increment.
+    /// Largest rotation (rad) and largest displacement, relative to the length, of a hold or the base in an increment.
     pub increment: (f64, f64),
     /// Smallest increment, as a share of the motion of the holds.
     pub smallest_increment: f64,

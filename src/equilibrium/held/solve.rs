@@ -20,21 +20,22 @@ const SOLVED: f64 = 1e-14;
 const STALLED: f64 = 1e-12;
 /// Residual with which the forces are of use.
 const USEFUL: f64 = 1e-7;
-/// Compliance that is added to loaded contacts in the iteration, relative to that of the contact. It selects the
-/// forces closest to the present ones where the rod does not determine them, and does not change the solution. The
-/// numbers are its smallest and its largest value, its ratio to the residual relative to the largest force, and the
-/// factor by which it increases after a step that fails.
+/// Smallest and largest compliance that is added to loaded contacts in the iteration, relative to that of the contact.
+/// It selects the forces closest to the present ones where the rod does not determine them, and does not change the
+/// solution.
 const PROXIMAL: (f64, f64) = (1e-10, 0.1);
+/// Ratio of this compliance to the residual, relative to the largest force.
 const DAMPING: f64 = 0.01;
+/// Factor by which it increases after a step that does not decrease the residual.
 const RAISE: f64 = 30.0;
 /// Smoothing at the start and at the end of the central path, relative to the largest force. At the end the states of
 /// the contacts are those of the exact laws.
 const PATH: (f64, f64) = (0.1, 1e-9);
-/// Residual, relative to the smoothing, at which the smoothing decreases, and its ratio then.
+/// Residual relative to the smoothing below which the smoothing decreases, and the factor by which it decreases.
 const PATH_DECREASE: (f64, f64) = (0.5, 0.2);
 /// Largest number of steps along the path: those that reach its end take up to 50.
 const PATH_STEPS: usize = 80;
-/// Fraction by which the squared residual decreases in a step of fraction one.
+/// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
 
 /// A step of the iteration: changes of the force (N) and of the displacement along the rod (m) of each contact.
@@ -154,7 +155,7 @@ impl Reduced<'_> {
                         smoothing.ratio *= PATH_DECREASE.1;
                     }
                 }
-                None if proximal < PROXIMAL.1 => proximal *= RAISE,
+                None if proximal < PROXIMAL.1 => proximal = (RAISE * proximal).min(PROXIMAL.1),
                 None => return false,
             }
             if smoothing.force <= PATH.1 * largest {
@@ -194,7 +195,7 @@ impl Reduced<'_> {
             }
             if !falls {
                 if proximal < PROXIMAL.1 {
-                    extra = RAISE * proximal;
+                    extra = (RAISE * proximal).min(PROXIMAL.1);
                     continue;
                 }
                 stalls += 1;

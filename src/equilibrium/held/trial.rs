@@ -18,10 +18,10 @@ pub(super) struct Course {
     pub guarded: bool,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
     pub last: f64,
-    /// Shift of the last step, N.
+    /// Shift of the last step, N; in a descent the last one that was not zero.
     pub shift: f64,
     pub saddles: usize,
-    /// Number of negative directions at the initial guess, in a search for an unstable equilibrium.
+    /// Number of permitted negative directions at the first tangent, in a search for an unstable equilibrium.
     pub negative: Option<usize>,
     /// Whether a straight rod was bent.
     pub bowed: bool,
@@ -58,7 +58,7 @@ pub(super) struct Step {
     pub linear: Linear,
     /// Whether the state of a contact has changed.
     pub changed: bool,
-    /// Largest stretch of the rod by the changes of the reactions, m.
+    /// Largest displacement of a hold or spring of a rod that stretches, m; zero without stretch.
     pub stretch: f64,
 }
 
