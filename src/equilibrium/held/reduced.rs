@@ -4,6 +4,8 @@
 //! along the rod. Obstacles are exact: gap, normal and slip are those at the place that the linear rod reaches. The
 //! method that solves the laws of all contacts together is in [`super::solve`].
 
+use faer::linalg::solvers::Solve;
+use faer::{MatMut, MatRef};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::law::{Gap, Law, Smoothing, Status};
@@ -213,7 +215,9 @@ impl Reduced<'_> {
             }
         }
         if n > 0 {
-            let solution = matrix.lu().solve(&rhs)?;
+            let lu = MatRef::from_column_major_slice(matrix.as_slice(), n, n).partial_piv_lu();
+            lu.solve_in_place(MatMut::from_column_major_slice_mut(rhs.as_mut_slice(), n, 1));
+            let solution = rhs;
             if solution.iter().any(|value| !value.is_finite()) {
                 return None;
             }
