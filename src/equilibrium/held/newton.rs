@@ -101,7 +101,8 @@ impl HeldSearch<'_> {
         }
         let negative = self.found.inertia.negative;
         if converged && self.stable && negative > 0 {
-            return Err(EquilibriumError::Unstable { negative });
+            // A descent goes on from there.
+            return if course.guarded { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
         }
         Ok(converged)
     }
