@@ -97,7 +97,9 @@ fn union_of_two_half_spaces_acts_as_two_contacts() {
         let union = horizontal(&(Contact { obstacle: other, radius: RADIUS, friction }, groove));
         println!("{}", union.found);
         assert_eq!(separate.reactions.len(), 2, "{:?}", separate.reactions);
+        // The rods differ in the surfaces that their reactions name.
         assert_eq!(union.rod.frames(), separate.rod.frames());
+        assert_eq!(union.rod.centre_line_at(401), separate.rod.centre_line_at(401));
         for (i, (one, both)) in separate.reactions.iter().zip(&union.reactions).enumerate() {
             assert_eq!((named(one), named(both)), ((one.force, Some(i), 0), (one.force, Some(1), i)));
         }
@@ -146,7 +148,7 @@ fn union_on_springs_moves_by_the_forces_on_all_of_its_surfaces() {
         let force: Vector3<f64> = sprung.reactions.iter().map(|reaction| reaction.force).sum();
         let rigid = horizontal(&groove(Matrix3::zeros(), compliance * -force));
         assert_eq!(rigid.reactions.len(), 2);
-        // Both searches end with frames to 1e-14 rad.
+        // The frames of both searches are accurate to 1e-14 rad.
         for (one, other) in sprung.reactions.iter().zip(&rigid.reactions) {
             assert_abs_diff_eq!((one.force - other.force).norm(), 0.0, epsilon = 1e-8 * force.norm());
         }

@@ -98,7 +98,8 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
             }
         }
     }
-    // Of 10,000 scenes with up to three obstacles 11 end with an error.
+    println!("{touching} of {count} rods touch, failures: {failures:?}");
+    // None of the first 900 scenes ends with an error (`MORPHOROD_CASES=900`).
     assert!(failures.len() as u64 * 200 <= count, "{failures:?}");
     assert!(touching * 2 > count, "{touching} scenes with contact");
 }

@@ -6,6 +6,7 @@
 
 use nalgebra::DVector;
 
+use super::candidate::deepest;
 use super::linear::Linear;
 use super::obstacles::Line;
 use super::reduced::Contact;
@@ -162,7 +163,7 @@ impl HeldSearch<'_> {
 
     /// Finds a share of the step that fits, and moves the rod.
     fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, searched: &mut bool) -> Fit {
-        let (zero, deepest) = (DVector::zeros(trial.linear.response.size()), start.deepest());
+        let (zero, before) = (DVector::zeros(trial.linear.response.size()), deepest(&start.candidates));
         let mut fitting: Option<Fitting> = None;
         let (mut failures, mut last) = (0, f64::INFINITY);
         for attempt in 0..=SETTINGS.shortenings {
@@ -191,8 +192,8 @@ impl HeldSearch<'_> {
             if factor >= 1.0 && trial.turn >= TINY_TURN {
                 self.correct(rod, start, trial);
                 // The linear rod holds where corrections lead to the conditions.
-                let permitted = SETTINGS.permitted * self.length + deepest * (1.0 - 0.5 * trial.linear.share);
-                if self.deepest() > permitted || self.safe_share(rod, start) < 1.0 {
+                let permitted = SETTINGS.permitted * self.length + before * (1.0 - 0.5 * trial.linear.share);
+                if deepest(&self.candidates) > permitted || self.safe_share(rod, start) < 1.0 {
                     factor = 0.0;
                 }
             }

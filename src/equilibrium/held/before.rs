@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::obstacles::{Line, Obstacles};
+use super::obstacles::{Line, Obstacles, within};
 use super::reduced::Surfaces;
 use crate::rod::Rod;
 
@@ -12,7 +12,7 @@ pub(super) struct Before {
     pub rod: Rod,
     /// Tangents ∂p/∂s of its centre line at the material points.
     tangents: Vec<Vector3<f64>>,
-    /// Positions of the starts of its elements, m.
+    /// Arc lengths (m) and positions (m) of the starts of its elements.
     starts: Vec<(f64, Vector3<f64>)>,
     /// Time since then, s.
     pub time: f64,
@@ -39,10 +39,7 @@ impl Before {
         let Some((e, x)) = self.rod.locate_initial(material) else {
             return (Vector3::repeat(f64::NAN), Vector3::zeros());
         };
-        let p = self.rod.order().points();
-        let parts = super::response::upto_parts(&self.rod, e, x);
-        let tangents = &self.tangents[e * p..(e + 1) * p];
-        let position = tangents.iter().zip(parts).fold(self.starts[e].1, |sum, (tangent, part)| sum + tangent * part);
+        let (_, position) = within(&self.rod, &self.tangents, (e, x), self.starts[e]);
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
         let moved = position + velocity * self.time - self.yielded[obstacle];
         (moved, self.rod.frame_within(e, x) * Vector3::z())

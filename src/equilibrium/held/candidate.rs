@@ -35,6 +35,11 @@ pub(super) struct Candidate {
     pub anchor: (Vector3<f64>, Vector3<f64>),
 }
 
+/// Largest penetration at candidates, m.
+pub(super) fn deepest(candidates: &[Candidate]) -> f64 {
+    candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
+}
+
 impl Candidate {
     /// A candidate without force.
     pub fn at(obstacle: usize, (element, x): (usize, f64), point: bool) -> Self {

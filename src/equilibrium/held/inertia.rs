@@ -59,6 +59,7 @@ impl HeldSearch<'_> {
         let loaded = |(_, at): &(usize, &Candidate)| at.status != Status::Open && at.normal() > 0.0;
         let mut order: Vec<(usize, &Candidate)> = self.candidates.iter().enumerate().filter(loaded).collect();
         order.sort_by(|a, b| a.1.obstacle.cmp(&b.1.obstacle).then(a.1.arc_length.total_cmp(&b.1.arc_length)));
+        let turning: Vec<bool> = linear.response.turning().skip(self.sites.len()).collect();
         let mut previous: Vec<Previous> = Vec::new();
         for (i, at) in order {
             let (first, normal) = (linear.response.first(self.sites.len() + i), at.gap.normal);
@@ -102,7 +103,7 @@ impl HeldSearch<'_> {
                 }
             }
             let inside = !self.is_at_apex(at) || at.approach().0 >= 0.0;
-            if inside && linear.response.turns(self.sites.len() + i) && at.approach().1 > 0.0 {
+            if inside && turning[i] && at.approach().1 > 0.0 {
                 // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
                 let factor = (push / at.approach().1).sqrt();
                 let turned = at.gap.curvature * at.tangent * factor;

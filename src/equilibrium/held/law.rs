@@ -80,7 +80,7 @@ impl Law {
         let lambda_place: RowVector3<f64> = force.transpose() * curvature;
         let tau_place = lambda_place - n.transpose() * k;
         let root = tau.hypot(2.0 * smoothing.force);
-        // Without cancellation for τ < 0.
+        // The second form avoids cancellation for τ < 0.
         let push = if tau > 0.0 { 0.5 * (tau + root) } else { 2.0 * smoothing.force.powi(2) / (root - tau) };
         let by_tau = push / root;
         let tangential = force - n * lambda;

@@ -112,13 +112,12 @@ impl HeldSearch<'_> {
         if course.placements >= SETTINGS.placements.0 || self.obstacles.contacts.is_empty() {
             return false;
         }
-        let before = self.snapshot(rod);
-        let moved = self.place(rod);
-        if moved {
-            course.placements += 1;
-            course.answer = Some(before);
-        }
-        moved
+        let Some(patches) = self.misplaced(rod) else { return false };
+        course.placements += 1;
+        course.answer = Some(self.snapshot(rod));
+        let old = self.candidates.clone();
+        self.arrange(rod, &patches, &old);
+        true
     }
 
     /// Removes open contact points that are far from their obstacle or are no places of least gap, and merges contact

@@ -134,6 +134,21 @@ pub(super) struct Place {
     pub position: Vector3<f64>,
 }
 
+/// Arc length (m) and position (m) at a place of an element, from those at its start, for given tangents at the
+/// material points of the rod.
+pub(super) fn within(
+    rod: &Rod,
+    tangents: &[Vector3<f64>],
+    (element, x): (usize, f64),
+    (start, from): (f64, Vector3<f64>),
+) -> (f64, Vector3<f64>) {
+    let p = rod.order().points();
+    let parts = upto_parts(rod, element, x);
+    let tangents = &tangents[element * p..(element + 1) * p];
+    let position = tangents.iter().zip(parts).fold(from, |sum, (tangent, part)| sum + tangent * part);
+    (start + parts[..p].iter().sum::<f64>(), position)
+}
+
 /// The centre line of a rod for given tangents at its material points.
 pub(super) struct Line<'b> {
     pub rod: &'b Rod,
@@ -154,12 +169,8 @@ impl<'b> Line<'b> {
 
     /// The place at coordinate `x` of an element.
     pub fn place(&self, (element, x): (usize, f64)) -> Place {
-        let p = self.rod.order().points();
-        let parts = upto_parts(self.rod, element, x);
-        let (start, from) = self.starts[element];
-        let tangents = &self.tangents[element * p..(element + 1) * p];
-        let position = tangents.iter().zip(parts).fold(from, |sum, (tangent, part)| sum + tangent * part);
-        Place { element, x, arc_length: start + parts[..p].iter().sum::<f64>(), position }
+        let (arc_length, position) = within(self.rod, self.tangents, (element, x), self.starts[element]);
+        Place { element, x, arc_length, position }
     }
 
     /// The base.
@@ -251,8 +262,8 @@ impl Gaps<'_, '_> {
         least
     }
 
-    /// A lower bound of the gap inside an interval between two places of one element, at least half of the gap or close
-    /// to it.
+    /// A lower bound of the gap inside an interval between two neighbouring places. Intervals are halved until the
+    /// bound is half of the gap at an end, or until they are short relative to the radius of the obstacle.
     pub fn lowest(&self, from: &Sample, to: &Sample, depth: usize) -> f64 {
         let from = if from.element == to.element { *from } else { Sample { element: to.element, x: 0.0, ..*from } };
         let size = to.arc_length - from.arc_length;

@@ -27,21 +27,17 @@ const TOUCHING: f64 = 1e-4;
 const GRADING: f64 = 3.0;
 
 impl HeldSearch<'_> {
-    /// Moves nodes to the contacts of the present shape, and stations to the elements of contact segments. Returns
-    /// whether any had to move.
-    pub(super) fn place(&mut self, rod: &mut Rod) -> bool {
-        if self.obstacles.contacts.is_empty() {
-            return false;
-        }
+    /// The contacts of the present shape, if nodes are not at them or stations are not those of contact segments.
+    pub(super) fn misplaced(&mut self, rod: &Rod) -> Option<Vec<Patch>> {
         let touching = TOUCHING * self.length / self.parent.elements() as f64;
         let mut patches = self.patches(rod, touching);
-        let misplaced = self.move_ends(rod, &mut patches);
+        let moved = self.move_ends(rod, &mut patches);
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let off = |s: f64| nodes.iter().map(|node| (node - s).abs()).fold(f64::INFINITY, f64::min);
         let reach = AT_NODE * self.length / self.parent.elements() as f64;
         let apart = patches.iter().flat_map(|patch| [off(patch.from), off(patch.to)]).fold(0.0, f64::max);
         let apart = if apart <= 2.0 * reach { 0.0 } else { apart };
-        let largest = misplaced.max(apart);
+        let largest = moved.max(apart);
         let forces = self.forces_along();
         self.layer = self.bending_length(rod, &forces);
         // Contacts that have opened keep their nodes.
@@ -53,12 +49,7 @@ impl HeldSearch<'_> {
             let within = |patch: &Patch| patch.from < at.arc_length && at.arc_length < patch.to;
             at.point && patches.iter().any(|patch| patch.obstacle == at.obstacle && within(patch))
         };
-        let moves = largest > SETTINGS.placed * self.length || self.candidates.iter().any(inside);
-        if moves {
-            let old = self.candidates.clone();
-            self.arrange(rod, &patches, &old);
-        }
-        moves
+        (largest > SETTINGS.placed * self.length || self.candidates.iter().any(inside)).then_some(patches)
     }
 
     /// The contacts, in order of obstacle and arc length. Neighbouring stations in contact are one segment; the gap

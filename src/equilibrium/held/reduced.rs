@@ -62,6 +62,15 @@ pub(super) struct Evaluated {
     pub slide: Option<(f64, Vector3<f64>, Vector3<f64>, f64)>,
 }
 
+/// Derivatives of the place and the tangent of a contact by the force of another one and by its displacement along the
+/// rod.
+struct Coupling {
+    place_force: Matrix3<f64>,
+    place_shift: Vector3<f64>,
+    tangent_force: Matrix3<f64>,
+    tangent_shift: Vector3<f64>,
+}
+
 /// The problem: coordinates without the forces, and their displacements per force.
 pub(super) struct Reduced<'a> {
     pub surfaces: &'a dyn Surfaces,
@@ -135,6 +144,26 @@ impl Reduced<'_> {
         contacts.iter().map(|contact| self.evaluate(contact, &coordinates, smoothing)).collect()
     }
 
+    /// The displacements of a contact by another one.
+    fn coupling(&self, contact: &Contact, other: &Contact) -> Coupling {
+        let block = |x: usize, y: usize| -> Matrix3<f64> {
+            self.compliance.fixed_view::<3, 3>(contact.first + x, other.first + y).into_owned()
+        };
+        // The force of a contact that is displaced along the rod acts with a couple.
+        let by = |x: usize| {
+            let force = block(x, 0);
+            if other.range.is_none() {
+                return (force, Vector3::zeros());
+            }
+            let couple = block(x, 3);
+            (force + couple * other.shift, couple * other.force)
+        };
+        let (place_force, place_shift) = by(0);
+        let (tangent_force, tangent_shift) =
+            if contact.range.is_some() { by(3) } else { (Matrix3::zeros(), Vector3::zeros()) };
+        Coupling { place_force, place_shift, tangent_force, tangent_shift }
+    }
+
     /// One Newton step: changes of the force and of the shift of every contact.
     pub fn step(&self, contacts: &[Contact], all: &[Evaluated], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let zero = Vector3::zeros();
@@ -175,26 +204,7 @@ impl Reduced<'_> {
             }
             for (b, &j) in active.iter().enumerate() {
                 let (other, column) = (&contacts[j], at[b]);
-                let block = |x: usize, y: usize| -> Matrix3<f64> {
-                    self.compliance.fixed_view::<3, 3>(contact.first + x, other.first + y).into_owned()
-                };
-                // Displacements of the place by the force and by the couple of the other contact, and of the tangent.
-                let mut place_force = block(0, 0);
-                let mut place_shift = Vector3::zeros();
-                if other.range.is_some() {
-                    let couple = block(0, 3);
-                    place_force += couple * other.shift;
-                    place_shift = couple * other.force;
-                }
-                let (mut tangent_force, mut tangent_shift) = (Matrix3::zeros(), Vector3::zeros());
-                if contact.range.is_some() {
-                    tangent_force = block(3, 0);
-                    if other.range.is_some() {
-                        let couple = block(3, 3);
-                        tangent_force += couple * other.shift;
-                        tangent_shift = couple * other.force;
-                    }
-                }
+                let Coupling { place_force, place_shift, tangent_force, tangent_shift } = self.coupling(contact, other);
                 if loaded {
                     let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
                     view += law.by_place * place_force + by_tangent * tangent_force;

@@ -128,11 +128,6 @@ impl Response {
         self.places[place].first
     }
 
-    /// Whether the tangent of a place is among the coordinates.
-    pub fn turns(&self, place: usize) -> bool {
-        self.places[place].tangent.is_some()
-    }
-
     /// Whether the tangent of each place is among the coordinates.
     pub fn turning(&self) -> impl Iterator<Item = bool> + '_ {
         self.places.iter().map(|place| place.tangent.is_some())

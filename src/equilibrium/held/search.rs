@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::before::Before;
-use super::candidate::Candidate;
+use super::candidate::{Candidate, deepest};
 use super::elastic::{Laws, Spring, elastic_joint};
 use super::law::Status;
 use super::linear::Role;
@@ -251,16 +251,11 @@ impl<'a> HeldSearch<'a> {
         links.chain(self.candidates.iter().map(|at| (-at.gap.value).max(0.0))).sum()
     }
 
-    /// Largest penetration at a candidate, m.
-    pub(super) fn deepest(&self) -> f64 {
-        self.candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
-    }
-
     /// Largest distance by which a hold or a contact is violated, m.
     pub(super) fn largest_violation(&self) -> f64 {
         let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
         let loaded = self.candidates.iter().filter(|at| at.status != Status::Open).map(|at| at.gap.value.abs());
-        links.chain(loaded).fold(self.deepest(), f64::max)
+        links.chain(loaded).fold(deepest(&self.candidates), f64::max)
     }
 
     /// The contact that violates its condition most; `None` if none does by more than rounding.

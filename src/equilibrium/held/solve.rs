@@ -33,7 +33,7 @@ const RAISE: f64 = 30.0;
 const PATH: (f64, f64) = (0.1, 1e-9);
 /// Residual relative to the smoothing below which the smoothing decreases, and the factor by which it decreases.
 const PATH_DECREASE: (f64, f64) = (0.5, 0.2);
-/// Largest number of steps along the path: those that reach its end take up to 50.
+/// Largest number of steps along the path, on which the smoothing decreases twelve times.
 const PATH_STEPS: usize = 80;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;

@@ -41,13 +41,6 @@ pub(super) struct Start {
     pub tangents: Vec<Vector3<f64>>,
 }
 
-impl Start {
-    /// Largest penetration at a candidate, m.
-    pub fn deepest(&self) -> f64 {
-        self.candidates.iter().map(|at| -at.gap.value).fold(0.0, f64::max)
-    }
-}
-
 /// An accepted step.
 pub(super) struct Step {
     /// Largest rotation, rad.
