@@ -38,9 +38,9 @@ pub struct Inertia {
     /// Number of positive eigenvalues.
     pub positive: usize,
     /// Smallest pivot relative to the diagonal entry before elimination: a measure of the distance from a change of
-    /// stability. It is negative if an eigenvalue is, and infinite by default, without any pivot. With a support the
-    /// pivots are those of the rod without its holds and contacts: then only the counts decide stability, and the
-    /// margin may be negative at a stable equilibrium.
+    /// stability. It is negative if an eigenvalue is, and infinite by default, without any pivot. With a support it has
+    /// no sign: it is the magnitude of this pivot, or of the smallest scaled eigenvalue for the reactions if that is
+    /// less, and only the counts decide stability.
     pub margin: f64,
 }
 

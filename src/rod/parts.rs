@@ -83,22 +83,43 @@ impl Rod {
     /// Takes the shape of a rod of the same length with other elements: the position of its base, its frames at the
     /// nodes of this rod, and its reactions. The strain of the centre line is not taken.
     pub(crate) fn sample_shape(&mut self, source: &Self) {
+        let mut walk = source.walk();
+        self.set_frames(source.frames[0], |s| {
+            let (element, x) = walk.to(s).unwrap_or((0, 0.0));
+            source.frame_within(element, x)
+        });
+        self.base_position = source.base_position;
+        self.reactions.clone_from(&source.reactions);
+    }
+
+    /// Takes the shape of a rod as [`sample_shape`](Self::sample_shape), after the motion between two shapes of a rod
+    /// of the same length: the position of the base of the second one, and the rotations from the first to the second.
+    pub(crate) fn sample_motion(&mut self, source: &Self, [from, to]: [&Self; 2]) {
+        let (mut walk, mut along) = (source.walk(), from.walk());
+        self.set_frames(to.frames[0], |s| {
+            let (element, x) = walk.to(s).unwrap_or((0, 0.0));
+            let (e, y) = along.to(s).unwrap_or((0, 0.0));
+            to.frame_within(e, y) * from.frame_within(e, y).inverse() * source.frame_within(element, x)
+        });
+        self.base_position = to.base_position;
+        self.reactions.clone_from(&source.reactions);
+    }
+
+    /// Sets the frames at the base and, by a function of the arc length (m), at the nodes.
+    fn set_frames(&mut self, base: UnitQuaternion<f64>, mut frame_at: impl FnMut(f64) -> UnitQuaternion<f64>) {
         let (reference, p) = (self.reference(), self.order.points());
-        let (mut start, mut walk) = (0.0, source.walk());
-        let mut frame = source.frames[0];
-        (self.base_position, self.frames[0]) = (source.base_position, frame);
+        let (mut start, mut frame) = (0.0, base);
+        self.frames[0] = base;
         for e in 0..self.elements() {
             let first = frame.inverse();
             for k in 0..p {
                 let before = weighted_jacobian(self.element_points(e), &reference.within(reference.nodes[k + 1]));
-                let (element, x) = walk.to(start + before).unwrap_or((0, 0.0));
-                frame = source.frame_within(element, x);
+                frame = frame_at(start + before);
                 self.rotations[e * p + k] = so3::log(&(first * frame));
             }
             start += self.length_of(e);
         }
         self.chain_frames();
-        self.reactions.clone_from(&source.reactions);
     }
 
     /// Distances of the ends of the elements from the apex, m; up to date in the growth zone.

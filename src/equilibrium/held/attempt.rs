@@ -118,10 +118,11 @@ impl HeldSearch<'_> {
                 self.return_to(rod, &start);
                 return Ok(Attempt::Rejected);
             };
-            let changed = start.candidates.iter().zip(&self.candidates).any(|(a, b)| a.status != b.status);
+            let (changed, drift) = (self.has_changed(&start), trial.turn + self.reaction_change(&start));
             let (stretch, fraction) = (self.stretch(rod, &start.sites), fraction * trial.linear.share);
             let Trial { linear, turn, .. } = trial;
-            return Ok(Attempt::Accepted(Box::new(Step { turn, fraction, shift, pivots, linear, changed, stretch })));
+            let step = Step { turn, fraction, shift, pivots, linear, changed, stretch, drift };
+            return Ok(Attempt::Accepted(Box::new(step)));
         }
     }
 

@@ -38,6 +38,7 @@ impl HeldSearch<'_> {
         let expected = rows.diagonal.iter().filter(|d| **d <= 0.0).count();
         let positive = n - expected;
         let (mut negative, mut above) = (inertia.negative, inertia.positive);
+        inertia.margin = inertia.margin.abs();
         for value in eigenvalues.iter() {
             inertia.margin = inertia.margin.min(value.abs());
             if value.abs() <= NEUTRAL {

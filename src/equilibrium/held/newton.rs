@@ -18,8 +18,9 @@ const STAGNANT: f64 = 1e-6;
 const ROUNDING: f64 = 1e-13;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
 const BALANCED: f64 = 1e-13;
-/// Eigenvalue of the scaled matrix of the reactions below which the inertia is evaluated at the equilibrium.
-const CLOSE: f64 = 1e-3;
+/// Ratio of the smallest scaled eigenvalue to the distance from the shape of the tangent below which the inertia is
+/// evaluated again: eigenvalues change in proportion to the distance.
+const CLOSE: f64 = 10.0;
 
 impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
@@ -230,10 +231,7 @@ impl HeldSearch<'_> {
         self.found.error = if rounds { error.max(turn) } else { error };
         let inertia = self.inertia_of(&step.linear, step.pivots);
         self.found.inertia = inertia;
-        let close = inertia.margin < CLOSE && self.stable || last.is_infinite() || inertia.negative > 0;
-        if close {
-            // A step that is small for the shape may change the sign of an eigenvalue close to zero, and the reactions
-            // of a first iteration are those of the initial guess.
+        if !(inertia.margin > CLOSE * step.drift) {
             let (_, pivots) = self.factorise(rod, 0.0)?;
             self.body.balance();
             let linear = self.linearise(rod);

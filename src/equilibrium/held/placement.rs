@@ -215,7 +215,7 @@ impl HeldSearch<'_> {
 
     /// The forces of all sites and candidates in their order along the rod, N.
     fn forces_along(&self) -> Vec<Vector3<f64>> {
-        let sites = self.sites.iter().map(|site| (site.element as f64 + site.x, site.force + site.spring_force()));
+        let sites = self.sites.iter().map(|site| (site.element as f64 + site.x, site.reaction()));
         let candidates = self.candidates.iter().map(|at| (at.element as f64 + at.x, at.force));
         let mut all: Vec<_> = sites.chain(candidates).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));

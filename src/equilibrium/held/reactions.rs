@@ -28,7 +28,7 @@ impl HeldSearch<'_> {
         };
         let mut all: Vec<Reaction> = Vec::new();
         for site in &self.sites {
-            all.push(Reaction { force: site.force + site.spring_force(), ..reaction(site.element, site.x) });
+            all.push(Reaction { force: site.reaction(), ..reaction(site.element, site.x) });
         }
         for at in self.candidates.iter().filter(|at| at.status != Status::Open) {
             let rubs = self.obstacles.contacts[at.obstacle].friction > 0.0;

@@ -10,7 +10,7 @@ use super::linear::Role;
 use super::mechanics::Mechanics;
 use super::motion::Motion;
 use super::obstacles::Obstacles;
-use super::settings::SETTINGS;
+use super::settings::{SAME, SETTINGS};
 use super::sites::{HeldFrame, Site, sort};
 use crate::equilibrium::joints::Joints;
 use crate::equilibrium::{ContactViolation, Equilibrium, EquilibriumError, Inertia};
@@ -129,10 +129,12 @@ impl<'a> HeldSearch<'a> {
     /// Takes the forces and contacts of an earlier equilibrium as initial guess.
     pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
         self.guess_forces(reactions);
+        // A contact at the apex stays there as the rod elongates.
+        let apex = self.before.rod.length().min(self.length) * (1.0 - SAME);
+        let place = |s: f64| if s >= apex { self.length } else { s };
         let inside = |patch: &Patch| {
             let obstacle = self.obstacles.index(patch.obstacle, patch.surface)?;
-            let (from, to) = (patch.from.min(self.length), patch.to.min(self.length));
-            Some(Patch { obstacle, surface: 0, from, to })
+            Some(Patch { obstacle, surface: 0, from: place(patch.from), to: place(patch.to) })
         };
         let inside: Vec<Patch> = patches.iter().filter_map(inside).collect();
         if inside.is_empty() {
@@ -146,13 +148,11 @@ impl<'a> HeldSearch<'a> {
         let forces: Vec<Vector3<f64>> = along.iter().map(|reaction| reaction.force).collect();
         self.layer = self.bending_length(rod, &forces);
         self.arrange(rod, &inside, &old);
-        // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
+        // A rod without the nodes of contacts does not resolve their forces. Only its motion is of use.
         if let Some(shape) = shape {
-            let (base, position) = (rod.frames()[0], rod.base_position());
-            rod.sample_shape(shape);
-            *rod.base_position_mut() = position;
-            rod.shape_mut().0[0] = base;
-            rod.chain_frames();
+            let mut last = self.parent.clone();
+            last.sample_shape(shape);
+            rod.sample_motion(shape, [&last, self.parent]);
         }
     }
 
@@ -181,7 +181,7 @@ impl<'a> HeldSearch<'a> {
     /// Applies the present reactions to the rod.
     pub(super) fn apply(&mut self, rod: &Rod) {
         let point = |element, x, force| PointReaction { element, x, force, couple: Vector3::zeros() };
-        let sites = self.sites.iter().map(|site| point(site.element, site.x, site.force + site.spring_force()));
+        let sites = self.sites.iter().map(|site| point(site.element, site.x, site.reaction()));
         let candidates = self.candidates.iter().map(|at| point(at.element, at.x, at.force));
         let all: Vec<PointReaction> = sites.chain(candidates).collect();
         self.body.force_mut().set_reactions(rod, all.into_iter());
@@ -217,7 +217,7 @@ impl<'a> HeldSearch<'a> {
         let joints = self.stretch_joints(rod);
         let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
         let base = rod.base_position();
-        let sites = self.sites.iter().map(|site| (site.force + site.spring_force()).dot(&(site.position - base)));
+        let sites = self.sites.iter().map(|site| site.reaction().dot(&(site.position - base)));
         let candidates = self.candidates.iter().map(|at| {
             let yielded = self.obstacles.yielded[at.obstacle];
             at.force.dot(&(at.position - base)) - 0.5 * at.force.dot(&yielded)

@@ -52,9 +52,9 @@ impl Site {
         self.fixed.iter().map(move |d| (*d, d.dot(&from)))
     }
 
-    /// The force of the spring, N.
-    pub fn spring_force(&self) -> Vector3<f64> {
-        self.spring.map_or(Vector3::zeros(), |spring| spring.force)
+    /// The force of the hold and the spring on the rod, N.
+    pub fn reaction(&self) -> Vector3<f64> {
+        self.force + self.spring.map_or(Vector3::zeros(), |spring| spring.force)
     }
 }
 

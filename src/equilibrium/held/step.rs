@@ -221,7 +221,7 @@ impl HeldSearch<'_> {
     /// A further step with the factors of the last one, from the present shape. Its rotation is infinite, and the shape
     /// is not changed, unless it is shorter than half of the last one.
     pub(super) fn chord(&mut self, rod: &mut Rod, step: Box<Step>) -> Box<Step> {
-        let Step { turn: last, pivots, mut linear, changed, .. } = *step;
+        let Step { turn: last, pivots, mut linear, mut changed, mut drift, .. } = *step;
         self.body.evaluate(rod);
         self.found.evaluations += 1;
         self.stretch_joints(rod);
@@ -229,7 +229,7 @@ impl HeldSearch<'_> {
         let start = self.start(rod);
         let residuals = self.residuals();
         let zero = DVector::zeros(linear.response.size());
-        let (mut turn, mut stretch, mut changed) = (f64::INFINITY, 0.0, changed);
+        let (mut turn, mut stretch) = (f64::INFINITY, 0.0);
         // Candidates may be new, or become flat, and the axes of a potential of the user may change.
         let turning: Vec<bool> = self.candidates.iter().map(|at| at.slides).collect();
         let same = linear.response.turning().skip(self.sites.len()).eq(turning);
@@ -242,13 +242,28 @@ impl HeldSearch<'_> {
             if solved && rest < 0.5 * last {
                 self.move_by(rod, &start, &trial, 1.0);
                 (turn, stretch) = (rest, self.stretch(rod, &start.sites));
-                changed = start.candidates.iter().zip(&self.candidates).any(|(a, b)| a.status != b.status);
+                (changed, drift) = (self.has_changed(&start), drift + rest + self.reaction_change(&start));
             } else {
                 self.return_to(rod, &start);
             }
             linear = trial.linear;
         }
-        Box::new(Step { turn, fraction: 1.0, shift: 0.0, pivots, linear, changed, stretch })
+        Box::new(Step { turn, fraction: 1.0, shift: 0.0, pivots, linear, changed, stretch, drift })
+    }
+
+    /// Whether the state of a contact differs from that at the start of a step.
+    pub(super) fn has_changed(&self, start: &Start) -> bool {
+        start.candidates.iter().zip(&self.candidates).any(|(a, b)| a.status != b.status)
+    }
+
+    /// Largest change of a reaction since the start of a step, relative to the largest reaction.
+    pub(super) fn reaction_change(&self, start: &Start) -> f64 {
+        let sites = self.sites.iter().zip(&start.sites).map(|(a, b)| (a.reaction(), b.reaction()));
+        let candidates = self.candidates.iter().zip(&start.candidates).map(|(a, b)| (a.force, b.force));
+        let (largest, change) = sites.chain(candidates).fold((0.0_f64, 0.0_f64), |(largest, change), (a, b)| {
+            (largest.max(a.norm()).max(b.norm()), change.max((a - b).norm()))
+        });
+        if change > 0.0 { change / largest } else { 0.0 }
     }
 
     /// The coordinates of the rod after a whole step minus those of the linear rod with an offset, and the largest

@@ -53,6 +53,9 @@ pub(super) struct Step {
     pub changed: bool,
     /// Largest displacement of a hold or spring of a rod that stretches, m; zero without stretch.
     pub stretch: f64,
+    /// Distance from the shape of the tangent: the sum of the rotations (rad) and of the changes of the reactions,
+    /// relative to the largest one, since then.
+    pub drift: f64,
 }
 
 /// The outcome of an attempt at a step with a given shift.
