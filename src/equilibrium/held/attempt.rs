@@ -78,7 +78,7 @@ impl HeldSearch<'_> {
                     Attempt::Rejected
                 });
             }
-            if shift > 0.0 && self.is_at_saddle(turn, course.last) {
+            if shift > 0.0 && merit.residual < SETTINGS.at_saddle {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
@@ -91,9 +91,9 @@ impl HeldSearch<'_> {
             match self.fit(rod, &mut start, &mut trial, &mut searched) {
                 Fit::Found => continue,
                 Fit::Misses => {
+                    // No solution is next to the present forces.
                     self.return_to(rod, &start);
-                    let lost = follows && self.is_unstable(&trial.linear, pivots);
-                    return Ok(if lost { Attempt::Lost } else { Attempt::Rejected });
+                    return Ok(if follows { Attempt::Lost } else { Attempt::Rejected });
                 }
                 Fit::Fits => {}
             }
@@ -250,10 +250,5 @@ impl HeldSearch<'_> {
         let small = if rubs { TINY_TURN } else { SETTINGS.small_turn };
         let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SETTINGS.slow * course.last;
         trial.turn < small || !self.stable || converges
-    }
-
-    /// Whether a step with a shifted tangent and the rotation `turn` (rad) is at a saddle of the energy.
-    fn is_at_saddle(&self, turn: f64, last: f64) -> bool {
-        turn < 1e-7 && turn > SETTINGS.slow * last || turn < SETTINGS.at_saddle
     }
 }

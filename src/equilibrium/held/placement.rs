@@ -247,15 +247,9 @@ impl HeldSearch<'_> {
         let stations = Line::new(rod, &tangents).stations();
         self.candidates.clear();
         for patch in patches {
-            let mut candidates = self.stations_of(rod, patch, &stations);
-            for at in &mut candidates {
-                if let Some(nearest) = nearest(old, at.obstacle, at.arc_length) {
-                    (at.force, at.status) = (nearest.force, nearest.status);
-                    at.touched = nearest.touched;
-                }
-            }
-            self.candidates.extend(candidates);
+            self.candidates.extend(self.stations_of(rod, patch, &stations));
         }
+        transfer(old, &mut self.candidates);
         self.apply(rod);
         self.locate(rod);
     }
@@ -295,8 +289,32 @@ fn at_node(rod: &Rod, s: f64, margin: f64) -> Option<(usize, f64)> {
     }
 }
 
-/// The candidate for an obstacle that is nearest to an arc length (m).
-fn nearest(all: &[Candidate], obstacle: usize, arc_length: f64) -> Option<&Candidate> {
-    let distance = |at: &&Candidate| (at.arc_length - arc_length).abs();
-    all.iter().filter(|at| at.obstacle == obstacle).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+/// Transfers forces and states of earlier candidates to new ones. The force between two stations of a contact segment
+/// is divided between them, so that resultant and couple remain.
+fn transfer(old: &[Candidate], new: &mut [Candidate]) {
+    for from in old {
+        let distance = |at: &Candidate| at.arc_length - from.arc_length;
+        let own = (0..new.len()).filter(|i| new[*i].obstacle == from.obstacle);
+        let Some(nearest) = own.clone().min_by(|a, b| distance(&new[*a]).abs().total_cmp(&distance(&new[*b]).abs()))
+        else {
+            continue;
+        };
+        let first = distance(&new[nearest]);
+        // The stations of a segment are in order, and its neighbour on the other side follows or precedes.
+        let beside = if first > 0.0 { nearest.checked_sub(1) } else { Some(nearest + 1) };
+        let across = |i: &usize| {
+            let same = new.get(*i).is_some_and(|at| at.obstacle == from.obstacle && !at.point);
+            same && distance(&new[*i]) * first < 0.0 && !new[nearest].point
+        };
+        let beside = beside.filter(across);
+        let share = beside.map_or(0.0, |i| first / (first - distance(&new[i])));
+        for (i, share) in std::iter::once((nearest, 1.0 - share)).chain(beside.map(|i| (i, share))) {
+            let at = &mut new[i];
+            at.force += from.force * share;
+            at.touched |= from.touched;
+            if share > 0.0 && (at.status == Status::Open || from.status == Status::Sticking) {
+                at.status = from.status;
+            }
+        }
+    }
 }

@@ -69,7 +69,7 @@ pub(super) struct Settings {
     pub softenings: usize,
     /// Largest increase of the number of negative directions in a search for an unstable equilibrium.
     pub passed: usize,
-    /// Rotation in a step below which a shifted tangent is at a saddle of the energy, rad.
+    /// Residual below which a shifted tangent is at a saddle of the energy.
     pub at_saddle: f64,
     /// Largest rotation (rad) and largest displacement, relative to the length, of a hold or the base in an increment.
     pub increment: (f64, f64),
@@ -90,14 +90,14 @@ pub(super) const SETTINGS: Settings = Settings {
     corrections: 6,
     additions: 8,
     shortenings: 9,
-    failures: 2,
+    failures: 1,
     permitted: 1e-5,
     rounding: 1e-12,
     placements: (12, 0.3),
     placing_turn: 1e-3,
     settled_turn: 1e-2,
-    chord_turn: 1e-3,
-    chords: 3,
+    chord_turn: 1e-2,
+    chords: 6,
     chord_error: 1e-3,
     placed: 3e-10,
     spacing: 0.02,
