@@ -30,11 +30,11 @@ const DAMPING: f64 = 0.01;
 const RAISE: f64 = 30.0;
 /// Smoothing at the start and at the end of the central path, relative to the largest force. At the end the states of
 /// the contacts are those of the exact laws.
-const PATH: (f64, f64) = (0.1, 1e-9);
+const PATH: (f64, f64) = (0.1, 1e-13);
 /// Residual relative to the smoothing below which the smoothing decreases, and the factor by which it decreases.
 const PATH_DECREASE: (f64, f64) = (0.5, 0.2);
-/// Largest number of steps along the path, on which the smoothing decreases twelve times.
-const PATH_STEPS: usize = 80;
+/// Largest number of steps along the path, on which the smoothing decreases eighteen times.
+const PATH_STEPS: usize = 120;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
 
