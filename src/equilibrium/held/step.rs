@@ -25,11 +25,12 @@ impl HeldSearch<'_> {
             candidates: self.candidates.clone(),
             tangents: self.tangents.clone(),
             turns: system.turns.clone(),
+            base: system.base,
             condensed: system.elements.iter().map(|element| *element.condensed()).collect(),
-            stations: if self.obstacles.contacts.is_empty() {
+            places: if self.obstacles.contacts.is_empty() {
                 Vec::new()
             } else {
-                Line::new(rod, &self.tangents).stations()
+                Line::new(rod, &self.tangents).places()
             },
         }
     }
@@ -49,6 +50,7 @@ impl HeldSearch<'_> {
         let system = self.body.system_mut();
         system.turns.clone_from(&start.turns);
         system.turns.iter_mut().for_each(|turn| *turn *= share);
+        system.base = start.base * share;
         for (element, condensed) in system.elements.iter_mut().zip(&start.condensed) {
             element.set_condensed(condensed.map(|group| group.map(|value| value * share)));
         }
@@ -165,7 +167,8 @@ impl HeldSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return 1.0;
         }
-        let (before, line) = (Line::new(rod, &start.tangents), Line::new(rod, &self.tangents));
+        let before = Line::at(&start.shape.position, rod, &start.tangents);
+        let line = Line::new(rod, &self.tangents);
         let [from, to] = [&before, &line].map(Line::places);
         let moved = |_, i: usize| (to[i].position - from[i].position).norm();
         let mut share = largest_share(&self.obstacles, &start.candidates, &before, moved);
