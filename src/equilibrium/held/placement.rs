@@ -280,6 +280,8 @@ impl HeldSearch<'_> {
         }
         if !patches.is_empty() {
             self.arrange(rod, &patches, &[]);
+            // The tangent without the forces of these contacts does not show whether the rod is stable.
+            self.candidates.iter_mut().for_each(|at| at.status = Status::Sticking);
         }
     }
 
