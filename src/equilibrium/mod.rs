@@ -223,10 +223,7 @@ impl EquilibriumError {
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
-        matches!(
-            self,
-            Self::NoConvergence { .. } | Self::NotHeld { .. } | Self::Unstable { .. } | Self::Folded { .. }
-        )
+        matches!(self, Self::NoConvergence { .. } | Self::NotHeld { .. } | Self::Unstable { .. } | Self::Folded { .. })
     }
 }
 

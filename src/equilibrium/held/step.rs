@@ -99,6 +99,7 @@ impl HeldSearch<'_> {
                 clearance: at.gap.value.min(0.0) * (1.0 - linear.share),
                 anchor: (at.anchor.0 + at.slip(&yielded[at.obstacle]) * (1.0 - linear.share), at.anchor.1),
                 first,
+                rigid: self.rigid_compliance(linear, first),
                 k: 0.0,
                 status: at.status,
             }
@@ -108,6 +109,20 @@ impl HeldSearch<'_> {
         let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
         problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
+    }
+
+    /// The compliance of a candidate, given its first coordinate in the contact problem, by displacements of the whole
+    /// rod, m/N. It is zero unless the base is free: its spring, and increases of pivots, bound them.
+    fn rigid_compliance(&self, linear: &Linear, first: usize) -> f64 {
+        let Some(base) = &self.body.system().joints.free_base else { return 0.0 };
+        let at = linear.first + first;
+        let whole = linear.compliance.fixed_view::<3, 3>(first, first).trace();
+        let bent = linear.response.compliance.fixed_view::<3, 3>(at, at).trace() - 3.0 / base.stiffness;
+        // The base itself does not bend away. It yields at least as a part of the length of an element.
+        let element = self.length / self.parent.elements() as f64;
+        let stiff = 3.0 * self.length / (self.body.system().compliance() * element.powi(3));
+        let least = 1.0 / stiff.max(self.force_scale() / element);
+        (whole / 3.0 - (bent / 3.0).max(least)).max(0.0)
     }
 
     /// Solves the contact problem and for the step of the rod, which is that of the system afterwards. Returns the
