@@ -21,11 +21,29 @@ impl ElasticJoint {
     }
 }
 
+/// A base whose position is unknown. A spring, whose force is zero at the start of each step, makes the tangent
+/// regular.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FreeBase {
+    /// Length of the rod, m. Displacements relative to it count as rotations in the size of a step.
+    pub length: f64,
+    /// Displacement of the base in a step that only contacts limit, m.
+    pub reach: f64,
+    /// Stiffness of the spring, N/m.
+    pub stiffness: f64,
+    /// Least share of the spring, and of the increases of pivots, that remains in a step.
+    pub least: f64,
+    /// Whether nothing of it remains, which requires that holds and springs close all motions.
+    pub exact: bool,
+}
+
 /// Joints of a rod at the ends of its elements.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Joints {
     /// Whether the frame of the base is unknown.
     pub base_rotates: bool,
+    /// The base if its position is unknown, too.
+    pub free_base: Option<FreeBase>,
     /// Frames with confined rotations: node, and the projection to the free directions along the directors.
     pub confined: Vec<(usize, Matrix3<f64>)>,
     pub elastic: Vec<ElasticJoint>,
@@ -42,6 +60,7 @@ impl Joints {
     /// Removes all joints; the base is clamped then.
     pub fn clear(&mut self) {
         self.base_rotates = false;
+        self.free_base = None;
         self.confined.clear();
         self.elastic.clear();
         self.held.clear();

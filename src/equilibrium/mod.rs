@@ -178,6 +178,13 @@ pub enum EquilibriumError {
         /// report it.
         contact: Option<ContactViolation>,
     },
+    /// Supports do not balance the load of a rod whose base is free.
+    #[error("nothing holds the free base against a force of {:.3e} N along ({:.3}, {:.3}, {:.3})",
+        force.norm(), force.x / force.norm(), force.y / force.norm(), force.z / force.norm())]
+    NotHeld {
+        /// Resultant force of the load and of the reactions on the rod at the end of the search, in the fixed frame, N.
+        force: Vector3<f64>,
+    },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
     #[error("element {element} would rotate by π: take more elements or a smaller load")]
     Folded {
@@ -216,7 +223,7 @@ impl EquilibriumError {
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
-        matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. } | Self::Folded { .. })
+        matches!(self, Self::NoConvergence { .. } | Self::NotHeld { .. } | Self::Unstable { .. } | Self::Folded { .. })
     }
 }
 

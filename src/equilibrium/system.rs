@@ -31,6 +31,9 @@ pub(super) struct System {
     pub turns: Vec<Vector3<f64>>,
     /// Changes of the rotation vectors of every element in the current step.
     pub steps: Vec<Vector3<f64>>,
+    /// The unbalanced force on a free base, N, and after solving its displacement in the current step, m; zero
+    /// otherwise.
+    pub base: Vector3<f64>,
     /// Configuration at the start of the current step.
     pub start: Configuration,
     /// Configuration at the start of the search.
@@ -42,18 +45,22 @@ pub(super) struct System {
 pub(super) struct Configuration {
     frames: Vec<UnitQuaternion<f64>>,
     rotations: Vec<Vector3<f64>>,
+    /// Position of the base, m.
+    pub position: Vector3<f64>,
 }
 
 impl Configuration {
     pub fn keep(&mut self, rod: &Rod) {
         rod.frames().clone_into(&mut self.frames);
         rod.rotations().clone_into(&mut self.rotations);
+        self.position = rod.base_position();
     }
 
     pub fn restore(&self, rod: &mut Rod) {
         let (frames, rotations) = rod.shape_mut();
         frames.copy_from_slice(&self.frames);
         rotations.copy_from_slice(&self.rotations);
+        *rod.base_position_mut() = self.position;
     }
 }
 
@@ -111,7 +118,9 @@ impl System {
             let last = e + 1 - first;
             self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
             if last > 0 {
-                self.tangent.add_diagonal(last - 1, &blocks.h00);
+                // The base, if it rotates, is at the end of one element only.
+                let share = if e == 0 { share } else { 0.0 };
+                self.tangent.add_diagonal(last - 1, &(blocks.h00 + Matrix3::from_diagonal_element(share)));
                 self.tangent.set_coupling(last, &blocks.h01);
             }
         }
@@ -149,11 +158,23 @@ impl System {
         }
         self.joints.release(&mut self.turns);
         self.unbalanced = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
+        self.base = Vector3::zeros();
+    }
+
+    /// Sets the unbalanced force on a free base after [`balance`](Self::balance), given the force at the base (N).
+    pub fn balance_base(&mut self, force: &Vector3<f64>) {
+        if let Some(base) = &self.joints.free_base {
+            self.base = *force;
+            self.unbalanced = self.unbalanced.max(force.norm() * base.length);
+        }
     }
 
     /// Solves for the step with the factorised tangent and the gradient in `turns`.
     pub fn solve<const P: usize>(&mut self) {
         self.tangent.solve(&mut self.turns[self.joints.first_free()..]);
+        if let Some(base) = &self.joints.free_base {
+            self.base /= base.stiffness;
+        }
         self.recover::<P>();
     }
 
@@ -183,9 +204,11 @@ impl System {
         self.recover::<P>();
     }
 
-    /// The largest rotation in the current step, rad; NaN if one is.
+    /// The largest rotation in the current step, rad, or displacement of a free base relative to the length; NaN if one
+    /// is.
     pub fn largest_turn(&self) -> f64 {
-        let sizes = self.turns.iter().chain(&self.steps).map(Vector3::norm);
+        let base = self.joints.free_base.map(|base| self.base.norm() / base.length);
+        let sizes = self.turns.iter().chain(&self.steps).map(Vector3::norm).chain(base);
         sizes.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
@@ -206,6 +229,9 @@ impl System {
 
     /// Moves the rod from the start of the step by a fraction of the step.
     pub fn advance<const P: usize>(&self, rod: &mut Rod, fraction: f64) {
+        if self.joints.free_base.is_some() {
+            *rod.base_position_mut() = self.start.position + self.base * fraction;
+        }
         let (frames, rotations) = rod.shape_mut();
         for (i, turn) in self.turns.iter().enumerate().skip(self.joints.first_free()) {
             let frame = self.start.frames[i] * so3::exp(&(turn * fraction));

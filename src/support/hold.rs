@@ -240,16 +240,21 @@ pub(crate) fn closest_about(
     frame * so3::exp(&(axis * angle))
 }
 
-/// The joint of the base, which remains at its position.
+/// The joint of the base. Without one the base is clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Joint {
-    /// The base rotates freely. A scene whose base rotates later has no effect on it.
+    /// The base remains at its position and rotates freely. A scene whose base rotates later has no effect on it.
     Ball,
-    /// The base rotates freely about an axis, a unit vector along the directors. At angle zero it has the frame of the
-    /// scene, so that the axis follows a scene whose base rotates. For a rod without scene, it is the present frame of
-    /// the rod's base.
+    /// The base remains at its position and rotates freely about an axis, a unit vector along the directors. At angle
+    /// zero it has the frame of the scene, so that the axis follows a scene whose base rotates. For a rod without
+    /// scene, it is the present frame of the rod's base.
     Hinge(Unit<Vector3<f64>>),
+    /// The base moves and rotates freely, like any other part of the rod: only holds, springs and contacts bear the
+    /// rod. Holds of positions and springs may act at the base. The base starts where the initial shape of the rod has
+    /// it; a scene whose base moves or rotates later has no effect. A motion that nothing resists and no force causes
+    /// does not occur. The energy of an equilibrium then includes the work of the load from the origin to the base.
+    Free,
 }
 
 impl Support for Joint {
@@ -259,7 +264,7 @@ impl Support for Joint {
 
     fn check(&self) -> Result<(), ParameterError> {
         match self {
-            Self::Ball => Ok(()),
+            Self::Ball | Self::Free => Ok(()),
             Self::Hinge(axis) => check_unit("norm of the axis of the base's hinge", axis),
         }
     }

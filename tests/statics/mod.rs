@@ -8,6 +8,7 @@ mod classic_rods;
 mod contact;
 mod elastica;
 mod extreme_shapes;
+mod free_base;
 mod general_rods;
 mod greenhill;
 mod held;

@@ -23,7 +23,7 @@ use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::support::{Reaction, Support};
+use crate::support::{Joint, Reaction, Support};
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
 /// Tolerance of the rotations of an equilibrium, rad. It is next to rounding, since differences of equilibria are
@@ -173,7 +173,9 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             self.rod.points_mut()[first + k / 2].intrinsic[k % 2] = strain[k];
         }
         let (load, support) = (self.shoot.model.load(), self.shoot.model.support());
-        self.rod.set_base_position(scene.position(time))?;
+        if support.base() != Some(Joint::Free) {
+            self.rod.set_base_position(scene.position(time))?;
+        }
         if support.base().is_none() {
             self.rod.set_base(scene.base(time))?;
         }

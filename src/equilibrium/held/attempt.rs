@@ -178,7 +178,7 @@ impl HeldSearch<'_> {
             self.move_by(rod, start, trial, within);
             let mut factor = (SETTINGS.largest_turn / trial.turn).min(within * self.safe_share(rod, start));
             if factor < 1.0 && !std::mem::replace(searched, true) {
-                let reach = start.stations.iter().zip(Line::new(rod, &self.tangents).stations());
+                let reach = start.places.iter().zip(Line::new(rod, &self.tangents).places());
                 let reach = reach.map(|(a, b)| (b.position - a.position).norm()).fold(0.0, f64::max);
                 self.return_to(rod, start);
                 if self.add_candidates(rod, reach) {

@@ -57,8 +57,9 @@ impl HeldSearch<'_> {
         }
         let near = SETTINGS.near * self.length / self.parent.elements() as f64;
         let mut changed = false;
-        // The base does not move.
-        for (at, s) in new.into_iter().filter(|(_, s)| *s > SETTINGS.spacing * near) {
+        let free = self.body.system().joints.free_base.is_some();
+        // A base that is not free does not move.
+        for (at, s) in new.into_iter().filter(|(_, s)| free || *s > SETTINGS.spacing * near) {
             let close = |own: &&mut Candidate| {
                 own.obstacle == at.obstacle && own.point && at.point && (own.arc_length - s).abs() < near
             };
@@ -94,6 +95,21 @@ impl HeldSearch<'_> {
         let mut new = Vec::new();
         let within =
             |at: &Candidate, from: f64, to: f64| at.arc_length >= from - margin && at.arc_length <= to + margin;
+        let free = self.body.system().joints.free_base.is_some();
+        if let [base, next, ..] = samples
+            && free
+            && base.gap < bound
+        {
+            let near = || own.iter().filter(|at| within(at, 0.0, next.arc_length));
+            let level = base.gap + SETTINGS.rounding * self.length;
+            let known = |at: &&&Candidate| {
+                at.arc_length <= if at.slides { close } else { same } || at.slides && at.gap.value <= level
+            };
+            let beside = bound < 0.0 && near().any(|at| !at.point || at.status != Status::Open);
+            if near().find(known).is_none() && (base.slope >= 0.0 || beside) {
+                new.push((Candidate::at(gaps.obstacle, (0, 0.0), !beside), 0.0));
+            }
+        }
         for (i, ends) in samples.windows(2).enumerate() {
             let (from, to) = (&ends[0], &ends[1]);
             // A contact point that slides belongs to the minimum beside it, and the end of a contact segment is moved
@@ -109,8 +125,9 @@ impl HeldSearch<'_> {
                     new.push((Candidate::at(gaps.obstacle, (least.element, least.x), true), least.arc_length));
                 } else {
                     // The rod lies on the obstacle here.
-                    for end in ends.iter().filter(|end| end.arc_length > margin) {
-                        let place = if end.x == 0.0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
+                    for end in ends.iter().filter(|end| free || end.arc_length > margin) {
+                        let place =
+                            if end.x == 0.0 && end.element > 0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
                         let known = own.iter().any(|at| (at.arc_length - end.arc_length).abs() <= margin)
                             || new.iter().any(|(_, s): &(Candidate, f64)| (s - end.arc_length).abs() <= margin);
                         if !known {

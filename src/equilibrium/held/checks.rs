@@ -42,7 +42,8 @@ impl HeldSearch<'_> {
             return Ok(());
         }
         let line = Line::new(rod, &self.tangents);
-        for site in &self.sites {
+        let clamped = self.body.system().joints.free_base.is_none();
+        for site in self.sites.iter().filter(|_| clamped) {
             let reach = line.place((site.element, site.x)).arc_length;
             let (name, distance) =
                 ("distance of a hold from the base", project(&site.fixed, &(site.target - rod.base_position())).norm());
@@ -68,7 +69,8 @@ impl HeldSearch<'_> {
 
     /// Returns an error for an obstacle that contains the base.
     fn check_base(&self, rod: &Rod) -> Result<(), ParameterError> {
-        for obstacle in 0..self.obstacles.contacts.len() {
+        let clamped = self.body.system().joints.free_base.is_none();
+        for obstacle in (0..self.obstacles.contacts.len()).filter(|_| clamped) {
             let (name, gap) =
                 ("distance of the base from an obstacle", self.obstacles.gap_at(obstacle, &rod.base_position()));
             let requirement = "zero or positive, since the base must not be inside an obstacle (m)";

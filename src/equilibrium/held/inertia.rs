@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::linear::{Linear, NEUTRAL, Rows, along};
+use super::linear::{Linear, NEUTRAL, Role, Rows, along};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::sites::across;
@@ -19,6 +19,9 @@ impl HeldSearch<'_> {
     /// forces turn with the normal and move along the rod.
     pub(super) fn inertia_of(&self, linear: &Linear, mut inertia: Inertia) -> Inertia {
         let mut rows = linear.links.clone();
+        for (diagonal, _) in rows.diagonal.iter_mut().zip(&linear.roles).filter(|(_, role)| **role == Role::Boost) {
+            *diagonal *= 1.0 - linear.remains;
+        }
         self.add_contact_rows(linear, &mut rows);
         let t = rows.matrix(linear.response.size());
         let mut matrix: DMatrix<f64> = &t * &linear.response.compliance * t.transpose();
@@ -103,7 +106,7 @@ impl HeldSearch<'_> {
                     rows.push(along(first, &side), -stiffness.signum());
                 }
             }
-            let inside = !self.is_at_apex(at) || at.approach().0 >= 0.0;
+            let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward >= 0.0);
             if inside && turning[i] && at.approach().1 > 0.0 {
                 // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
                 let factor = (push / at.approach().1).sqrt();

@@ -17,7 +17,7 @@ pub(super) enum Role {
     Hold(usize, Vector3<f64>),
     /// Force of a spring along a principal axis: site, and axis times √|κ| for the stiffness κ.
     Spring(usize, Vector3<f64>),
-    /// Increase of a pivot.
+    /// Increase of a pivot, or spring at a free base.
     Boost,
 }
 
@@ -72,6 +72,8 @@ pub(super) struct Linear {
     pub compliance: DMatrix<f64>,
     /// Displacements by the unbalanced couples, without changes of the reactions.
     pub free: DVector<f64>,
+    /// Share of the boosts that remains in the step. It bounds displacements that only contacts limit.
+    pub remains: f64,
     /// The share of the unbalanced couples and of the residuals that the step removes.
     pub share: f64,
 }

@@ -9,6 +9,9 @@ use super::response::{Response, Spot};
 use super::search::HeldSearch;
 use crate::rod::Rod;
 
+/// Largest share of the spring at a free base that remains in a step.
+const LARGEST_SHARE: f64 = 0.5;
+
 impl HeldSearch<'_> {
     /// The violations of the conditions of holds and springs, in the order of the links of a linear rod.
     pub(super) fn residuals(&self) -> Vec<f64> {
@@ -16,7 +19,8 @@ impl HeldSearch<'_> {
             let springs = site.spring.iter().flat_map(Spring::stiff).map(|(.., residual)| residual);
             site.missing().map(|(_, distance)| distance).chain(springs)
         });
-        each.chain(self.boosts.iter().map(|_| 0.0)).collect()
+        let springs_of_base = self.body.system().joints.free_base.iter().flat_map(|_| [0.0; 3]);
+        each.chain(self.boosts.iter().map(|_| 0.0)).chain(springs_of_base).collect()
     }
 
     /// The linear rod with the factorised tangent and the unbalanced couples in the system.
@@ -27,7 +31,7 @@ impl HeldSearch<'_> {
         let spots: Vec<Spot> = sites.chain(candidates).collect();
         let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();
-        let size = response.size() - first - self.boosts.len();
+        let size = response.added() - first;
         // An obstacle that yields is displaced by the forces on all of its surfaces.
         for (i, a) in self.candidates.iter().enumerate() {
             let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
@@ -50,9 +54,14 @@ impl HeldSearch<'_> {
                 roles.push(Role::Spring(i, axis));
             }
         }
-        for (k, (_, increase)) in self.boosts.iter().enumerate() {
+        let system = self.body.system();
+        let base = system.joints.free_base;
+        let remains = base
+            .map_or(0.0, |base| (system.base.norm() / (base.reach * base.stiffness)).clamp(base.least, LARGEST_SHARE));
+        let stiffness = self.boosts.iter().map(|(_, increase)| *increase);
+        for (k, increase) in stiffness.chain(base.iter().flat_map(|base| [base.stiffness; 3])).enumerate() {
             // The unknown is scaled so that its diagonal entry is one.
-            links.push([(first + size + k, 1.0)], 1.0 / increase);
+            links.push([(first + size + k, 1.0)], 1.0 / (increase * (1.0 - remains)));
             roles.push(Role::Boost);
         }
         let rows = links.matrix(response.size());
@@ -84,6 +93,7 @@ impl HeldSearch<'_> {
             size,
             compliance: DMatrix::zeros(0, 0),
             free,
+            remains,
             share: 1.0,
         };
         if linear.links.len() > 0 && size > 0 {

@@ -113,6 +113,7 @@ impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
 
     fn balance(&mut self) {
         self.system.balance::<P>();
+        self.system.balance_base(&self.force.at_base());
     }
 
     fn solve(&mut self) {

@@ -41,7 +41,7 @@ impl HeldSearch<'_> {
         merit: &Merit,
         unchecked: bool,
     ) -> Option<f64> {
-        let (mut fraction, slope) = (1.0, self.body.slope());
+        let (mut fraction, slope) = (1.0, self.body.slope() - start.base.dot(&self.body.system().base));
         let forces = trial.contacts.iter().map(|contact| contact.force.norm());
         let links = self.sites.iter().map(|site| site.force.norm());
         self.weight = (0.25 * self.weight).max(2.0 * forces.chain(links).fold(0.0, f64::max));
@@ -56,10 +56,11 @@ impl HeldSearch<'_> {
             let energy = self.body.evaluate(rod);
             self.found.evaluations += 1;
             self.stretch_joints(rod);
-            let whole = (self.body.system().turns.clone(), self.body.system().steps.clone());
+            let whole = (self.body.system().turns.clone(), self.body.system().steps.clone(), self.body.system().base);
             self.body.balance();
             let reached = self.merit(rod, energy);
-            (self.body.system_mut().turns, self.body.system_mut().steps) = whole;
+            let system = self.body.system_mut();
+            (system.turns, system.steps, system.base) = whole;
             let after = value(&reached, self.weight);
             let predicted = (slope - self.weight * merit.violation).min(0.0);
             let falls = after <= before + SETTINGS.decrease.0 * fraction * predicted + slack;

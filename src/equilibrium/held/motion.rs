@@ -35,11 +35,14 @@ pub(super) struct Motion {
 
 impl Motion {
     /// The motion from a rod at the start of an increment to one with the base at its end. The time at the end and the
-    /// duration are in seconds. The motion does not rotate a base that rotates freely.
+    /// duration are in seconds. The motion does not rotate a base that rotates freely, and does not move one that is
+    /// free.
     pub fn new(from: &Rod, to: &Rod, (end, duration): (f64, f64), joint: Option<Joint>) -> Self {
         let (mut from, to) = (Pose::of(from), Pose::of(to));
-        if joint == Some(Joint::Ball) {
-            from.frame = to.frame;
+        match joint {
+            Some(Joint::Free) => from = to,
+            Some(Joint::Ball) => from.frame = to.frame,
+            _ => {}
         }
         Self { from, to, end, duration, hinged: matches!(joint, Some(Joint::Hinge(_))), share: 1.0 }
     }
@@ -81,7 +84,9 @@ impl Motion {
     /// Moves the rod rigidly with its base from a share of the motion to another one.
     pub fn carry(&self, rod: &mut Rod, from: f64, to: f64) {
         let [from, to] = [from, to].map(|share| self.pose(share));
-        *rod.base_position_mut() = to.position;
+        if from.position != to.position {
+            *rod.base_position_mut() = to.position;
+        }
         if from.frame == to.frame {
             return;
         }

@@ -24,6 +24,9 @@ impl<'a> HeldSearch<'a> {
     /// # Errors
     /// Reactions or rotations that are not determined to first order.
     pub fn linearised(mut self, rod: &Rod) -> Result<HeldTangent<'a>, EquilibriumError> {
+        if let Some(base) = &mut self.body.system_mut().joints.free_base {
+            base.exact = true;
+        }
         self.locate(rod);
         self.apply(rod);
         let (_, pivots) = self.factorise(rod, 0.0)?;

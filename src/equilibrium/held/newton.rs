@@ -125,9 +125,11 @@ impl HeldSearch<'_> {
     /// points that have slid to the same place.
     fn drop_candidates(&mut self) {
         let far = SETTINGS.far * self.length;
-        let ends = self.length * (1.0 - SAME);
-        let least = |at: &Candidate| at.gap.value < far && (at.slides || at.arc_length >= ends);
-        self.candidates.retain(|at| at.status != Status::Open || !at.point || least(at));
+        let least = |at: &Candidate| at.gap.value < far && (at.slides || self.end(at).is_some());
+        let kept: Vec<bool> =
+            self.candidates.iter().map(|at| at.status != Status::Open || !at.point || least(at)).collect();
+        let mut kept = kept.into_iter();
+        self.candidates.retain(|_| kept.next().unwrap_or(true));
         let near = SETTINGS.near * self.length / self.parent.elements() as f64;
         let mut kept: Vec<Candidate> = Vec::new();
         for at in self.candidates.drain(..) {
@@ -186,9 +188,11 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Whether a candidate is at the apex, beyond which a contact does not slide.
-    pub(super) fn is_at_apex(&self, at: &Candidate) -> bool {
-        at.arc_length >= self.length * (1.0 - SAME)
+    /// The outward direction along the rod if a candidate is at the apex or at a free base, beyond which a contact does
+    /// not slide.
+    pub(super) fn end(&self, at: &Candidate) -> Option<f64> {
+        let at_base = self.body.system().joints.free_base.is_some() && at.arc_length <= self.length * SAME;
+        if at_base { Some(-1.0) } else { (at.arc_length >= self.length * (1.0 - SAME)).then_some(1.0) }
     }
 
     /// Whether a candidate is in contact.
@@ -215,9 +219,9 @@ impl HeldSearch<'_> {
         let error = 4.0 * turn * ratio.min(1.0);
         // A new contact is one that the last step has missed.
         let found = self.add_candidates(rod, -SETTINGS.rounding * self.length);
-        // A contact point is where the gap is least, or at the apex.
+        // A contact point is where the gap is least, or at an end of the rod.
         let skew = self.candidates.iter().any(|at| {
-            let inside = !self.is_at_apex(at) || at.approach().0 > 0.0;
+            let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward > 0.0);
             at.status != Status::Open && at.slides && inside && at.approach().0.abs() > SETTINGS.tangential
         });
         let apart = skew || found || self.largest_violation() > SETTINGS.rounding * self.length;

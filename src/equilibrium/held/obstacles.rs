@@ -159,7 +159,12 @@ pub(super) struct Line<'b> {
 
 impl<'b> Line<'b> {
     pub fn new(rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
-        let mut line = Self { rod, tangents, starts: vec![(0.0, rod.base_position())] };
+        Self::at(&rod.base_position(), rod, tangents)
+    }
+
+    /// The centre line with the base at a position (m).
+    pub fn at(base: &Vector3<f64>, rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
+        let mut line = Self { rod, tangents, starts: vec![(0.0, *base)] };
         for e in 0..rod.elements() {
             let end = line.place((e, 1.0));
             line.starts.push((end.arc_length, end.position));
@@ -175,7 +180,7 @@ impl<'b> Line<'b> {
 
     /// The base.
     pub fn base(&self) -> Place {
-        Place { element: 0, x: 0.0, arc_length: 0.0, position: self.rod.base_position() }
+        Place { element: 0, x: 0.0, arc_length: 0.0, position: self.starts[0].1 }
     }
 
     /// The base and the stations of all elements, from base to apex.

@@ -39,6 +39,7 @@ impl HeldSearch<'_> {
         self.check_reach(rod)?;
         self.check_obstacles(rod)?;
         self.check_start(rod)?;
+        self.lay(rod);
         let followed = self.rewind(rod);
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> =

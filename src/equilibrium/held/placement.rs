@@ -234,7 +234,7 @@ impl HeldSearch<'_> {
         // Holds are at ends of elements of the parent, which are ends of elements of each rod.
         let moved = |node: usize| new.iter().position(|s| (s - nodes[node]).abs() <= margin).unwrap_or(node);
         for site in &mut self.sites {
-            site.element = moved(site.element + 1).saturating_sub(1);
+            site.set_node(moved(site.node()));
         }
         self.frames.iter_mut().for_each(|frame| frame.node = moved(frame.node));
         let joints = &mut self.body.system_mut().joints;
@@ -254,6 +254,31 @@ impl HeldSearch<'_> {
         self.locate(rod);
     }
 
+    /// Adds candidates where a rod with a free base lies on an obstacle before the search.
+    pub(super) fn lay(&mut self, rod: &mut Rod) {
+        if self.body.system().joints.free_base.is_none() || !self.candidates.is_empty() {
+            return;
+        }
+        let line = Line::new(rod, &self.tangents);
+        let places = line.places();
+        let mut patches: Vec<Patch> = Vec::new();
+        for obstacle in 0..self.obstacles.contacts.len() {
+            let touches = |at: &Place| self.obstacles.gap_at(obstacle, &at.position).value.abs() <= SAME * self.length;
+            for ends in places.windows(2).filter(|ends| ends.iter().all(touches)) {
+                let (from, to) = (ends[0].arc_length, ends[1].arc_length);
+                match patches.last_mut() {
+                    Some(last) if last.obstacle == obstacle && last.to == from => last.to = to,
+                    _ => patches.push(Patch { obstacle, surface: 0, from, to }),
+                }
+            }
+        }
+        if !patches.is_empty() {
+            self.arrange(rod, &patches, &[]);
+            // The tangent without the forces of these contacts does not show whether the rod is stable.
+            self.candidates.iter_mut().for_each(|at| at.status = Status::Sticking);
+        }
+    }
+
     /// The candidates of a contact: a point, or the ends and all stations of a segment.
     fn stations_of(&self, rod: &Rod, patch: &Patch, stations: &[Place]) -> Vec<Candidate> {
         let margin = SAME * self.length;
@@ -261,8 +286,8 @@ impl HeldSearch<'_> {
         let new = |s: f64, at| Candidate { arc_length: s, ..Candidate::at(patch.obstacle, at, point) };
         let mut ends = vec![patch.from, patch.to];
         ends.dedup();
-        // The base does not move.
-        ends.retain(|s| *s > margin);
+        // A base that is not free does not move.
+        ends.retain(|s| *s > margin || self.body.system().joints.free_base.is_some());
         let mut candidates: Vec<Candidate> =
             ends.iter().filter_map(|s| Some(new(*s, at_node(rod, *s, margin)?))).collect();
         let close = SETTINGS.spacing * self.length / self.parent.elements() as f64;

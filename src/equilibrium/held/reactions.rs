@@ -57,7 +57,7 @@ impl HeldSearch<'_> {
             couples.push((joint.node, rod.frames()[joint.node] * joint.couple));
         }
         for (node, couple) in couples {
-            let at_node = |site: &Site| site.element + 1 == node;
+            let at_node = |site: &Site| site.node() == node;
             match self.sites.iter().position(at_node) {
                 Some(i) => all[i].couple += couple,
                 None if node == 0 => {

@@ -38,6 +38,8 @@ pub(super) struct Contact {
     pub anchor: (Vector3<f64>, Vector3<f64>),
     /// Number of its first coordinate: three of the place, followed by three of the tangent if it has a range.
     pub first: usize,
+    /// Compliance by displacements of the whole rod, m/N; zero unless the base is free.
+    pub rigid: f64,
     /// Scale k of the law, N/m.
     pub k: f64,
     pub status: Status,

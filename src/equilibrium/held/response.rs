@@ -3,6 +3,8 @@
 //! The coordinates of a place are the three components of its position and, if required, of its tangent. A reaction is
 //! the force (N) and the couple that are conjugate to them.
 
+mod base;
+
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::mechanics::Mechanics;
@@ -59,8 +61,10 @@ pub(super) struct Response {
     points: usize,
     chords: Vec<Chord>,
     places: Vec<Place>,
-    /// Unknowns whose diagonal entry was increased; they are the last coordinates.
+    /// Unknowns whose diagonal entry was increased; their coordinates follow those of the places.
     boosts: Vec<usize>,
+    /// Displacement of a free base per force, m/N, with its three coordinates after those of the boosts.
+    base: Option<f64>,
     /// Displacements of the coordinates per reaction; symmetric.
     pub compliance: DMatrix<f64>,
     /// Couples on the frames by the reaction of each coordinate, and the rotations by them.
@@ -86,6 +90,7 @@ impl Response {
         let mut response =
             Self { points, boosts: boosts.iter().map(|(unknown, _)| *unknown).collect(), ..Self::default() };
         let reach = spots.iter().map(|spot| spot.element + 1).max().unwrap_or(0);
+        response.base = body.system().joints.free_base.map(|base| 1.0 / base.stiffness);
         response.add_chords(body, rod, reach);
         let mut first = 0;
         for spot in spots {
@@ -120,7 +125,12 @@ impl Response {
 
     /// Number of coordinates.
     pub fn size(&self) -> usize {
-        self.places.iter().map(Place::size).sum::<usize>() + self.boosts.len()
+        self.added() + self.boosts.len() + if self.base.is_some() { 3 } else { 0 }
+    }
+
+    /// The first coordinate after those of the places.
+    pub fn added(&self) -> usize {
+        self.places.iter().map(Place::size).sum()
     }
 
     /// The first coordinate of a place.
@@ -207,13 +217,14 @@ impl Response {
                 }
             }
         }
-        let first = size - self.boosts.len();
+        let first = self.added();
         for (k, unknown) in self.boosts.clone().into_iter().enumerate() {
             let mut turns = vec![Vector3::zeros(); system.elements.len() + 1];
             turns[system.joints.first_free() + unknown / 3][unknown % 3] = 1.0;
             let moved = self.solve_column(system, turns);
             self.compliance.column_mut(first + k).copy_from(&moved);
         }
+        self.add_base(system);
         // The matrix is symmetric except for rounding. Its lower triangle makes it exactly symmetric.
         self.compliance.fill_upper_triangle_with_lower_triangle();
     }
@@ -274,7 +285,7 @@ impl Response {
                 moved.fixed_rows_mut::<3>(place.first + 3).copy_from(&tangent.along(turns, place.element));
             }
         }
-        let last = self.size() - self.boosts.len();
+        let last = self.added();
         for (k, unknown) in self.boosts.iter().enumerate() {
             moved[last + k] = turns[first + unknown / 3][unknown % 3];
         }
@@ -313,12 +324,13 @@ impl Response {
                 rows += inner(tangent, place.element);
             }
         }
+        self.displace_base(system, &mut moved);
         moved
     }
 
     /// Adds reactions to the unbalanced couples of a system.
     pub fn load(&self, system: &mut System, reactions: &DVector<f64>) {
-        let mut beyond = vec![Vector3::zeros(); self.chords.len()];
+        let (mut beyond, mut sum) = (vec![Vector3::zeros(); self.chords.len()], Vector3::zeros());
         let mut turns = vec![Vector3::zeros(); system.turns.len()];
         let mut add = |part: &Part, e: usize, force: &Vector3<f64>| {
             part.add_to(&mut turns, e, force);
@@ -329,6 +341,7 @@ impl Response {
         for place in &self.places {
             let force: Vector3<f64> = reactions.fixed_rows::<3>(place.first).into_owned();
             beyond[..place.element].iter_mut().for_each(|sum| *sum += force);
+            sum += force;
             add(&place.part, place.element, &force);
             if let Some(tangent) = &place.tangent {
                 add(tangent, place.element, &reactions.fixed_rows::<3>(place.first + 3).into_owned());
@@ -339,11 +352,14 @@ impl Response {
         }
         let first = system.joints.first_free();
         system.joints.confine(&mut turns);
-        let last = self.size() - self.boosts.len();
+        let last = self.added();
         for (k, unknown) in self.boosts.iter().enumerate() {
             turns[first + unknown / 3][unknown % 3] += reactions[last + k];
         }
         system.turns.iter_mut().zip(&turns).for_each(|(to, turn)| *to += turn);
+        if self.base.is_some() {
+            system.base += sum + reactions.fixed_rows::<3>(self.size() - 3);
+        }
     }
 }
 

@@ -15,12 +15,23 @@ impl HeldSearch<'_> {
     /// Whether the rod cannot move in a direction in which a hold has to move, to first order: a straight rod between
     /// two holds.
     pub(super) fn is_straight(&self, linear: &Linear) -> bool {
-        let flexible = |i: usize| linear.flexibility(i);
+        // A free base does not count as flexible if it is held.
+        let free = self.body.system().joints.free_base;
+        let anchor = free.and_then(|_| self.sites.iter().find(|site| site.node() == 0 && !site.fixed.is_empty()));
+        if free.is_some() && anchor.is_none() {
+            return false;
+        }
+        let moves = anchor.map_or_else(Vector3::zeros, |site| site.position - site.target);
+        let translates = free.map_or(0.0, |base| 1.0 / base.stiffness);
+        let flexible = |i: usize| linear.flexibility(i) - translates;
         let largest = (0..linear.roles.len()).map(flexible).fold(0.0, f64::max);
         let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
-            let held = matches!(role, Role::Hold(..));
-            held && missing.abs() > SETTINGS.rounding * self.length && flexible(i) < STRAIGHT * largest
+            let Role::Hold(site, direction) = role else { return false };
+            let missing = missing - direction.dot(&moves);
+            self.sites[*site].node() > 0
+                && missing.abs() > SETTINGS.rounding * self.length
+                && flexible(i) < STRAIGHT * largest
         };
         each.into_iter().any(rigid)
     }
@@ -67,6 +78,7 @@ impl HeldSearch<'_> {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             let system = self.body.system_mut();
             system.elements.iter_mut().for_each(|element| element.clear_gradient());
+            system.base = Vector3::zeros();
             for (e, (to, turn)) in system.turns.iter_mut().zip(&turns).enumerate() {
                 let length = if e > 0 { rod.length_of(e - 1) } else { 0.0 };
                 *to = turn * (length / largest);

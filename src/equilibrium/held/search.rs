@@ -19,6 +19,13 @@ use crate::rod::Rod;
 use crate::so3;
 use crate::support::{Energy, Joint, Patch, Reaction, Slip, Support};
 
+/// Unbalanced force on a free base at the end of a search, relative to the force in the rod, that nothing balances.
+const LOOSE: f64 = 1e-3;
+
+/// Least spring at a free base that remains in a step, relative to the force in the rod over its length. A softer one
+/// amplifies rounding, and with a stiffer one the search converges slowly where only friction closes a motion.
+const LEAST_SPRING: f64 = 1e-2;
+
 /// A search for an equilibrium of a rod with supports.
 pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) body: Box<dyn Mechanics + 'a>,
@@ -191,12 +198,29 @@ impl<'a> HeldSearch<'a> {
     pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
         let (energy, mut inertia) = self.body.condense(rod, shift)?;
         self.stretch_joints(rod);
+        self.spring_base(rod, &mut inertia);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
         system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+    }
+
+    /// Chooses the spring of a free base: the load displaces it by its reach, or bends the rod as much.
+    fn spring_base(&mut self, rod: &Rod, inertia: &mut Inertia) {
+        let (base, scale) = (rod.base_position(), self.force_scale());
+        let radii = (0..self.obstacles.contacts.len()).map(|obstacle| {
+            let gap = self.obstacles.gap_at(obstacle, &base);
+            0.5 * (Obstacles::radius(&gap) - gap.value)
+        });
+        let reach = radii.fold(self.length, f64::min).max(1e-3 * self.length);
+        let bending = 1.0 / (self.body.system().compliance() * self.length.powi(2));
+        if let Some(base) = &mut self.body.system_mut().joints.free_base {
+            (base.reach, base.stiffness) = (reach, bending + 2.0 * scale / reach);
+            base.least = if base.exact { 0.0 } else { LEAST_SPRING * scale / (base.length * base.stiffness) };
+            inertia.positive += 3;
+        }
     }
 
     /// Evaluates the elastic joints at the frames of a rod. Returns their energy, J.
@@ -216,13 +240,14 @@ impl<'a> HeldSearch<'a> {
     pub(super) fn potential(&mut self, rod: &Rod, energy: f64) -> f64 {
         let joints = self.stretch_joints(rod);
         let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
-        let base = rod.base_position();
+        let (base, system_base) = (rod.base_position(), self.body.system().joints.free_base);
         let sites = self.sites.iter().map(|site| site.reaction().dot(&(site.position - base)));
         let candidates = self.candidates.iter().map(|at| {
             let yielded = self.obstacles.yielded[at.obstacle];
             at.force.dot(&(at.position - base)) - 0.5 * at.force.dot(&yielded)
         });
-        energy + joints + springs + sites.chain(candidates).sum::<f64>()
+        let moved = system_base.map_or(0.0, |_| self.body.force().load_at_base().dot(&base));
+        energy + joints + springs + sites.chain(candidates).sum::<f64>() - moved
     }
 
     /// Adds changes of the reactions of holds and springs.
@@ -289,6 +314,10 @@ impl<'a> HeldSearch<'a> {
 
     /// The error of a search that did not converge, with the size of its last step (rad).
     pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
+        let force = self.body.force().at_base();
+        if self.body.system().joints.free_base.is_some() && force.norm() > LOOSE * self.force_scale() {
+            return EquilibriumError::NotHeld { force };
+        }
         EquilibriumError::NoConvergence {
             iterations: self.found.iterations,
             step,

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::elastic::{Law, Laws, Spring};
 use crate::equilibrium::EquilibriumError;
-use crate::equilibrium::joints::{ElasticJoint, Joints};
+use crate::equilibrium::joints::{ElasticJoint, FreeBase, Joints};
 use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::so3;
@@ -41,9 +41,19 @@ impl Site {
         Self { element, x, fixed: Vec::new(), target: zero, spring, force: zero, position: zero }
     }
 
-    /// A site at the end of an element, without condition yet; `None` for the base.
-    fn at_node(node: usize) -> Option<Self> {
-        Some(Self::at((node.checked_sub(1)?, 1.0), None))
+    /// A site at a node, without condition yet.
+    fn at_node(node: usize) -> Self {
+        Self::at(node.checked_sub(1).map_or((0, 0.0), |element| (element, 1.0)), None)
+    }
+
+    /// The node at which the site is.
+    pub fn node(&self) -> usize {
+        self.element + usize::from(self.x > 0.0)
+    }
+
+    /// Moves the site to a node.
+    pub fn set_node(&mut self, node: usize) {
+        (self.element, self.x) = node.checked_sub(1).map_or((0, 0.0), |element| (element, 1.0));
     }
 
     /// The directions in which the position is given, with the distances by which it differs, m.
@@ -81,7 +91,7 @@ pub(super) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
 
 /// The site of a hold of the position; `None` for a hold of the frame alone.
 fn site_of(hold: &Hold, node: usize, laws: &mut Laws) -> Option<Site> {
-    let mut site = Site::at_node(node)?;
+    let mut site = Site::at_node(node);
     match hold.position {
         Position::Free => return None,
         Position::At(point) => (site.fixed, site.target) = (vec![Vector3::x(), Vector3::y(), Vector3::z()], point),
@@ -131,6 +141,8 @@ pub(super) fn sort<'a>(
 ) -> Result<(Vec<Site>, Vec<HeldFrame>, Laws<'a>), EquilibriumError> {
     joints.clear();
     joints.base_rotates = support.base().is_some();
+    let free = FreeBase { length: rod.length(), reach: rod.length(), stiffness: 1.0, least: 0.0, exact: false };
+    joints.free_base = (support.base() == Some(Joint::Free)).then_some(free);
     let (mut sites, mut frames, mut laws) = (Vec::new(), Vec::<HeldFrame>::new(), Laws::default());
     if let Some(Joint::Hinge(axis)) = support.base() {
         frames.push(HeldFrame { node: 0, frame: rod.frames()[0], axis: Some(axis.into_inner()) });
@@ -163,7 +175,7 @@ pub(super) fn sort<'a>(
         match argument {
             Argument::Position => {
                 let spring = Some(Spring::new(laws.springs.len()));
-                sites.extend(Site::at_node(node).map(|site| Site { spring, ..site }));
+                sites.push(Site { spring, ..Site::at_node(node) });
                 laws.springs.push(Law::User(potential));
             }
             Argument::Rotation { frame } => {
@@ -177,10 +189,10 @@ pub(super) fn sort<'a>(
     Ok((sites, frames, laws))
 }
 
-/// Returns an error for a support at the base, unless it acts on the frame of a base that rotates.
+/// Returns an error for a support at the base, unless it acts on the frame of a base that rotates, or on a free base.
 fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), ParameterError> {
     let requirement = "positive: the base has a joint instead (m)";
-    let ok = node > 0 || on_frame && joints.base_rotates;
+    let ok = node > 0 || on_frame && joints.base_rotates || joints.free_base.is_some();
     ParameterError::unless(ok, "distance of a hold from the base", 0.0, requirement)
 }
 

@@ -42,18 +42,35 @@ const DECREASE: f64 = 1e-3;
 type Steps = [(Vector3<f64>, f64)];
 
 impl Reduced<'_> {
-    /// Sets the scales of the laws.
-    fn scale(&self, contacts: &mut [Contact]) {
+    /// Sets the scales of the laws, with or without the displacements of the whole rod.
+    fn scale(&self, contacts: &mut [Contact], with_rigid: bool) {
         for contact in contacts {
-            let own = self.compliance.fixed_view::<3, 3>(contact.first, contact.first);
-            contact.k = 3.0 / own.trace().abs().max(f64::MIN_POSITIVE);
+            let own = self.compliance.fixed_view::<3, 3>(contact.first, contact.first).trace();
+            let trace = if with_rigid { own } else { own - 3.0 * contact.rigid };
+            contact.k = 3.0 / trace.abs().max(f64::MIN_POSITIVE);
         }
     }
 
     /// Solves for the forces and displacements of the contacts, from the present ones as initial guess. Returns whether
     /// the laws are satisfied.
     pub fn solve(&self, contacts: &mut Vec<Contact>) -> bool {
-        self.scale(contacts);
+        let guess = contacts.iter().any(|contact| contact.rigid > 0.0).then(|| contacts.clone());
+        self.scale(contacts, true);
+        if self.solve_scaled(contacts) {
+            return true;
+        }
+        // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
+        let Some(mut other) = guess else { return false };
+        self.scale(&mut other, false);
+        let solved = self.solve_scaled(&mut other);
+        if solved {
+            *contacts = other;
+        }
+        solved
+    }
+
+    /// As [`solve`](Self::solve), with given scales.
+    fn solve_scaled(&self, contacts: &mut Vec<Contact>) -> bool {
         let start = contacts.clone();
         if self.newton(contacts) {
             return true;

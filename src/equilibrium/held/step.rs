@@ -25,11 +25,12 @@ impl HeldSearch<'_> {
             candidates: self.candidates.clone(),
             tangents: self.tangents.clone(),
             turns: system.turns.clone(),
+            base: system.base,
             condensed: system.elements.iter().map(|element| *element.condensed()).collect(),
-            stations: if self.obstacles.contacts.is_empty() {
+            places: if self.obstacles.contacts.is_empty() {
                 Vec::new()
             } else {
-                Line::new(rod, &self.tangents).stations()
+                Line::new(rod, &self.tangents).places()
             },
         }
     }
@@ -49,6 +50,7 @@ impl HeldSearch<'_> {
         let system = self.body.system_mut();
         system.turns.clone_from(&start.turns);
         system.turns.iter_mut().for_each(|turn| *turn *= share);
+        system.base = start.base * share;
         for (element, condensed) in system.elements.iter_mut().zip(&start.condensed) {
             element.set_condensed(condensed.map(|group| group.map(|value| value * share)));
         }
@@ -97,6 +99,7 @@ impl HeldSearch<'_> {
                 clearance: at.gap.value.min(0.0) * (1.0 - linear.share),
                 anchor: (at.anchor.0 + at.slip(&yielded[at.obstacle]) * (1.0 - linear.share), at.anchor.1),
                 first,
+                rigid: self.rigid_compliance(linear, first),
                 k: 0.0,
                 status: at.status,
             }
@@ -106,6 +109,20 @@ impl HeldSearch<'_> {
         let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
         problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
+    }
+
+    /// The compliance of a candidate, given its first coordinate in the contact problem, by displacements of the whole
+    /// rod, m/N. It is zero unless the base is free: its spring, and increases of pivots, bound them.
+    fn rigid_compliance(&self, linear: &Linear, first: usize) -> f64 {
+        let Some(base) = &self.body.system().joints.free_base else { return 0.0 };
+        let at = linear.first + first;
+        let whole = linear.compliance.fixed_view::<3, 3>(first, first).trace();
+        let bent = linear.response.compliance.fixed_view::<3, 3>(at, at).trace() - 3.0 / base.stiffness;
+        // The base itself does not bend away. It yields at least as a part of the length of an element.
+        let element = self.length / self.parent.elements() as f64;
+        let stiff = 3.0 * self.length / (self.body.system().compliance() * element.powi(3));
+        let least = 1.0 / stiff.max(self.force_scale() / element);
+        (whole / 3.0 - (bent / 3.0).max(least)).max(0.0)
     }
 
     /// Solves the contact problem and for the step of the rod, which is that of the system afterwards. Returns the
@@ -165,7 +182,8 @@ impl HeldSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return 1.0;
         }
-        let (before, line) = (Line::new(rod, &start.tangents), Line::new(rod, &self.tangents));
+        let before = Line::at(&start.shape.position, rod, &start.tangents);
+        let line = Line::new(rod, &self.tangents);
         let [from, to] = [&before, &line].map(Line::places);
         let moved = |_, i: usize| (to[i].position - from[i].position).norm();
         let mut share = largest_share(&self.obstacles, &start.candidates, &before, moved);

@@ -37,7 +37,9 @@ pub(super) struct Start {
     pub candidates: Vec<Candidate>,
     pub turns: Vec<Vector3<f64>>,
     pub condensed: Vec<Row>,
-    pub stations: Vec<Place>,
+    /// The unbalanced force on a free base, N.
+    pub base: Vector3<f64>,
+    pub places: Vec<Place>,
     pub tangents: Vec<Vector3<f64>>,
 }
 

@@ -96,12 +96,13 @@ impl Stepper {
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
-        if rod.set_base_position(position).is_err() {
+        let base_joint = model.support().base().filter(|_| started);
+        if base_joint != Some(Joint::Free) && rod.set_base_position(position).is_err() {
             return Err(IntegrationError::NotFinite { what: "position of the base", time });
         }
-        match model.support().base().filter(|_| started) {
+        match base_joint {
             None => rod.set_base(base)?,
-            Some(Joint::Ball) => {}
+            Some(Joint::Ball | Joint::Free) => {}
             Some(Joint::Hinge(axis)) => {
                 let hinged = closest_about(&axis, &base, &rod.frames()[0]);
                 if hinged.angle_to(&rod.frames()[0]) > HINGE_ROUNDING {

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::ContactState;
-use crate::support::{Reaction, Support};
+use crate::support::{Joint, Reaction, Support};
 
 /// Largest gradient of the laws in a steady state, relative to 1/radius: above the rounding of an equilibrium,
 /// and a hundredth of what a linearisation allows.
@@ -43,7 +43,9 @@ pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), Stability
 pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
     let environment = shoot.environment();
     let (load, support, scene) = (shoot.model.load(), shoot.model.support(), shoot.model.scene());
-    rod.set_base_position(scene.position(environment.time))?;
+    if support.base() != Some(Joint::Free) {
+        rod.set_base_position(scene.position(environment.time))?;
+    }
     if support.base().is_none() {
         rod.set_base(scene.base(environment.time))?;
     }

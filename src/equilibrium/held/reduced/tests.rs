@@ -27,6 +27,7 @@ fn contact(first: usize, friction: f64, range: Option<[f64; 2]>) -> Contact {
         clearance: -0.01,
         anchor: (Vector3::new(0.5, 0.5, 0.5), Vector3::new(0.1, 0.0, 0.9)),
         first,
+        rigid: 0.0,
         k: 1.3,
         status: Status::Open,
     }

@@ -1,0 +1,188 @@
+//! Rods with a free base, which only holds and contacts bear, against closed forms.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::elastica::legendre;
+use crate::fixtures::held::assert_close;
+use crate::fixtures::rods::{RADIUS, bending_stiffness, density_for, weightless, young_tissue};
+use morphorod::equilibrium::{EquilibriumError, Held, NewtonSolver};
+use morphorod::load::{ApicalForce, Load, Weight};
+use morphorod::rod::Rod;
+use morphorod::support::{Contact, Cylinder, HalfSpace, Hold, Joint, Support};
+use morphorod::{Environment, Order, Scene, Still};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Length of the rods of this file, m.
+const LENGTH: f64 = 0.1;
+
+/// Equilibrium of a rod of young tissue. The laws are trait objects, so that all tests share one compiled solver.
+fn solve(
+    rod: &mut Rod,
+    load: &dyn Load,
+    support: &dyn Support,
+    environment: &Environment,
+) -> Result<Held, EquilibriumError> {
+    NewtonSolver::default().solve_held(rod, &young_tissue(), &load, &support, environment)
+}
+
+/// A straight horizontal rod along e1 whose middle is at a place (m).
+fn horizontal(middle: Vector3<f64>, elements: usize) -> Rod {
+    let mut rod = Rod::uniform(LENGTH, RADIUS, Still::tilted(FRAC_PI_2).base, elements, Order::Eight).expect("a rod");
+    rod.set_base_position(middle - Vector3::x() * (0.5 * LENGTH)).expect("a position");
+    rod
+}
+
+fn gravity() -> Environment {
+    Still::upright().environment(0.0)
+}
+
+#[test]
+fn rod_held_at_both_ends_is_the_elastica_with_pinned_ends() {
+    // Euler's elastica with the modulus k: P L²/B = 4 K², and the ends approach each other by 2 (1 − E/K) L. Love,
+    // A Treatise on the Mathematical Theory of Elasticity (1927), § 263.
+    for modulus in [0.3_f64, 0.6, 0.8] {
+        let (k, e) = legendre(FRAC_PI_2, modulus);
+        let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 12, Order::Eight).expect("a rod");
+        rod.set_base_position(Vector3::new(0.2, 0.1, -0.3)).expect("a position");
+        let from = Vector3::new(0.21, 0.1, -0.3);
+        let to = from + Vector3::z() * (LENGTH * (2.0 * e / k - 1.0));
+        let support = (Joint::Free, Hold::place(LENGTH).at(from), Hold::apex().at(to));
+        let held = solve(&mut rod, &(), &support, &weightless()).expect("an equilibrium");
+        let thrust = 4.0 * k * k * bending_stiffness() / (LENGTH * LENGTH);
+        assert_eq!(held.reactions.len(), 2);
+        assert_close("thrust", held.reactions[0].force.z, thrust, 1e-8);
+        assert_close("thrust", held.reactions[1].force.z, -thrust, 1e-8);
+        assert!((rod.base_position() - from).norm() < 1e-12 && (rod.tip() - to).norm() < 1e-12);
+    }
+}
+
+/// Thin horizontal cylinders along e2 with their tops at height zero and at the given places along e1 (m).
+fn props(places: [f64; 2], friction: f64) -> Vec<Contact<Cylinder>> {
+    let radius = 1e-4;
+    let prop = |x: &f64| {
+        let through = Vector3::new(*x, 0.0, -radius);
+        Contact { obstacle: Cylinder { through, along: Vector3::y(), radius }, radius: 0.0, friction }
+    };
+    places.iter().map(prop).collect()
+}
+
+#[test]
+fn beam_on_two_props_has_the_reactions_of_statics_and_the_deflection_of_beam_theory() {
+    // A beam of load q per length with a span l between overhangs c: the middle is q l² (5 l² − 24 c²)/(384 B) below
+    // the props (superposition of 5 q l⁴/384 B and of the couples q c²/2 at the props). Its slopes are of the order
+    // q L³/B = 1e-4, whose square is the relative error of the theory.
+    let density = density_for(1e-4, LENGTH);
+    let weight = 1e-4 * bending_stiffness() / (LENGTH * LENGTH);
+    // Without friction the beam rests in the symmetric position only.
+    for (friction, from, to) in [(0.0, -0.03, 0.03), (0.5, -0.03, 0.03), (0.5, -0.035, 0.02)] {
+        let mut rod = horizontal(Vector3::zeros(), 8);
+        let support = (Joint::Free, props([from, to], friction));
+        let held = solve(&mut rod, &Weight { density }, &support, &gravity()).expect("an equilibrium");
+        assert_eq!(held.reactions.len(), 2);
+        let mut reactions = held.reactions.clone();
+        reactions.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
+        let [a, b] = [reactions[0], reactions[1]];
+        let sum = a.force + b.force - Vector3::z() * weight;
+        assert!(sum.norm() < 1e-8 * weight, "{sum}");
+        assert_close("reaction", a.force.z / weight, to / (to - from), 5e-8);
+        assert_close("reaction", b.force.z / weight, -from / (to - from), 5e-8);
+        if from == -to {
+            let (span, overhang) = (to - from, 0.5 * LENGTH - to);
+            let shape = span * span * (5.0 * span * span - 24.0 * overhang * overhang);
+            let sag = weight / LENGTH * shape / (384.0 * bending_stiffness());
+            let at = |s: f64| held.rod.at(s).expect("a place").0.z;
+            let above = 0.5 * (at(a.arc_length) + at(b.arc_length));
+            assert_close("sag", above - at(0.5 * LENGTH), sag, 1e-6);
+        }
+    }
+}
+
+/// A strip of weight W = B/L² on a table with the coefficient of friction 0.3: the equilibrium, and the sum of the
+/// contact forces over W.
+fn strip(push: f64, hold: Option<Hold>) -> Result<(Held, Vector3<f64>), EquilibriumError> {
+    let weight = bending_stiffness() / (LENGTH * LENGTH);
+    let mut rod = horizontal(Vector3::zeros(), 8);
+    let table = HalfSpace { through: Vector3::zeros(), normal: Vector3::z() };
+    let table = Contact { obstacle: table, radius: 0.0, friction: 0.3 };
+    let mut support: Vec<Box<dyn Support>> = vec![Box::new(Joint::Free), Box::new(table)];
+    support.extend(hold.map(|hold| Box::new(hold) as Box<dyn Support>));
+    let load = (Weight { density: density_for(1.0, LENGTH) }, ApicalForce(move |_| Vector3::x() * (push * weight)));
+    let held = solve(&mut rod, &load, &support, &gravity())?;
+    let contacts = held.reactions.iter().filter(|at| at.obstacle.is_some());
+    let sum = contacts.map(|at| at.force / weight).sum::<Vector3<f64>>();
+    Ok((held, sum))
+}
+
+#[test]
+fn strip_on_a_table_sticks_up_to_the_friction_force_and_not_beyond() {
+    // Coulomb's law for the whole strip: it rests if the horizontal force is less than μ W.
+    for push in [0.0, 0.2, 0.29] {
+        let (held, sum) = strip(push, None).expect("an equilibrium");
+        assert!((sum - Vector3::new(-push, 0.0, 1.0)).norm() < 1e-8, "{sum}");
+        let moved = held.rod.base_position() + Vector3::x() * (0.5 * LENGTH);
+        assert!(moved.norm() < 1e-8 * LENGTH, "{moved}");
+        let jump = held.equilibrium.jump;
+        assert!(jump.is_none(), "the initial shape is the equilibrium: {jump:?}");
+    }
+    assert!(matches!(strip(0.4, None), Err(EquilibriumError::NotHeld { .. })));
+}
+
+#[test]
+fn force_that_drags_a_strip_over_a_table_is_friction_times_weight() {
+    let along = Hold::apex().on_plane(Vector3::x() * (0.52 * LENGTH), Vector3::x_axis());
+    let (held, sum) = strip(0.0, Some(along)).expect("an equilibrium");
+    assert!((sum - Vector3::new(-0.3, 0.0, 1.0)).norm() < 1e-8, "{sum}");
+    assert!((held.rod.base_position().x + 0.48 * LENGTH).abs() < 1e-8 * LENGTH);
+}
+
+/// Equilibrium of a rope that is wound half around a horizontal drum, and the height of its tip in the wound shape, m.
+/// Its ends hang down, one of them by `share` of the largest length that friction holds if the rope is flexible. The
+/// weight per length times the cube of the drum's radius over the bending stiffness is `load`.
+fn rope(load: f64, share: f64) -> Result<(Held, f64), EquilibriumError> {
+    let (radius, short, friction) = (0.01, 0.02, 0.3);
+    let (arc, growth) = (PI * radius, (friction * PI).exp());
+    // The weight on the arc contributes the second term; the tension increases by dT/dφ = μ T + q R (μ sin φ − cos φ).
+    let longest = growth * short + radius * 2.0 * friction / (1.0 + friction * friction) * (growth + 1.0);
+    let long = share * longest;
+    let length = short + arc + long;
+    let mut nodes = vec![0.0];
+    for (from, part) in [(0.0, short), (short, arc), (short + arc, long)] {
+        let number = (24.0 * part / length).ceil();
+        nodes.extend((1..=number as usize).map(|i| from + part * i as f64 / number));
+    }
+    let mut rod = Rod::straight(&nodes, |_| RADIUS, UnitQuaternion::identity(), Order::Eight).expect("a rod");
+    rod.set_base_position(Vector3::new(-radius, 0.0, -short)).expect("a position");
+    rod.set_intrinsic(|point| {
+        let on_drum = (short..short + arc).contains(&(length - point.apex_distance));
+        if on_drum { Vector3::y() / radius } else { Vector3::zeros() }
+    });
+    let _ = solve(&mut rod, &(), &(), &weightless())?;
+    rod.set_intrinsic(|_| Vector3::zeros());
+    let height = rod.tip().z;
+    let obstacle = Cylinder { through: Vector3::zeros(), along: Vector3::y(), radius };
+    let support = (Joint::Free, Contact { obstacle, radius: 0.0, friction });
+    let weight = Weight { density: density_for(load, radius) };
+    Ok((solve(&mut rod, &weight, &support, &gravity())?, height))
+}
+
+#[test]
+fn rope_on_a_drum_slips_off_beyond_the_overhang_of_the_capstan_equation() {
+    // A flexible rope hangs at most h₂ = e^{μπ} h₁ + R 2μ/(1 + μ²) (e^{μπ} + 1) farther down on the other side. The
+    // bending stiffness lets the ends lift off earlier and changes this by a few per cent.
+    for load in [10.0, 100.0] {
+        let (held, height) = rope(load, 0.95).expect("an equilibrium");
+        let slide = (held.rod.tip().z - height).abs();
+        // The stiff rope straightens at the ends of the arc. A rope that slips falls off the drum.
+        assert!(slide < 1e-3 * 0.01, "{slide} m");
+        assert!(matches!(rope(load, 1.1), Err(EquilibriumError::NotHeld { .. })));
+    }
+}
+
+#[test]
+fn rod_that_nothing_holds_is_an_error() {
+    let mut rod = horizontal(Vector3::zeros(), 4);
+    let start = rod.clone();
+    let error = solve(&mut rod, &Weight { density: 1000.0 }, &Joint::Free, &gravity()).unwrap_err();
+    assert!(matches!(error, EquilibriumError::NotHeld { force } if force.z < 0.0), "{error}");
+    assert_eq!(rod, start);
+}
