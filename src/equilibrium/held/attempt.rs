@@ -8,7 +8,6 @@ use nalgebra::DVector;
 
 use super::candidate::deepest;
 use super::linear::Linear;
-use super::obstacles::Line;
 use super::reduced::Contact;
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
@@ -178,7 +177,7 @@ impl HeldSearch<'_> {
             self.move_by(rod, start, trial, within);
             let mut factor = (SETTINGS.largest_turn / trial.turn).min(within * self.safe_share(rod, start));
             if factor < 1.0 && !std::mem::replace(searched, true) {
-                let reach = start.places.iter().zip(Line::new(rod, &self.tangents).places());
+                let reach = start.line.places.iter().zip(&self.line.places);
                 let reach = reach.map(|(a, b)| (b.position - a.position).norm()).fold(0.0, f64::max);
                 self.return_to(rod, start);
                 if self.add_candidates(rod, reach) {

@@ -2,7 +2,8 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::obstacles::{Line, Obstacles, within};
+use super::line::Line;
+use super::obstacles::Obstacles;
 use super::reduced::Surfaces;
 use crate::rod::Rod;
 
@@ -10,10 +11,8 @@ use crate::rod::Rod;
 #[derive(Clone)]
 pub(super) struct Before {
     pub rod: Rod,
-    /// Tangents ∂p/∂s of its centre line at the material points.
-    tangents: Vec<Vector3<f64>>,
-    /// Arc lengths (m) and positions (m) of the starts of its elements.
-    starts: Vec<(f64, Vector3<f64>)>,
+    /// Its centre line.
+    line: Line,
     /// Time since then, s.
     pub time: f64,
     /// Displacements of the obstacles by the forces on them, m.
@@ -27,10 +26,10 @@ impl Before {
             let frame: UnitQuaternion<f64> = rod.frame_at_point(e, g);
             frame * rod.line_strain_at_point(e, g)
         };
-        let tangents: Vec<_> = (0..rod.points().len()).map(|i| tangent((i / points, i % points))).collect();
+        let tangents = (0..rod.points().len()).map(|i| tangent((i / points, i % points))).collect();
         // The slip of a contact at rest is exactly zero, since its place is computed in the same way.
-        let starts = Line::new(rod, &tangents).starts;
-        Self { rod: rod.clone(), tangents, starts, time, yielded }
+        let line = Line::new(rod, tangents);
+        Self { rod: rod.clone(), line, time, yielded }
     }
 
     /// The place (m) that material would have if it had moved with an obstacle since then, and the tangent of the rod.
@@ -39,7 +38,7 @@ impl Before {
         let Some((e, x)) = self.rod.locate_initial(material) else {
             return (Vector3::repeat(f64::NAN), Vector3::zeros());
         };
-        let (_, position) = within(&self.rod, &self.tangents, (e, x), self.starts[e]);
+        let position = self.line.place(&self.rod, (e, x)).position;
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
         let moved = position + velocity * self.time - self.yielded[obstacle];
         (moved, self.rod.frame_within(e, x) * Vector3::z())

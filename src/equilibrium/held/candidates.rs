@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::obstacles::{Gaps, Line, Place, Sample};
+use super::line::{Line, Place};
+use super::obstacles::Gaps;
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::rod::Rod;
@@ -13,12 +14,11 @@ impl HeldSearch<'_> {
     /// Evaluates the sites and candidates on the shape of a rod.
     pub(super) fn locate(&mut self, rod: &Rod) {
         let time = self.obstacles.time;
-        self.tangents = self.body.tangents(rod);
+        self.line = Line::new(rod, self.body.tangents(rod));
         let forces = self.candidates.iter().map(|at| (at.obstacle, at.force));
         self.obstacles.yielded = self.obstacles.displacements(forces);
-        let line = Line::new(rod, &self.tangents);
         for site in &mut self.sites {
-            site.position = line.place((site.element, site.x)).position;
+            site.position = self.line.place(rod, (site.element, site.x)).position;
             if let Some(spring) = &mut site.spring {
                 spring.locate(&self.laws, &site.position, time);
             }
@@ -26,7 +26,7 @@ impl HeldSearch<'_> {
         for at in &mut self.candidates {
             let stiffness = self.body.stiffness(&rod.point_within(at.element, at.x));
             at.flexibility = at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
-            let place = line.place((at.element, at.x));
+            let place = self.line.place(rod, (at.element, at.x));
             (at.arc_length, at.position) = (place.arc_length, place.position);
             at.gap = self.obstacles.gap_at(at.obstacle, &at.position);
             let frame = rod.frame_within(at.element, at.x);
@@ -46,14 +46,11 @@ impl HeldSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return false;
         }
-        let line = Line::new(rod, &self.tangents);
-        let stations = line.stations();
         let mut new = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
-            let gaps = Gaps { line: &line, obstacles: &self.obstacles, obstacle };
-            let samples = gaps.samples(&stations);
+            let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle };
             let own: Vec<&Candidate> = self.candidates.iter().filter(|at| at.obstacle == obstacle).collect();
-            new.extend(self.penetrating(&gaps, &samples, &stations, &own, bound));
+            new.extend(self.penetrating(&gaps, &own, bound));
         }
         let near = SETTINGS.near * self.length / self.parent.elements() as f64;
         let mut changed = false;
@@ -81,14 +78,7 @@ impl HeldSearch<'_> {
     }
 
     /// New candidates for one obstacle.
-    fn penetrating(
-        &self,
-        gaps: &Gaps,
-        samples: &[Sample],
-        stations: &[Place],
-        own: &[&Candidate],
-        bound: f64,
-    ) -> Vec<(Candidate, f64)> {
+    fn penetrating(&self, gaps: &Gaps, own: &[&Candidate], bound: f64) -> Vec<(Candidate, f64)> {
         let margin = SAME * self.length;
         let close = SETTINGS.near * self.length / self.parent.elements() as f64;
         let same = SETTINGS.spacing * self.length / self.parent.elements() as f64;
@@ -96,10 +86,14 @@ impl HeldSearch<'_> {
         let within =
             |at: &Candidate, from: f64, to: f64| at.arc_length >= from - margin && at.arc_length <= to + margin;
         let free = self.body.system().joints.free_base.is_some();
-        if let [base, next, ..] = samples
+        let places = &self.line.places;
+        let gap = |place: &Place| self.obstacles.gap_at(gaps.obstacle, &place.position).value;
+        let values: Vec<f64> = places.iter().map(gap).collect();
+        if let [base, next, ..] = &places[..]
             && free
-            && base.gap < bound
+            && values[0] < bound
         {
+            let base = gaps.at(base);
             let near = || own.iter().filter(|at| within(at, 0.0, next.arc_length));
             let level = base.gap + SETTINGS.rounding * self.length;
             let known = |at: &&&Candidate| {
@@ -110,8 +104,13 @@ impl HeldSearch<'_> {
                 new.push((Candidate::at(gaps.obstacle, (0, 0.0), !beside), 0.0));
             }
         }
-        for (i, ends) in samples.windows(2).enumerate() {
-            let (from, to) = (&ends[0], &ends[1]);
+        for (i, ends) in places.windows(2).enumerate() {
+            // A gap changes by at most the length of the centre line.
+            if !(values[i] + values[i + 1] - (ends[1].path - ends[0].path) < 2.0 * bound) {
+                continue;
+            }
+            let ends = [&ends[0], &ends[1]].map(|place| gaps.at(place));
+            let [from, to] = &ends;
             // A contact point that slides belongs to the minimum beside it, and the end of a contact segment is moved
             // to its place later.
             let covered = own.iter().any(|at| {
@@ -137,7 +136,7 @@ impl HeldSearch<'_> {
                     continue;
                 }
             }
-            let next = samples.get(i + 2).map_or(to.arc_length, |next| next.arc_length);
+            let next = places.get(i + 2).map_or(to.arc_length, |next| next.arc_length);
             let near = || own.iter().filter(|at| within(at, from.arc_length, next));
             let known = near().any(|at| {
                 let level = at.gap.value - SETTINGS.rounding * self.length;
@@ -147,11 +146,14 @@ impl HeldSearch<'_> {
             if known || !(to.gap < bound) {
                 continue;
             }
-            let apex = i + 2 == samples.len() && to.slope <= 0.0;
+            let apex = i + 2 == places.len() && to.slope <= 0.0;
             // Beside a contact that penetrates at the next station, the contact is a segment.
             let beside = bound < 0.0 && near().any(|at| !at.slides && (!at.point || at.status != Status::Open));
             if apex || beside {
-                new.push((Candidate::at(gaps.obstacle, (stations[i].element, stations[i].x), !beside), to.arc_length));
+                new.push((
+                    Candidate::at(gaps.obstacle, (places[i + 1].element, places[i + 1].x), !beside),
+                    to.arc_length,
+                ));
             }
         }
         new

@@ -1,6 +1,5 @@
 //! Checks of the supports in the configurations before and after a search.
 
-use super::obstacles::Line;
 use super::search::{HeldSearch, project};
 use super::settings::SETTINGS;
 use super::sites::across;
@@ -16,12 +15,12 @@ const DISTANCE_ERROR: f64 = 1e-3;
 impl HeldSearch<'_> {
     /// Returns an error for an obstacle whose function is not a signed distance: its gradient must be a unit vector
     /// and the derivative of the distance, at all stations of the rod.
-    pub(super) fn check_obstacles(&self, rod: &Rod) -> Result<(), ParameterError> {
+    pub(super) fn check_obstacles(&self) -> Result<(), ParameterError> {
         if self.obstacles.contacts.is_empty() {
             return Ok(());
         }
         let step = DISTANCE_STEP * self.length;
-        for station in Line::new(rod, &self.tangents).stations() {
+        for station in self.line.stations() {
             for obstacle in 0..self.obstacles.contacts.len() {
                 let gap = self.obstacles.gap_at(obstacle, &station.position);
                 let (name, norm) = ("norm of the gradient of the distance from an obstacle", gap.normal.norm());
@@ -41,23 +40,22 @@ impl HeldSearch<'_> {
         if self.body.line_compliance(rod, 0, 0).is_some() {
             return Ok(());
         }
-        let line = Line::new(rod, &self.tangents);
         let clamped = self.body.system().joints.free_base.is_none();
         for site in self.sites.iter().filter(|_| clamped) {
-            let reach = line.place((site.element, site.x)).arc_length;
+            let reach = self.line.place(rod, (site.element, site.x)).arc_length;
             let (name, distance) =
                 ("distance of a hold from the base", project(&site.fixed, &(site.target - rod.base_position())).norm());
             let requirement = "at most the arc length of its place (m), since the rod does not stretch";
             let ok = distance <= reach * (1.0 + 1e-12);
             ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(reach))?;
         }
-        self.check_between(&line)
+        self.check_between(rod)
     }
 
     /// Returns an error for supports that are invalid in the initial configuration.
     pub(super) fn check_start(&self, rod: &Rod) -> Result<(), ParameterError> {
         self.check_base(rod)?;
-        self.check_velocities(rod)?;
+        self.check_velocities()?;
         self.check_potentials(rod)
     }
 
@@ -80,9 +78,9 @@ impl HeldSearch<'_> {
     }
 
     /// Returns an error for an obstacle with friction whose velocity is not finite.
-    fn check_velocities(&self, rod: &Rod) -> Result<(), ParameterError> {
+    fn check_velocities(&self) -> Result<(), ParameterError> {
         for contact in self.obstacles.contacts.iter().filter(|contact| contact.friction > 0.0) {
-            for station in Line::new(rod, &self.tangents).stations() {
+            for station in self.line.stations() {
                 let velocity = contact.obstacle.velocity(&station.position, self.obstacles.time);
                 let finite = ParameterError::finite("velocity of an obstacle", velocity.sum());
                 finite.map_err(|error| error.at(station.arc_length))?;
@@ -132,10 +130,10 @@ impl HeldSearch<'_> {
 
     /// Returns an error for two holds of places that are farther apart than the part of the rod between them reaches
     /// without stretch.
-    fn check_between(&self, line: &Line) -> Result<(), ParameterError> {
+    fn check_between(&self, rod: &Rod) -> Result<(), ParameterError> {
         for a in self.sites.iter().filter(|site| !site.fixed.is_empty()) {
             for b in self.sites.iter().filter(|site| site.fixed.len() == 3 && *site != a) {
-                let [from, to] = [a, b].map(|site| line.place((site.element, site.x)).arc_length);
+                let [from, to] = [a, b].map(|site| self.line.place(rod, (site.element, site.x)).arc_length);
                 let (name, distance) = ("distance between two holds", project(&a.fixed, &(a.target - b.target)).norm());
                 let requirement = "at most the arc length between their places (m), since the rod does not stretch";
                 let ok = distance <= (from - to).abs() * (1.0 + 1e-12);

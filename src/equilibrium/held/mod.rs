@@ -14,6 +14,7 @@ mod checks;
 mod elastic;
 mod inertia;
 mod law;
+mod line;
 mod linear;
 mod linearise;
 mod mechanics;

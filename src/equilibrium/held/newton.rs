@@ -79,26 +79,25 @@ impl HeldSearch<'_> {
     }
 
     /// Whether the iteration ends after a whole Newton step: nodes are at the contacts, and the rod is in equilibrium.
-    fn ends(&mut self, rod: &mut Rod, course: &mut Course, step: Box<Step>) -> Result<bool, EquilibriumError> {
-        let (turn, settled) = (step.turn, !step.changed && step.turn < SETTINGS.settled_turn);
-        if (settled || turn < SETTINGS.placing_turn) && self.move_nodes(rod, course) {
-            return Ok(false);
-        }
-        let mut converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, course.last)?;
-        if !converged && turn < SETTINGS.chord_turn && self.is_loaded() {
-            let mut chord = step;
-            for _ in 0..SETTINGS.chords {
-                let last = chord.turn;
-                chord = self.chord(rod, chord);
-                if !chord.turn.is_finite() {
-                    break;
-                }
-                converged = self.has_converged(rod, &chord, last)?;
-                if converged && self.found.error <= SETTINGS.chord_error * self.tolerance {
-                    break;
-                }
+    /// Steps with the same factors follow as long as each is much shorter than the one before.
+    fn ends(&mut self, rod: &mut Rod, course: &mut Course, mut step: Box<Step>) -> Result<bool, EquilibriumError> {
+        let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
+        let mut settled = !step.changed && turn < SETTINGS.settled_turn;
+        let converged = loop {
+            let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, last)?;
+            let enough = chords == 0 || self.found.error <= SETTINGS.chord_error * self.tolerance;
+            if converged && enough || turn >= SETTINGS.chord_turn || chords == SETTINGS.chords {
+                break converged;
             }
-            converged = converged && !self.move_nodes(rod, course);
+            step = self.chord(rod, step);
+            if !step.turn.is_finite() {
+                break converged;
+            }
+            (last, turn, chords) = (turn, step.turn, chords + 1);
+            settled |= !step.changed;
+        };
+        if (converged || settled || turn < SETTINGS.placing_turn) && self.move_nodes(rod, course) {
+            return Ok(false);
         }
         let negative = self.found.inertia.negative;
         if converged && self.stable && negative > 0 {
@@ -235,7 +234,7 @@ impl HeldSearch<'_> {
         self.found.error = if rounds { error.max(turn) } else { error };
         let inertia = self.inertia_of(&step.linear, step.pivots);
         self.found.inertia = inertia;
-        if !(inertia.margin > CLOSE * step.drift) {
+        if inertia.negative > 0 || !(inertia.margin > CLOSE * step.drift) {
             let (_, pivots) = self.factorise(rod, 0.0)?;
             self.body.balance();
             let linear = self.linearise(rod);

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::Candidate;
 use super::law::{Gap, Status};
+use super::line::{Line, Place};
 use super::reduced::Surfaces;
-use super::response::upto_parts;
 use super::settings::SETTINGS;
 use crate::rod::Rod;
 use crate::support::{Contact, Obstacle, Patch, Reaction};
@@ -125,97 +125,14 @@ impl<'a> Obstacles<'a> {
     }
 }
 
-/// A place of a rod.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
-    pub element: usize,
-    pub x: f64,
-    pub arc_length: f64,
-    pub position: Vector3<f64>,
-}
-
-/// Arc length (m) and position (m) at a place of an element, from those at its start, for given tangents at the
-/// material points of the rod.
-pub(super) fn within(
-    rod: &Rod,
-    tangents: &[Vector3<f64>],
-    (element, x): (usize, f64),
-    (start, from): (f64, Vector3<f64>),
-) -> (f64, Vector3<f64>) {
-    let p = rod.order().points();
-    let parts = upto_parts(rod, element, x);
-    let tangents = &tangents[element * p..(element + 1) * p];
-    let position = tangents.iter().zip(parts).fold(from, |sum, (tangent, part)| sum + tangent * part);
-    (start + parts[..p].iter().sum::<f64>(), position)
-}
-
-/// The centre line of a rod for given tangents at its material points.
-pub(super) struct Line<'b> {
-    pub rod: &'b Rod,
-    pub tangents: &'b [Vector3<f64>],
-    /// Arc lengths (m) and positions (m) of the starts of the elements and of the apex.
-    pub starts: Vec<(f64, Vector3<f64>)>,
-}
-
-impl<'b> Line<'b> {
-    pub fn new(rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
-        Self::at(&rod.base_position(), rod, tangents)
-    }
-
-    /// The centre line with the base at a position (m).
-    pub fn at(base: &Vector3<f64>, rod: &'b Rod, tangents: &'b [Vector3<f64>]) -> Self {
-        let mut line = Self { rod, tangents, starts: vec![(0.0, *base)] };
-        for e in 0..rod.elements() {
-            let end = line.place((e, 1.0));
-            line.starts.push((end.arc_length, end.position));
-        }
-        line
-    }
-
-    /// The place at coordinate `x` of an element.
-    pub fn place(&self, (element, x): (usize, f64)) -> Place {
-        let (arc_length, position) = within(self.rod, self.tangents, (element, x), self.starts[element]);
-        Place { element, x, arc_length, position }
-    }
-
-    /// The base.
-    pub fn base(&self) -> Place {
-        Place { element: 0, x: 0.0, arc_length: 0.0, position: self.starts[0].1 }
-    }
-
-    /// The base and the stations of all elements, from base to apex.
-    pub fn places(&self) -> Vec<Place> {
-        std::iter::once(self.base()).chain(self.stations()).collect()
-    }
-
-    /// The stations of all elements, from base to apex.
-    pub fn stations(&self) -> Vec<Place> {
-        let stations = &self.rod.reference().stations;
-        (0..self.rod.elements()).flat_map(|e| stations.iter().map(move |(x, _)| self.place((e, *x)))).collect()
-    }
-
-    /// The place at a length (m) from another one, at most in the elements next to it.
-    pub fn moved(&self, (mut element, x): (usize, f64), by: f64) -> (usize, f64) {
-        let length = |e: usize| self.rod.length_of(e);
-        let mut rest = x * length(element) + by;
-        while rest < 0.0 && element > 0 {
-            element -= 1;
-            rest += length(element);
-        }
-        while rest > length(element) && element + 1 < self.rod.elements() {
-            rest -= length(element);
-            element += 1;
-        }
-        (element, (rest / length(element)).clamp(0.0, 1.0))
-    }
-}
-
 /// The gap to an obstacle at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sample {
     pub element: usize,
     pub x: f64,
     pub arc_length: f64,
+    /// Length of the centre line up to the place, m. A gap changes by at most this length.
+    pub path: f64,
     pub gap: f64,
     /// Derivative of the gap along the rod.
     pub slope: f64,
@@ -224,7 +141,8 @@ pub(super) struct Sample {
 
 /// The gaps of a rod to one obstacle.
 pub(super) struct Gaps<'b, 'a> {
-    pub line: &'b Line<'b>,
+    pub rod: &'b Rod,
+    pub line: &'b Line,
     pub obstacles: &'b Obstacles<'a>,
     pub obstacle: usize,
 }
@@ -232,30 +150,26 @@ pub(super) struct Gaps<'b, 'a> {
 impl Gaps<'_, '_> {
     pub fn at(&self, place: &Place) -> Sample {
         let gap = self.obstacles.gap_at(self.obstacle, &place.position);
-        let tangent = self.line.rod.frame_within(place.element, place.x) * Vector3::z();
+        let tangent = self.rod.frame_within(place.element, place.x) * Vector3::z();
         let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
-        Sample { element: place.element, x: place.x, arc_length: place.arc_length, gap: gap.value, slope, radius }
-    }
-
-    /// The gaps at the base and at all stations.
-    pub fn samples(&self, stations: &[Place]) -> Vec<Sample> {
-        std::iter::once(&self.line.base()).chain(stations).map(|place| self.at(place)).collect()
+        let Place { element, x, arc_length, path, .. } = *place;
+        Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
     }
 
     /// The place of the least local minimum of the gap inside an interval between two neighbouring stations, among
-    /// minima below `bound` (m). A gap changes by at most the arc length.
+    /// minima below `bound` (m).
     pub fn least(&self, from: &Sample, to: &Sample, bound: f64) -> Option<Sample> {
         let element = to.element;
         let from = if from.element == element { *from } else { Sample { element, x: 0.0, ..*from } };
         let finest = RESOLUTION * from.radius.min(to.radius);
         let (mut parts, mut least) = (vec![(from, *to, 0)], None::<Sample>);
         while let Some((from, to, depth)) = parts.pop() {
-            let size = to.arc_length - from.arc_length;
+            let size = to.path - from.path;
             if !(from.gap + to.gap - size < 2.0 * bound) {
                 continue;
             }
             if size > finest && depth < DEPTH {
-                let middle = self.at(&self.line.place((element, 0.5 * (from.x + to.x))));
+                let middle = self.at(&self.line.place(self.rod, (element, 0.5 * (from.x + to.x))));
                 parts.extend([(from, middle, depth + 1), (middle, to, depth + 1)]);
             } else if from.slope < 0.0 && to.slope > 0.0 {
                 let at = self.minimum(&from, &to);
@@ -271,13 +185,13 @@ impl Gaps<'_, '_> {
     /// bound is half of the gap at an end, or until they are short relative to the radius of the obstacle.
     pub fn lowest(&self, from: &Sample, to: &Sample, depth: usize) -> f64 {
         let from = if from.element == to.element { *from } else { Sample { element: to.element, x: 0.0, ..*from } };
-        let size = to.arc_length - from.arc_length;
+        let size = to.path - from.path;
         let bound = 0.5 * (from.gap + to.gap - size);
         let finest = RESOLUTION * from.radius.min(to.radius);
         if bound >= 0.5 * from.gap.min(to.gap) || size <= finest || depth == DEPTH {
             return bound;
         }
-        let middle = self.at(&self.line.place((to.element, 0.5 * (from.x + to.x))));
+        let middle = self.at(&self.line.place(self.rod, (to.element, 0.5 * (from.x + to.x))));
         self.lowest(&from, &middle, depth + 1).min(self.lowest(&middle, to, depth + 1))
     }
 
@@ -288,7 +202,7 @@ impl Gaps<'_, '_> {
         for i in 0..60 {
             let share = if i % 3 == 2 { 0.5 } else { low.slope / (low.slope - high.slope) };
             let x = low.x + (high.x - low.x) * share;
-            at = self.at(&self.line.place((to.element, x)));
+            at = self.at(&self.line.place(self.rod, (to.element, x)));
             if at.slope < 0.0 {
                 low = at
             } else {
@@ -309,10 +223,10 @@ impl Gaps<'_, '_> {
 pub(super) fn largest_share(
     obstacles: &Obstacles,
     candidates: &[Candidate],
-    line: &Line,
+    (rod, line): (&Rod, &Line),
     moved: impl Fn(usize, usize) -> f64,
 ) -> f64 {
-    let places = line.places();
+    let places = &line.places;
     let (mut share, last) = (f64::INFINITY, places.len() - 1);
     for obstacle in 0..obstacles.contacts.len() {
         let at = |place: &Place| {
@@ -332,11 +246,10 @@ pub(super) fn largest_share(
         for i in (0..last).filter(|i| !known[*i]) {
             let (way, radius) = (moved[i].max(moved[i + 1]), gaps[i].1.min(gaps[i + 1].1));
             let allowed = |least: f64| SETTINGS.approach * (radius + least.max(0.0));
-            // A gap changes by at most the arc length.
-            let size = places[i + 1].arc_length - places[i].arc_length;
+            let size = places[i + 1].path - places[i].path;
             let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);
             if allowed(least) < share * way {
-                let search = Gaps { line, obstacles, obstacle };
+                let search = Gaps { rod, line, obstacles, obstacle };
                 least = search.lowest(&search.at(&places[i]), &search.at(&places[i + 1]), 0);
             }
             share = share.min(allowed(least) / way);

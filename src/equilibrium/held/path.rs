@@ -5,8 +5,9 @@
 use nalgebra::Vector3;
 
 use super::before::Before;
+use super::line::{Line, Place};
 use super::motion::Motion;
-use super::obstacles::{Line, Obstacles, Place, candidate_share, largest_share};
+use super::obstacles::{Obstacles, candidate_share, largest_share};
 use super::search::{Found, HeldSearch, project};
 use super::settings::SETTINGS;
 use super::sites::turn_frames;
@@ -37,7 +38,7 @@ impl HeldSearch<'_> {
     fn move_holds(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
-        self.check_obstacles(rod)?;
+        self.check_obstacles()?;
         self.check_start(rod)?;
         self.lay(rod);
         let followed = self.rewind(rod);
@@ -51,7 +52,7 @@ impl HeldSearch<'_> {
         let (far, turned) = (far.max(way / self.length), turned.max(turn));
         let number = (far / largest_move).max(turned / largest_turn).ceil().max(1.0);
         let (mut done, mut share) = (0.0, 1.0 / number);
-        let moves = number > 1.0 || far > 0.0 || turned > 0.0 || followed && self.obstacles_move(rod);
+        let moves = number > 1.0 || far > 0.0 || turned > 0.0 || followed && self.obstacles_move();
         let each = self.bound;
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
@@ -123,17 +124,15 @@ impl HeldSearch<'_> {
     /// The factor by which a motion of the rod from its present shape to another one, and of the obstacles to a time
     /// (s), may be longer, so that no part of the rod passes an obstacle. The rods have the same nodes.
     fn largest_motion(&self, from: &Rod, to: &Rod, time: f64) -> f64 {
-        let [a, b] = [from, to].map(|rod| self.body.tangents(rod));
-        let [a, b] = [Line::new(from, &a), Line::new(to, &b)];
-        let [before, after] = [&a, &b].map(Line::places);
+        let [a, b] = [from, to].map(|rod| Line::new(rod, self.body.tangents(rod)));
         let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
             (to - from).norm() + self.obstacles.motion(obstacle, from, time)
         };
-        let mut share = largest_share(&self.obstacles, &self.candidates, &a, |obstacle, i| {
-            moved(obstacle, &before[i].position, &after[i].position)
+        let mut share = largest_share(&self.obstacles, &self.candidates, (from, &a), |obstacle, i| {
+            moved(obstacle, &a.places[i].position, &b.places[i].position)
         });
         for at in &self.candidates {
-            let [from, to] = [&a, &b].map(|line| line.place((at.element, at.x)).position);
+            let [from, to] = [(from, &a), (to, &b)].map(|(rod, line)| line.place(rod, (at.element, at.x)).position);
             let before = self.obstacles.gap_at(at.obstacle, &from);
             let after = self.obstacles.gap_then(at.obstacle, &to, time);
             let moved = moved(at.obstacle, &from, &to);
@@ -148,12 +147,12 @@ impl HeldSearch<'_> {
     }
 
     /// Whether an obstacle moves until the end of the increment.
-    fn obstacles_move(&self, rod: &Rod) -> bool {
+    fn obstacles_move(&self) -> bool {
         let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
         let moves = |place: &Place| {
             (0..self.obstacles.contacts.len()).any(|i| self.obstacles.motion(i, &place.position, time) > 0.0)
         };
-        Line::new(rod, &self.tangents).places().iter().any(moves)
+        self.line.places.iter().any(moves)
     }
 
     /// Sets the share of the motion, and the time of the obstacles.

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::obstacles::{Line, Place};
+use super::line::{Line, Place};
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::reference_element::MAX_POINTS;
@@ -57,8 +57,7 @@ impl HeldSearch<'_> {
     pub(super) fn patches(&self, rod: &Rod, touching: f64) -> Vec<Patch> {
         let mut loaded: Vec<&Candidate> = self.candidates.iter().filter(|at| at.status != Status::Open).collect();
         loaded.sort_by(|a, b| a.obstacle.cmp(&b.obstacle).then(a.arc_length.total_cmp(&b.arc_length)));
-        let line = Line::new(rod, &self.tangents);
-        let stations = line.stations();
+        let stations = self.line.stations();
         let margin = SAME * self.length;
         let open = |obstacle: usize, from: f64, to: f64| {
             let inside = |s: f64| s > from + margin && s < to - margin;
@@ -145,8 +144,7 @@ impl HeldSearch<'_> {
     fn relative_bend(&self, rod: &Rod, obstacle: usize, s: f64) -> f64 {
         let Some((e, x)) = rod.locate(s) else { return f64::NAN };
         let p = rod.order().points();
-        let line = Line::new(rod, &self.tangents);
-        let gap = self.obstacles.gap_at(obstacle, &line.place((e, x)).position);
+        let gap = self.obstacles.gap_at(obstacle, &self.line.place(rod, (e, x)).position);
         let (frame, point) = (rod.frame_within(e, x), rod.point_within(e, x));
         // The couple at the place, integrated from the apex.
         let mut couple: Vector3<f64> = self.couples_beyond(rod, e, x);
@@ -161,7 +159,7 @@ impl HeldSearch<'_> {
             } else {
                 0.0
             };
-            couple += self.tangents[i].cross(&forces[i]) * (share * rod.points()[i].jacobian);
+            couple += self.line.tangents[i].cross(&forces[i]) * (share * rod.points()[i].jacobian);
         }
         let near = rod.strain_within(e, x) - point.intrinsic;
         let local = frame.inverse_transform_vector(&couple);
@@ -241,13 +239,13 @@ impl HeldSearch<'_> {
         let held: Vec<usize> = joints.nodes().map(moved).collect();
         joints.set_nodes(held.into_iter());
         self.body.renew_load(rod);
-        let tangents: Vec<Vector3<f64>> = (0..rod.points().len())
+        let tangents = (0..rod.points().len())
             .map(|i| rod.frame_at_point(i / rod.order().points(), i % rod.order().points()) * Vector3::z())
             .collect();
-        let stations = Line::new(rod, &tangents).stations();
+        let line = Line::new(rod, tangents);
         self.candidates.clear();
         for patch in patches {
-            self.candidates.extend(self.stations_of(rod, patch, &stations));
+            self.candidates.extend(self.stations_of(rod, patch, line.stations()));
         }
         transfer(old, &mut self.candidates);
         self.apply(rod);
@@ -259,8 +257,7 @@ impl HeldSearch<'_> {
         if self.body.system().joints.free_base.is_none() || !self.candidates.is_empty() {
             return;
         }
-        let line = Line::new(rod, &self.tangents);
-        let places = line.places();
+        let places = &self.line.places;
         let mut patches: Vec<Patch> = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
             let touches = |at: &Place| self.obstacles.gap_at(obstacle, &at.position).value.abs() <= SAME * self.length;

@@ -6,6 +6,7 @@ use super::before::Before;
 use super::candidate::{Candidate, deepest};
 use super::elastic::{Laws, Spring, elastic_joint};
 use super::law::Status;
+use super::line::Line;
 use super::linear::Role;
 use super::mechanics::Mechanics;
 use super::motion::Motion;
@@ -40,8 +41,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) before: Before,
     /// The motion of the base and the obstacles in the increment; `None` without obstacles and for a rod without past.
     pub(super) motion: Option<Motion>,
-    /// Tangents ∂p/∂s of the centre line at the material points.
-    pub(super) tangents: Vec<Vector3<f64>>,
+    /// The centre line at the last evaluation of the candidates.
+    pub(super) line: Line,
     /// Length over which the rod bends beside a contact, m.
     pub(super) layer: f64,
     /// Whether the equilibrium has to be stable.
@@ -101,7 +102,7 @@ impl<'a> HeldSearch<'a> {
             laws,
             obstacles,
             candidates: Vec::new(),
-            tangents: Vec::new(),
+            line: Line::default(),
             layer: f64::INFINITY,
             stable,
             nearby: false,

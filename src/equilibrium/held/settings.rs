@@ -96,7 +96,7 @@ pub(super) const SETTINGS: Settings = Settings {
     placements: (12, 0.3),
     placing_turn: 1e-3,
     settled_turn: 1e-2,
-    chord_turn: 1e-2,
+    chord_turn: 1e-3,
     chords: 6,
     chord_error: 1e-3,
     placed: 3e-10,

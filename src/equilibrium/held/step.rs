@@ -4,8 +4,9 @@ use nalgebra::{DVector, Vector3};
 
 use super::candidate::Candidate;
 use super::law::Status;
+use super::line::moved;
 use super::linear::Linear;
-use super::obstacles::{Line, candidate_share, largest_share};
+use super::obstacles::{candidate_share, largest_share};
 use super::reduced::{Contact, Reduced};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
@@ -23,15 +24,10 @@ impl HeldSearch<'_> {
             shape,
             sites: self.sites.clone(),
             candidates: self.candidates.clone(),
-            tangents: self.tangents.clone(),
+            line: self.line.clone(),
             turns: system.turns.clone(),
             base: system.base,
             condensed: system.elements.iter().map(|element| *element.condensed()).collect(),
-            places: if self.obstacles.contacts.is_empty() {
-                Vec::new()
-            } else {
-                Line::new(rod, &self.tangents).places()
-            },
         }
     }
 
@@ -162,14 +158,13 @@ impl HeldSearch<'_> {
         self.body.advance(rod, fraction);
         self.sites.clone_from(&start.sites);
         self.add_links(&trial.linear.roles, &trial.links, fraction);
-        let line = Line::new(rod, &self.tangents);
         for ((at, from), contact) in self.candidates.iter_mut().zip(&start.candidates).zip(&trial.contacts) {
             at.force = from.force + (contact.force - from.force) * fraction;
             at.status = contact.status;
             at.touched |= at.status != Status::Open;
             (at.element, at.x) = (from.element, from.x);
             if contact.shift != 0.0 {
-                (at.element, at.x) = line.moved((from.element, from.x), contact.shift * fraction);
+                (at.element, at.x) = moved(rod, (from.element, from.x), contact.shift * fraction);
             }
         }
         self.apply(rod);
@@ -182,14 +177,12 @@ impl HeldSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return 1.0;
         }
-        let before = Line::at(&start.shape.position, rod, &start.tangents);
-        let line = Line::new(rod, &self.tangents);
-        let [from, to] = [&before, &line].map(Line::places);
-        let moved = |_, i: usize| (to[i].position - from[i].position).norm();
-        let mut share = largest_share(&self.obstacles, &start.candidates, &before, moved);
+        let before = &start.line;
+        let moved = |_, i: usize| (self.line.places[i].position - before.places[i].position).norm();
+        let mut share = largest_share(&self.obstacles, &start.candidates, (rod, before), moved);
         for at in &self.candidates {
             // The place before the step, at the present coordinate along the rod.
-            let place = before.place((at.element, at.x)).position;
+            let place = before.place(rod, (at.element, at.x)).position;
             let gap = self.obstacles.gap_at(at.obstacle, &place);
             share = share.min(candidate_share(at.status, (at.position - place).norm(), (&gap, &at.gap)));
         }
@@ -240,9 +233,9 @@ impl HeldSearch<'_> {
     /// is not changed, unless it is shorter than half of the last one.
     pub(super) fn chord(&mut self, rod: &mut Rod, step: Box<Step>) -> Box<Step> {
         let Step { turn: last, pivots, mut linear, mut changed, mut drift, .. } = *step;
-        self.body.evaluate(rod);
+        let energy = self.body.evaluate(rod);
         self.found.evaluations += 1;
-        self.stretch_joints(rod);
+        self.found.energy = self.potential(rod, energy);
         self.body.balance();
         let start = self.start(rod);
         let residuals = self.residuals();

@@ -3,8 +3,8 @@
 use nalgebra::{DVector, Vector3};
 
 use super::candidate::Candidate;
+use super::line::Line;
 use super::linear::Linear;
-use super::obstacles::Place;
 use super::reduced::Contact;
 use super::search::Snapshot;
 use super::sites::Site;
@@ -39,8 +39,7 @@ pub(super) struct Start {
     pub condensed: Vec<Row>,
     /// The unbalanced force on a free base, N.
     pub base: Vector3<f64>,
-    pub places: Vec<Place>,
-    pub tangents: Vec<Vector3<f64>>,
+    pub line: Line,
 }
 
 /// An accepted step.
