@@ -1,9 +1,11 @@
 //! The part of the state that a support adds besides the reactions of the rod: contacts, and the shape with nodes.
 
+use nalgebra::Vector3;
+
 use super::StateError;
 use crate::error::ParameterError;
 use crate::rod::Rod;
-use crate::support::Patch;
+use crate::support::{Patch, Reaction};
 
 /// Contacts of a shoot with obstacles. Empty without a support.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -12,6 +14,11 @@ pub(crate) struct ContactState {
     /// The rod with additional nodes where contacts begin and end; `None` for a rod without such nodes.
     pub shape: Option<Rod>,
     pub patches: Vec<Patch>,
+    /// Time of the patches and of the reactions, s.
+    pub time: f64,
+    /// Rates of the ends of the patches (m/s), and of the places (m/s) and forces (N/s) of the reactions. Empty if the
+    /// contacts have changed.
+    pub rates: (Vec<[f64; 2]>, Vec<(f64, Vector3<f64>)>),
 }
 
 impl ContactState {
@@ -19,6 +26,46 @@ impl ContactState {
     pub fn copy_from(&mut self, source: &Self) {
         self.patches.clone_from(&source.patches);
         self.shape.clone_from(&source.shape);
+        self.time = source.time;
+        self.rates.clone_from(&source.rates);
+    }
+
+    /// Reactions and patches extrapolated to a time (s), as initial guess.
+    pub fn predicted(&self, reactions: &[Reaction], time: f64) -> (Vec<Reaction>, Vec<Patch>) {
+        let (mut reactions, mut patches, after) = (reactions.to_vec(), self.patches.clone(), time - self.time);
+        for (patch, rate) in patches.iter_mut().zip(&self.rates.0) {
+            let from = patch.from + rate[0] * after;
+            (patch.from, patch.to) = (from, (patch.to + rate[1] * after).max(from));
+        }
+        for (at, (slide, force)) in reactions.iter_mut().zip(&self.rates.1) {
+            at.arc_length += slide * after;
+            at.force += force * after;
+        }
+        (reactions, patches)
+    }
+
+    /// Takes the patches at a time (s), with the reactions before and then.
+    pub fn take(&mut self, patches: Vec<Patch>, [before, now]: [&[Reaction]; 2], time: f64) {
+        let after = time - self.time;
+        let surface = |patch: &Patch| (patch.obstacle, patch.surface, patch.from == patch.to);
+        let place = |at: &Reaction| (at.obstacle, at.surface);
+        let same = self.patches.iter().map(surface).eq(patches.iter().map(surface))
+            && before.iter().map(place).eq(now.iter().map(place));
+        // A search that is repeated at the same time keeps the rates.
+        if after > 0.0 || !same {
+            let (ends, forces) = &mut self.rates;
+            ends.clear();
+            forces.clear();
+            if same {
+                let rate = |(a, b): (&Patch, &Patch)| [(b.from - a.from) / after, (b.to - a.to) / after];
+                ends.extend(self.patches.iter().zip(&patches).map(rate));
+                let rate = |(a, b): (&Reaction, &Reaction)| {
+                    ((b.arc_length - a.arc_length) / after, (b.force - a.force) / after)
+                };
+                forces.extend(before.iter().zip(now).map(rate));
+            }
+        }
+        (self.patches, self.time) = (patches, time);
     }
 
     /// Takes the elements of the shape whose tissue has left the growth zone out of its zone, as those of the rod.
@@ -38,6 +85,9 @@ impl ContactState {
             ParameterError::unless(excess.abs() <= 1e-9 * rod.length(), name, excess, "zero (m)")?;
         }
         let sum = self.patches.iter().map(|patch| patch.from + patch.to).sum();
-        Ok(ParameterError::finite("sum of the places of contacts", sum)?)
+        ParameterError::finite("sum of the places of contacts", sum)?;
+        let (ends, forces) = &self.rates;
+        let rates = ends.iter().flatten().sum::<f64>() + forces.iter().map(|(s, force)| s + force.sum()).sum::<f64>();
+        Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time)?)
     }
 }

@@ -84,7 +84,7 @@ impl HeldSearch<'_> {
         let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
         let converged = loop {
-            let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, last)?;
+            let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, last);
             let enough = chords == 0 || self.found.error <= SETTINGS.chord_error * self.tolerance;
             if converged && enough || turn >= SETTINGS.chord_turn || chords == SETTINGS.chords {
                 break converged;
@@ -99,12 +99,16 @@ impl HeldSearch<'_> {
         if (converged || settled || turn < SETTINGS.placing_turn) && self.move_nodes(rod, course) {
             return Ok(false);
         }
+        if !converged {
+            return Ok(false);
+        }
+        self.find_inertia(rod, &step)?;
         let negative = self.found.inertia.negative;
-        if converged && self.stable && negative > 0 {
+        if self.stable && negative > 0 {
             // A descent goes on from there.
             return if course.guarded { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
         }
-        Ok(converged)
+        Ok(true)
     }
 
     /// Moves nodes to the contacts. Returns whether any moved.
@@ -210,7 +214,7 @@ impl HeldSearch<'_> {
     }
 
     /// Whether the rod is in equilibrium after a whole Newton step, which followed one with the rotation `last` (rad).
-    fn has_converged(&mut self, rod: &Rod, step: &Step, last: f64) -> Result<bool, EquilibriumError> {
+    fn has_converged(&mut self, rod: &Rod, step: &Step, last: f64) -> bool {
         let turn = step.turn;
         let stretching = step.stretch > 1e-8 * self.length;
         // The next error is the square of the step.
@@ -229,9 +233,15 @@ impl HeldSearch<'_> {
         let rounds =
             turn < STAGNANT && !apart && !stretching && (SETTINGS.slow * turn..STAGNANT).contains(&last) && balanced;
         if !rounds && (stretching || apart || step.changed || error > self.tolerance && turn >= ROUNDING) {
-            return Ok(false);
+            return false;
         }
         self.found.error = if rounds { error.max(turn) } else { error };
+        true
+    }
+
+    /// Evaluates the inertia at the equilibrium that a step has reached, with the tangent of the step unless the
+    /// distance from it matters.
+    fn find_inertia(&mut self, rod: &Rod, step: &Step) -> Result<(), EquilibriumError> {
         let inertia = self.inertia_of(&step.linear, step.pivots);
         self.found.inertia = inertia;
         if inertia.negative > 0 || !(inertia.margin > CLOSE * step.drift) {
@@ -240,6 +250,6 @@ impl HeldSearch<'_> {
             let linear = self.linearise(rod);
             self.found.inertia = self.inertia_of(&linear, pivots);
         }
-        Ok(true)
+        Ok(())
     }
 }

@@ -122,7 +122,8 @@ impl Stepper {
     ) -> Outcome<Equilibrium> {
         let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
-        let earlier = (rod.reactions(), &contact.patches[..]);
+        let (reactions, patches) = contact.predicted(rod.reactions(), environment.time);
+        let earlier = (&reactions[..], &patches[..]);
         let before = self.before.as_ref();
         let before = before.map(|(rod, time, reactions)| (rod, environment.time - time, &reactions[..]));
         let (shape, nearby) = (contact.shape.as_ref(), self.nearby);
@@ -130,6 +131,7 @@ impl Stepper {
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
         self.force.update(&held.rod, load, environment);
         self.force.react(&held.rod, &held.reactions);
+        contact.take(held.patches, [rod.reactions(), &held.reactions], environment.time);
         if held.rod.elements() == rod.elements() {
             rod.copy_shape(&held.rod);
             contact.shape = None;
@@ -137,7 +139,6 @@ impl Stepper {
             rod.sample_shape(&held.rod);
             contact.shape = Some(held.rod);
         }
-        contact.patches = held.patches;
         Ok(held.equilibrium)
     }
 
