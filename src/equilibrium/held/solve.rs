@@ -19,7 +19,7 @@ const SOLVED: f64 = 1e-14;
 /// Residual below which an iteration that stalls ends.
 const STALLED: f64 = 1e-12;
 /// Residual with which the forces are of use.
-const USEFUL: f64 = 1e-7;
+const USEFUL: f64 = 1e-9;
 /// Smallest and largest compliance that is added to loaded contacts in the iteration, relative to that of the contact.
 /// It selects the forces closest to the present ones where the rod does not determine them, and does not change the
 /// solution.
@@ -33,8 +33,8 @@ const RAISE: f64 = 30.0;
 const PATH: (f64, f64) = (0.1, 1e-13);
 /// Residual relative to the smoothing below which the smoothing decreases, and the factor by which it decreases.
 const PATH_DECREASE: (f64, f64) = (0.5, 0.2);
-/// Largest number of steps along the path, on which the smoothing decreases eighteen times.
-const PATH_STEPS: usize = 120;
+/// Largest number of steps along the path for each smoothing. Most take one or two.
+const PATH_STEPS: usize = 12;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
 
@@ -150,8 +150,9 @@ impl Reduced<'_> {
     fn follow_path(&self, contacts: &mut Vec<Contact>) -> bool {
         let largest = self.largest(contacts);
         let mut smoothing = Smoothing { force: PATH.0 * largest, ratio: 0.5 };
-        let mut proximal = PROXIMAL.0;
-        for _ in 0..PATH_STEPS {
+        let (mut proximal, mut steps_left) = (PROXIMAL.0, PATH_STEPS);
+        while steps_left > 0 {
+            steps_left -= 1;
             let all = self.evaluate_all(contacts, smoothing);
             let merit = Self::merit(contacts, &all);
             let Some(steps) = self.step(contacts, &all, proximal) else { return false };
@@ -170,6 +171,7 @@ impl Reduced<'_> {
                     if value.sqrt() <= reached {
                         smoothing.force *= PATH_DECREASE.1;
                         smoothing.ratio *= PATH_DECREASE.1;
+                        steps_left = PATH_STEPS;
                     }
                 }
                 None if proximal < PROXIMAL.1 => proximal = (RAISE * proximal).min(PROXIMAL.1),
@@ -217,7 +219,7 @@ impl Reduced<'_> {
                 }
                 stalls += 1;
                 if stalls > 2 {
-                    return false;
+                    break;
                 }
             }
             extra /= RAISE;
