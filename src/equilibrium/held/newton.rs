@@ -16,6 +16,9 @@ use crate::rod::Rod;
 /// Largest rotation in a step that may be due to rounding, rad, and one that always is.
 const STAGNANT: f64 = 1e-6;
 const ROUNDING: f64 = 1e-13;
+/// Rotation in a step after which the shape does not change any more, rad, and the largest violation of a condition
+/// that is accepted then, relative to the length.
+const RESTING: f64 = 1e-9;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
 const BALANCED: f64 = 1e-13;
 /// Ratio of the smallest scaled eigenvalue to the distance from the shape of the tangent below which the inertia is
@@ -157,7 +160,7 @@ impl HeldSearch<'_> {
     /// Takes a step with the smallest shift that is accepted. `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let scale = self.force_scale();
-        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / 16.0 } else { 0.0 };
+        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / SETTINGS.shift.1 } else { 0.0 };
         if !self.is_loaded() || course.guarded {
             shift = 0.0;
         }
@@ -184,7 +187,7 @@ impl HeldSearch<'_> {
             shift = if shift > 0.0 {
                 SETTINGS.shift.1 * shift
             } else if course.shift > 0.0 {
-                course.shift / 16.0
+                course.shift / SETTINGS.shift.1
             } else {
                 SETTINGS.shift.0 * self.force_scale()
             };
@@ -227,7 +230,10 @@ impl HeldSearch<'_> {
             let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward > 0.0);
             at.status != Status::Open && at.slides && inside && at.approach().0.abs() > SETTINGS.tangential
         });
-        let apart = skew || found || self.largest_violation() > SETTINGS.rounding * self.length;
+        // Conditions at places that move together are violated by rounding of their differences.
+        let violation = self.largest_violation() / self.length;
+        let rests = turn < RESTING && last < STAGNANT;
+        let apart = skew || found || !(violation <= if rests { RESTING } else { SETTINGS.rounding });
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced = self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
         let rounds =
@@ -235,7 +241,7 @@ impl HeldSearch<'_> {
         if !rounds && (stretching || apart || step.changed || error > self.tolerance && turn >= ROUNDING) {
             return false;
         }
-        self.found.error = if rounds { error.max(turn) } else { error };
+        self.found.error = (if rounds { error.max(turn) } else { error }).max(violation);
         true
     }
 

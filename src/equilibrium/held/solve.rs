@@ -28,6 +28,8 @@ const PROXIMAL: (f64, f64) = (1e-10, 0.1);
 const DAMPING: f64 = 0.01;
 /// Factor by which it increases after a step that does not decrease the residual.
 const RAISE: f64 = 30.0;
+/// Largest number of further steps after the iteration.
+const POLISHES: usize = 3;
 /// Smoothing at the start and at the end of the central path, relative to the largest force. At the end the states of
 /// the contacts are those of the exact laws.
 const PATH: (f64, f64) = (0.1, 1e-13);
@@ -192,7 +194,7 @@ impl Reduced<'_> {
         for _ in 0..ITERATIONS {
             let (largest, size) = (self.largest(contacts), merit.sqrt());
             if size <= SOLVED * largest {
-                return Self::finish(contacts, &all);
+                return self.polish(contacts, all);
             }
             let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL.0).max(extra);
             let Some(steps) = self.step(contacts, &all, proximal) else { return false };
@@ -210,7 +212,7 @@ impl Reduced<'_> {
             let Some((value, trial, at)) = best else { return false };
             if value.sqrt() <= STALLED * largest && value >= 0.25 * merit {
                 *contacts = trial;
-                return Self::finish(contacts, &at);
+                return self.polish(contacts, at);
             }
             if !falls {
                 if proximal < PROXIMAL.1 {
@@ -230,7 +232,27 @@ impl Reduced<'_> {
             }
             merit = Self::merit(contacts, &all);
         }
-        merit.sqrt() <= USEFUL * self.largest(contacts) && Self::finish(contacts, &all)
+        merit.sqrt() <= USEFUL * self.largest(contacts) && self.polish(contacts, all)
+    }
+
+    /// Improves the solution by further steps as long as the contacts keep their states and the largest residual over
+    /// its scale, a length, decreases: rounding of the force at a stiff contact may hide the gap at a compliant one.
+    fn polish(&self, contacts: &mut Vec<Contact>, mut all: Vec<Evaluated>) -> bool {
+        let length = |contacts: &[Contact], all: &[Evaluated]| {
+            let each = contacts.iter().zip(all).map(|(contact, at)| at.law.residual.norm() / contact.k);
+            each.fold(0.0, f64::max)
+        };
+        for _ in 0..POLISHES {
+            let Some(steps) = self.step(contacts, &all, PROXIMAL.0) else { break };
+            let trial = Self::moved(contacts, &steps, 1.0);
+            let at = self.evaluate_all(&trial, Smoothing::default());
+            let keeps = all.iter().zip(&at).all(|(a, b)| a.law.status == b.law.status);
+            if !(keeps && length(&trial, &at) < 0.5 * length(contacts, &all)) {
+                break;
+            }
+            (*contacts, all) = (trial, at);
+        }
+        Self::finish(contacts, &all)
     }
 
     /// Records the states, and removes the force of open contacts.
