@@ -77,7 +77,8 @@ impl HeldSearch<'_> {
                     Attempt::Rejected
                 });
             }
-            if shift > 0.0 && merit.residual < SETTINGS.at_saddle {
+            let stagnates = turn < 1e-7 && turn > SETTINGS.slow * course.last || turn < SETTINGS.at_saddle;
+            if shift > 0.0 && merit.residual < SETTINGS.at_saddle && stagnates {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
@@ -90,9 +91,9 @@ impl HeldSearch<'_> {
             match self.fit(rod, &mut start, &mut trial, &mut searched) {
                 Fit::Found => continue,
                 Fit::Misses => {
-                    // No solution is next to the present forces.
+                    // No solution is next to the present forces. After nodes have moved, one is known not to be far.
                     self.return_to(rod, &start);
-                    return Ok(if follows { Attempt::Lost } else { Attempt::Rejected });
+                    return Ok(if follows && course.answer.is_none() { Attempt::Lost } else { Attempt::Rejected });
                 }
                 Fit::Fits => {}
             }

@@ -21,17 +21,17 @@ const ROUNDING: f64 = 1e-13;
 const RESTING: f64 = 1e-9;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
 const BALANCED: f64 = 1e-13;
-/// Ratio of the smallest scaled eigenvalue to the distance from the shape of the tangent below which the inertia is
-/// evaluated again: eigenvalues change in proportion to the distance.
-const CLOSE: f64 = 10.0;
+/// Smallest scaled eigenvalue, and its smallest ratio to the distance from the shape of the tangent, below which the
+/// inertia is evaluated again: eigenvalues change in proportion to the distance, small ones relatively more.
+const CLOSE: (f64, f64) = (1e-3, 100.0);
 
 impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
     /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
         let (last, shift, saddles, negative) = (f64::INFINITY, 0.0, 0, None);
-        let (bowed, placements, answer) = (false, 0, None);
-        let mut course = Course { guarded, last, shift, saddles, negative, bowed, placements, answer };
+        let (bowed, placements, answer, distance) = (false, 0, None, 0.0);
+        let mut course = Course { guarded, last, shift, saddles, negative, bowed, placements, answer, distance };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);
@@ -40,7 +40,9 @@ impl HeldSearch<'_> {
                 self.restore(rod, &answer);
                 (course.last, course.shift) = (f64::INFINITY, 0.0);
                 course.placements = SETTINGS.placements.0;
-                self.iterate(rod, &mut course)
+                self.iterate(rod, &mut course)?;
+                self.found.error = self.found.error.max(course.distance);
+                Ok(())
             }
             (result, _) => result,
         }
@@ -85,11 +87,12 @@ impl HeldSearch<'_> {
     /// Steps with the same factors follow as long as each is much shorter than the one before.
     fn ends(&mut self, rod: &mut Rod, course: &mut Course, mut step: Box<Step>) -> Result<bool, EquilibriumError> {
         let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
+        let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
         let converged = loop {
             let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, last);
             let enough = chords == 0 || self.found.error <= SETTINGS.chord_error * self.tolerance;
-            if converged && enough || turn >= SETTINGS.chord_turn || chords == SETTINGS.chords {
+            if converged && enough || turn >= SETTINGS.chord_turn || chords == most {
                 break converged;
             }
             step = self.chord(rod, step);
@@ -119,7 +122,8 @@ impl HeldSearch<'_> {
         if course.placements >= SETTINGS.placements.0 || self.obstacles.contacts.is_empty() {
             return false;
         }
-        let Some(patches) = self.misplaced(rod) else { return false };
+        let Some((patches, distance)) = self.misplaced(rod) else { return false };
+        course.distance = distance / self.length;
         course.placements += 1;
         course.answer = Some(self.snapshot(rod));
         let old = self.candidates.clone();
@@ -160,7 +164,7 @@ impl HeldSearch<'_> {
     /// Takes a step with the smallest shift that is accepted. `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let scale = self.force_scale();
-        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / SETTINGS.shift.1 } else { 0.0 };
+        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / 16.0 } else { 0.0 };
         if !self.is_loaded() || course.guarded {
             shift = 0.0;
         }
@@ -187,7 +191,7 @@ impl HeldSearch<'_> {
             shift = if shift > 0.0 {
                 SETTINGS.shift.1 * shift
             } else if course.shift > 0.0 {
-                course.shift / SETTINGS.shift.1
+                course.shift / 16.0
             } else {
                 SETTINGS.shift.0 * self.force_scale()
             };
@@ -250,7 +254,7 @@ impl HeldSearch<'_> {
     fn find_inertia(&mut self, rod: &Rod, step: &Step) -> Result<(), EquilibriumError> {
         let inertia = self.inertia_of(&step.linear, step.pivots);
         self.found.inertia = inertia;
-        if inertia.negative > 0 || !(inertia.margin > CLOSE * step.drift) {
+        if inertia.negative > 0 || !(inertia.margin > CLOSE.0.max(CLOSE.1 * step.drift)) {
             let (_, pivots) = self.factorise(rod, 0.0)?;
             self.body.balance();
             let linear = self.linearise(rod);

@@ -27,8 +27,9 @@ const TOUCHING: f64 = 1e-4;
 const GRADING: f64 = 3.0;
 
 impl HeldSearch<'_> {
-    /// The contacts of the present shape, if nodes are not at them or stations are not those of contact segments.
-    pub(super) fn misplaced(&mut self, rod: &Rod) -> Option<Vec<Patch>> {
+    /// The contacts of the present shape, if nodes are not at them or stations are not those of contact segments, and
+    /// the largest distance of a node from its place, m.
+    pub(super) fn misplaced(&mut self, rod: &Rod) -> Option<(Vec<Patch>, f64)> {
         let touching = TOUCHING * self.length / self.parent.elements() as f64;
         let mut patches = self.patches(rod, touching);
         let moved = self.move_ends(rod, &mut patches);
@@ -44,12 +45,16 @@ impl HeldSearch<'_> {
         let opened = self.candidates.iter().filter(|at| at.touched && at.slides && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
-        // A point inside a contact segment is no station of it.
-        let inside = |at: &Candidate| {
-            let within = |patch: &Patch| patch.from < at.arc_length && at.arc_length < patch.to;
-            at.point && patches.iter().any(|patch| patch.obstacle == at.obstacle && within(patch))
+        // A point inside a contact segment is no station of it, and the last station of a segment is a point.
+        let differs = |at: &Candidate| {
+            patches.iter().filter(|patch| patch.obstacle == at.obstacle).any(|patch| {
+                let inside = patch.from < at.arc_length && at.arc_length < patch.to;
+                let alone = patch.from == patch.to && (at.arc_length - patch.from).abs() <= SAME * self.length;
+                at.point && inside || !at.point && at.status != Status::Open && alone
+            })
         };
-        (largest > SETTINGS.placed * self.length || self.candidates.iter().any(inside)).then_some(patches)
+        let moves = largest > SETTINGS.placed * self.length || self.candidates.iter().any(differs);
+        moves.then_some((patches, largest))
     }
 
     /// The contacts, in order of obstacle and arc length. Neighbouring stations in contact are one segment; the gap

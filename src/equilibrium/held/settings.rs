@@ -69,7 +69,7 @@ pub(super) struct Settings {
     pub softenings: usize,
     /// Largest increase of the number of negative directions in a search for an unstable equilibrium.
     pub passed: usize,
-    /// Residual below which a shifted tangent is at a saddle of the energy.
+    /// Residual, and rotation in a step (rad), below which a shifted tangent is at a saddle of the energy.
     pub at_saddle: f64,
     /// Largest rotation (rad) and largest displacement, relative to the length, of a hold or the base in an increment.
     pub increment: (f64, f64),

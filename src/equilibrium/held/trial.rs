@@ -28,6 +28,8 @@ pub(super) struct Course {
     /// Number of times that nodes have moved to the contacts, and the shape before the last time.
     pub placements: usize,
     pub answer: Option<Snapshot>,
+    /// Largest distance by which nodes moved then, relative to the length.
+    pub distance: f64,
 }
 
 /// The start of a step.
