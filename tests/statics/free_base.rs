@@ -1,6 +1,6 @@
 //! Rods with a free base, which only holds and contacts bear, against closed forms.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use super::elastica::legendre;
 use crate::fixtures::held::assert_close;
@@ -133,49 +133,6 @@ fn force_that_drags_a_strip_over_a_table_is_friction_times_weight() {
     let (held, sum) = strip(0.0, Some(along)).expect("an equilibrium");
     assert!((sum - Vector3::new(-0.3, 0.0, 1.0)).norm() < 1e-8, "{sum}");
     assert!((held.rod.base_position().x + 0.48 * LENGTH).abs() < 1e-8 * LENGTH);
-}
-
-/// Equilibrium of a rope that is wound half around a horizontal drum, and the height of its tip in the wound shape, m.
-/// Its ends hang down, one of them by `share` of the largest length that friction holds if the rope is flexible. The
-/// weight per length times the cube of the drum's radius over the bending stiffness is `load`.
-fn rope(load: f64, share: f64) -> Result<(Held, f64), EquilibriumError> {
-    let (radius, short, friction) = (0.01, 0.02, 0.3);
-    let (arc, growth) = (PI * radius, (friction * PI).exp());
-    // The weight on the arc contributes the second term; the tension increases by dT/dφ = μ T + q R (μ sin φ − cos φ).
-    let longest = growth * short + radius * 2.0 * friction / (1.0 + friction * friction) * (growth + 1.0);
-    let long = share * longest;
-    let length = short + arc + long;
-    let mut nodes = vec![0.0];
-    for (from, part) in [(0.0, short), (short, arc), (short + arc, long)] {
-        let number = (24.0 * part / length).ceil();
-        nodes.extend((1..=number as usize).map(|i| from + part * i as f64 / number));
-    }
-    let mut rod = Rod::straight(&nodes, |_| RADIUS, UnitQuaternion::identity(), Order::Eight).expect("a rod");
-    rod.set_base_position(Vector3::new(-radius, 0.0, -short)).expect("a position");
-    rod.set_intrinsic(|point| {
-        let on_drum = (short..short + arc).contains(&(length - point.apex_distance));
-        if on_drum { Vector3::y() / radius } else { Vector3::zeros() }
-    });
-    let _ = solve(&mut rod, &(), &(), &weightless())?;
-    rod.set_intrinsic(|_| Vector3::zeros());
-    let height = rod.tip().z;
-    let obstacle = Cylinder { through: Vector3::zeros(), along: Vector3::y(), radius };
-    let support = (Joint::Free, Contact { obstacle, radius: 0.0, friction });
-    let weight = Weight { density: density_for(load, radius) };
-    Ok((solve(&mut rod, &weight, &support, &gravity())?, height))
-}
-
-#[test]
-fn rope_on_a_drum_slips_off_beyond_the_overhang_of_the_capstan_equation() {
-    // A flexible rope hangs at most h₂ = e^{μπ} h₁ + R 2μ/(1 + μ²) (e^{μπ} + 1) farther down on the other side. The
-    // bending stiffness lets the ends lift off earlier and changes this by a few per cent.
-    for load in [10.0, 100.0] {
-        let (held, height) = rope(load, 0.95).expect("an equilibrium");
-        let slide = (held.rod.tip().z - height).abs();
-        // The stiff rope straightens at the ends of the arc. A rope that slips falls off the drum.
-        assert!(slide < 1e-3 * 0.01, "{slide} m");
-        assert!(matches!(rope(load, 1.1), Err(EquilibriumError::NotHeld { .. })));
-    }
 }
 
 #[test]

@@ -93,14 +93,15 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
         for place in held.rod.centre_line_at(401) {
             for contact in &obstacles {
                 let gap = contact.obstacle.distance(&place, 0.0).value - RADIUS;
-                // Between the stations of a longer contact, and at contacts with almost no force.
-                assert!(gap > -1e-5 * length, "{seed}: penetration {:e}", -gap / length);
+                // Three of the first 1800 scenes penetrate between stations by more than 1e-9: by up to 1.3e-8.
+                let permitted = (2e-8 + held.equilibrium.error) * length;
+                assert!(gap > -permitted, "{seed}: penetration {:e}", -gap / length);
             }
         }
     }
     println!("{touching} of {count} rods touch, failures: {failures:?}");
-    // None of the first 900 scenes ends with an error (`MORPHOROD_CASES=900`).
-    assert!(failures.len() as u64 * 200 <= count, "{failures:?}");
+    // None of the first 1800 scenes ends with an error (`MORPHOROD_CASES=1800`).
+    assert!(failures.is_empty(), "{failures:?}");
     assert!(touching * 2 > count, "{touching} scenes with contact");
 }
 
