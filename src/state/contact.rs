@@ -7,6 +7,9 @@ use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::support::{Patch, Reaction};
 
+/// Smallest motion of a contact along the rod that is extrapolated, relative to the largest arc length of a reaction.
+const LEAST_MOTION: f64 = 1e-6;
+
 /// Contacts of a shoot with obstacles. Empty without a support.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -57,12 +60,18 @@ impl ContactState {
             ends.clear();
             forces.clear();
             if same {
-                let rate = |(a, b): (&Patch, &Patch)| [(b.from - a.from) / after, (b.to - a.to) / after];
-                ends.extend(self.patches.iter().zip(&patches).map(rate));
-                let rate = |(a, b): (&Reaction, &Reaction)| {
-                    ((b.arc_length - a.arc_length) / after, (b.force - a.force) / after)
+                // Shorter motions are not extrapolated, so that a rod at rest stays at rest.
+                let length = now.iter().map(|at| at.arc_length).fold(0.0, f64::max);
+                let rate = |from: f64, to: f64| {
+                    if (to - from).abs() > LEAST_MOTION * length { (to - from) / after } else { 0.0 }
                 };
-                forces.extend(before.iter().zip(now).map(rate));
+                let each = self.patches.iter().zip(&patches);
+                ends.extend(each.map(|(a, b)| [rate(a.from, b.from), rate(a.to, b.to)]));
+                // The distribution of the force in a segment may depend on the initial guess.
+                if patches.iter().all(|patch| patch.from == patch.to) {
+                    let each = before.iter().zip(now);
+                    forces.extend(each.map(|(a, b)| (rate(a.arc_length, b.arc_length), (b.force - a.force) / after)));
+                }
             }
         }
         (self.patches, self.time) = (patches, time);

@@ -57,8 +57,7 @@ impl HeldSearch<'_> {
         // In contact, without a guard, a step that is not accepted as a whole shows whether the rod is unstable.
         let follows = self.is_loaded() && !course.guarded && self.stable && shift == 0.0;
         loop {
-            let mut linear = self.linearise(rod);
-            linear.removal = self.force_scale() / (self.force_scale() + shift);
+            let linear = self.linearise(rod);
             if !std::mem::replace(&mut tested, true)
                 && let Some(attempt) = self.test_tangent(rod, course, (&linear, pivots, shift))
             {
@@ -194,8 +193,7 @@ impl HeldSearch<'_> {
             if factor >= 1.0 && trial.turn >= TINY_TURN {
                 self.correct(rod, start, trial);
                 // The linear rod holds where corrections lead to the conditions.
-                let permitted =
-                    SETTINGS.permitted * self.length + before * (1.0 - 0.5 * trial.linear.share * trial.linear.removal);
+                let permitted = SETTINGS.permitted * self.length + before * (1.0 - 0.5 * trial.linear.share);
                 if deepest(&self.candidates) > permitted || self.safe_share(rod, start) < 1.0 {
                     factor = 0.0;
                 }

@@ -76,9 +76,6 @@ pub(super) struct Linear {
     pub remains: f64,
     /// The share of the unbalanced couples and of the residuals that the step removes.
     pub share: f64,
-    /// The part of this share by which it removes penetrations and slips of contacts. A shifted tangent resists them
-    /// with forces that have no limit.
-    pub removal: f64,
 }
 
 impl Linear {

@@ -95,7 +95,6 @@ impl HeldSearch<'_> {
             free,
             remains,
             share: 1.0,
-            removal: 1.0,
         };
         if linear.links.len() > 0 && size > 0 {
             let across = linear.products.columns(first, size).into_owned();

@@ -91,7 +91,7 @@ impl HeldSearch<'_> {
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
         let converged = loop {
             let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, last);
-            let enough = chords == 0 || self.found.error <= SETTINGS.chord_error * self.tolerance;
+            let enough = !self.is_loaded() || self.found.error <= SETTINGS.chord_error * self.tolerance;
             if converged && enough || turn >= SETTINGS.chord_turn || chords == most {
                 break converged;
             }
@@ -236,7 +236,7 @@ impl HeldSearch<'_> {
         });
         // Conditions at places that move together are violated by rounding of their differences.
         let violation = self.largest_violation() / self.length;
-        let rests = turn < RESTING && last < STAGNANT;
+        let rests = turn < RESTING && (SETTINGS.slow * turn..STAGNANT).contains(&last) && turn >= SETTINGS.slow * last;
         let apart = skew || found || !(violation <= if rests { RESTING } else { SETTINGS.rounding });
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced = self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;

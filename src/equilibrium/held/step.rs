@@ -92,11 +92,8 @@ impl HeldSearch<'_> {
                 range,
                 bend: at.bend,
                 curve: at.approach().1,
-                clearance: at.gap.value.min(0.0) * (1.0 - linear.share * linear.removal),
-                anchor: (
-                    at.anchor.0 + at.slip(&yielded[at.obstacle]) * (1.0 - linear.share * linear.removal),
-                    at.anchor.1,
-                ),
+                clearance: at.gap.value.min(0.0) * (1.0 - linear.share),
+                anchor: (at.anchor.0 + at.slip(&yielded[at.obstacle]) * (1.0 - linear.share), at.anchor.1),
                 first,
                 rigid: self.rigid_compliance(linear, first),
                 k: 0.0,
