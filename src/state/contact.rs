@@ -19,9 +19,10 @@ pub(crate) struct ContactState {
     pub patches: Vec<Patch>,
     /// Time of the patches and of the reactions, s.
     pub time: f64,
-    /// Rates of the ends of the patches (m/s), and of the places (m/s) and forces (N/s) of the reactions. Empty if the
-    /// contacts have changed.
-    pub rates: (Vec<[f64; 2]>, Vec<(f64, Vector3<f64>)>),
+    /// Rates of the ends of the patches, m/s; empty if the contacts have changed.
+    pub end_rates: Vec<[f64; 2]>,
+    /// Rates of the places (m/s) and forces (N/s) of the reactions; empty if the contacts have changed.
+    pub force_rates: Vec<(f64, Vector3<f64>)>,
 }
 
 impl ContactState {
@@ -30,17 +31,18 @@ impl ContactState {
         self.patches.clone_from(&source.patches);
         self.shape.clone_from(&source.shape);
         self.time = source.time;
-        self.rates.clone_from(&source.rates);
+        self.end_rates.clone_from(&source.end_rates);
+        self.force_rates.clone_from(&source.force_rates);
     }
 
     /// Reactions and patches extrapolated to a time (s), as initial guess.
     pub fn predicted(&self, reactions: &[Reaction], time: f64) -> (Vec<Reaction>, Vec<Patch>) {
         let (mut reactions, mut patches, after) = (reactions.to_vec(), self.patches.clone(), time - self.time);
-        for (patch, rate) in patches.iter_mut().zip(&self.rates.0) {
+        for (patch, rate) in patches.iter_mut().zip(&self.end_rates) {
             let from = patch.from + rate[0] * after;
             (patch.from, patch.to) = (from, (patch.to + rate[1] * after).max(from));
         }
-        for (at, (slide, force)) in reactions.iter_mut().zip(&self.rates.1) {
+        for (at, (slide, force)) in reactions.iter_mut().zip(&self.force_rates) {
             at.arc_length += slide * after;
             at.force += force * after;
         }
@@ -56,9 +58,8 @@ impl ContactState {
             && before.iter().map(place).eq(now.iter().map(place));
         // A search that is repeated at the same time keeps the rates.
         if after > 0.0 || !same {
-            let (ends, forces) = &mut self.rates;
-            ends.clear();
-            forces.clear();
+            self.end_rates.clear();
+            self.force_rates.clear();
             if same {
                 // Shorter motions are not extrapolated, so that a rod at rest stays at rest.
                 let length = now.iter().map(|at| at.arc_length).fold(0.0, f64::max);
@@ -66,11 +67,12 @@ impl ContactState {
                     if (to - from).abs() > LEAST_MOTION * length { (to - from) / after } else { 0.0 }
                 };
                 let each = self.patches.iter().zip(&patches);
-                ends.extend(each.map(|(a, b)| [rate(a.from, b.from), rate(a.to, b.to)]));
+                self.end_rates.extend(each.map(|(a, b)| [rate(a.from, b.from), rate(a.to, b.to)]));
                 // The distribution of the force in a segment may depend on the initial guess.
                 if patches.iter().all(|patch| patch.from == patch.to) {
                     let each = before.iter().zip(now);
-                    forces.extend(each.map(|(a, b)| (rate(a.arc_length, b.arc_length), (b.force - a.force) / after)));
+                    self.force_rates
+                        .extend(each.map(|(a, b)| (rate(a.arc_length, b.arc_length), (b.force - a.force) / after)));
                 }
             }
         }
@@ -95,8 +97,8 @@ impl ContactState {
         }
         let sum = self.patches.iter().map(|patch| patch.from + patch.to).sum();
         ParameterError::finite("sum of the places of contacts", sum)?;
-        let (ends, forces) = &self.rates;
-        let rates = ends.iter().flatten().sum::<f64>() + forces.iter().map(|(s, force)| s + force.sum()).sum::<f64>();
+        let forces = self.force_rates.iter().map(|(slide, force)| slide + force.sum());
+        let rates = self.end_rates.iter().flatten().copied().chain(forces).sum::<f64>();
         Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time)?)
     }
 }
