@@ -35,15 +35,15 @@ impl ContactState {
         self.force_rates.clone_from(&source.force_rates);
     }
 
-    /// Reactions and patches extrapolated to a time (s), as initial guess.
+    /// Reactions and patches extrapolated to a time (s), as initial guess. They do not pass the base.
     pub fn predicted(&self, reactions: &[Reaction], time: f64) -> (Vec<Reaction>, Vec<Patch>) {
         let (mut reactions, mut patches, after) = (reactions.to_vec(), self.patches.clone(), time - self.time);
         for (patch, rate) in patches.iter_mut().zip(&self.end_rates) {
-            let from = patch.from + rate[0] * after;
+            let from = (patch.from + rate[0] * after).max(0.0);
             (patch.from, patch.to) = (from, (patch.to + rate[1] * after).max(from));
         }
         for (at, (slide, force)) in reactions.iter_mut().zip(&self.force_rates) {
-            at.arc_length += slide * after;
+            at.arc_length = (at.arc_length + slide * after).max(0.0);
             at.force += force * after;
         }
         (reactions, patches)

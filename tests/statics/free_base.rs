@@ -73,7 +73,7 @@ fn beam_on_two_props_has_the_reactions_of_statics_and_the_deflection_of_beam_the
     // q L³/B = 1e-4, whose square is the relative error of the theory.
     let density = density_for(1e-4, LENGTH);
     let weight = 1e-4 * bending_stiffness() / (LENGTH * LENGTH);
-    // Without friction the beam rests in the symmetric position only.
+    // A beam without friction rests only in the symmetric position.
     for (friction, from, to) in [(0.0, -0.03, 0.03), (0.5, -0.03, 0.03), (0.5, -0.035, 0.02)] {
         let mut rod = horizontal(Vector3::zeros(), 8);
         let support = (Joint::Free, props([from, to], friction));

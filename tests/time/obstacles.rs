@@ -101,7 +101,7 @@ fn random_growing_shoots_that_meet_obstacles_reach_their_end() {
         }
     }
     println!("{touching} of {count} shoots touch, failures: {failures:?}");
-    // With 60 cases 59 shoots reach their end. Some shoots that wind about a pole or slip off its end do not.
+    // With 60 cases all shoots reach their end. Some shoots that wind about a pole or slip off its end do not.
     assert!(failures.len() as u64 * 30 <= count, "{failures:?}");
     assert!(touching * 2 > count, "{touching} of {count} shoots touch an obstacle");
 }

@@ -11,7 +11,7 @@ use super::linear::Linear;
 use super::reduced::Contact;
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
-use super::trial::{Attempt, Course, Start, Step, Trial};
+use super::trial::{Attempt, Course, Merit, Start, Step, Trial};
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
 
@@ -21,6 +21,8 @@ const CLOSE_TURN: f64 = 0.02;
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step that needs neither a correction nor a comparison, rad.
 const TINY_TURN: f64 = 1e-9;
+/// Rotation below which steps with a shifted tangent approach a saddle if they do not become shorter, rad.
+const NEAR_SADDLE: f64 = 1e-7;
 
 /// Whether a step fits the range of the linear rod.
 enum Fit {
@@ -77,8 +79,7 @@ impl HeldSearch<'_> {
                     Attempt::Rejected
                 });
             }
-            let stagnates = turn < 1e-7 && turn > SETTINGS.slow * course.last || turn < SETTINGS.at_saddle;
-            if shift > 0.0 && merit.residual < SETTINGS.at_saddle && stagnates {
+            if shift > 0.0 && is_at_saddle(&merit, turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
@@ -251,4 +252,11 @@ impl HeldSearch<'_> {
         let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SETTINGS.slow * course.last;
         trial.turn < small || !self.stable || converges
     }
+}
+
+/// Whether a step with a shifted tangent and the rotation `turn` (rad), after one with the rotation `last`, is at a
+/// saddle of the energy. Steps are short with a large shift, too, so that the residual must be small.
+fn is_at_saddle(merit: &Merit, turn: f64, last: f64) -> bool {
+    let stagnates = turn < NEAR_SADDLE && turn > SETTINGS.slow * last;
+    merit.residual < SETTINGS.at_saddle && (stagnates || turn < SETTINGS.at_saddle)
 }

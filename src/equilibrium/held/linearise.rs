@@ -32,15 +32,7 @@ impl HeldSearch<'_> {
         let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();
         let size = response.added() - first;
-        // An obstacle that yields is displaced by the forces on all of its surfaces.
-        for (i, a) in self.candidates.iter().enumerate() {
-            let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
-            for (j, b) in self.candidates.iter().enumerate().filter(together) {
-                let at = (response.first(self.sites.len() + i), response.first(self.sites.len() + j));
-                let mut block = response.compliance.fixed_view_mut::<3, 3>(at.0, at.1);
-                block += self.obstacles.compliances[b.obstacle];
-            }
-        }
+        self.add_yielding(&mut response);
         let free = response.free(self.body.system_mut());
         let (mut links, mut roles) = (Rows::default(), Vec::new());
         for (i, site) in self.sites.iter().enumerate() {
@@ -107,5 +99,17 @@ impl HeldSearch<'_> {
         }
         linear.compliance = compliance;
         linear
+    }
+
+    /// Adds the compliances of the obstacles: one that yields is displaced by the forces on all of its surfaces.
+    fn add_yielding(&self, response: &mut Response) {
+        for (i, a) in self.candidates.iter().enumerate() {
+            let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
+            for (j, b) in self.candidates.iter().enumerate().filter(together) {
+                let at = (response.first(self.sites.len() + i), response.first(self.sites.len() + j));
+                let mut block = response.compliance.fixed_view_mut::<3, 3>(at.0, at.1);
+                block += self.obstacles.compliances[b.obstacle];
+            }
+        }
     }
 }

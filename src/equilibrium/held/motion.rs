@@ -93,7 +93,7 @@ impl Motion {
         // The frame of a clamped base has no rounding.
         let clamped = rod.frames()[0] == from.frame;
         let base = if clamped { to.frame } else { to.frame * from.frame.inverse() * rod.frames()[0] };
-        // Both frames are rotations, so that there is no error.
+        // The call returns no error, since both frames are rotations.
         let _ = rod.set_base(base);
     }
 }

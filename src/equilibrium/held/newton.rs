@@ -164,7 +164,7 @@ impl HeldSearch<'_> {
     /// Takes a step with the smallest shift that is accepted. `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let scale = self.force_scale();
-        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / 16.0 } else { 0.0 };
+        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / SETTINGS.relief } else { 0.0 };
         if !self.is_loaded() || course.guarded {
             shift = 0.0;
         }
@@ -191,7 +191,7 @@ impl HeldSearch<'_> {
             shift = if shift > 0.0 {
                 SETTINGS.shift.1 * shift
             } else if course.shift > 0.0 {
-                course.shift / 16.0
+                course.shift / SETTINGS.relief
             } else {
                 SETTINGS.shift.0 * self.force_scale()
             };
@@ -236,12 +236,12 @@ impl HeldSearch<'_> {
         });
         // Conditions at places that move together are violated by rounding of their differences.
         let violation = self.largest_violation() / self.length;
-        let rests = turn < RESTING && (SETTINGS.slow * turn..STAGNANT).contains(&last) && turn >= SETTINGS.slow * last;
+        let stagnates = turn < STAGNANT && (SETTINGS.slow * turn..STAGNANT).contains(&last);
+        let rests = stagnates && turn < RESTING && turn >= SETTINGS.slow * last;
         let apart = skew || found || !(violation <= if rests { RESTING } else { SETTINGS.rounding });
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced = self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
-        let rounds =
-            turn < STAGNANT && !apart && !stretching && (SETTINGS.slow * turn..STAGNANT).contains(&last) && balanced;
+        let rounds = stagnates && !apart && !stretching && balanced;
         if !rounds && (stretching || apart || step.changed || error > self.tolerance && turn >= ROUNDING) {
             return false;
         }

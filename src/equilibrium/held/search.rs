@@ -210,6 +210,9 @@ impl<'a> HeldSearch<'a> {
 
     /// Chooses the spring of a free base: the load displaces it by its reach, or bends the rod as much.
     fn spring_base(&mut self, rod: &Rod, inertia: &mut Inertia) {
+        if self.body.system().joints.free_base.is_none() {
+            return;
+        }
         let (base, scale) = (rod.base_position(), self.force_scale());
         let radii = (0..self.obstacles.contacts.len()).map(|obstacle| {
             let gap = self.obstacles.gap_at(obstacle, &base);

@@ -43,7 +43,7 @@ impl Site {
 
     /// A site at a node, without condition yet.
     fn at_node(node: usize) -> Self {
-        Self::at(node.checked_sub(1).map_or((0, 0.0), |element| (element, 1.0)), None)
+        Self::at(place_of(node), None)
     }
 
     /// The node at which the site is.
@@ -53,7 +53,7 @@ impl Site {
 
     /// Moves the site to a node.
     pub fn set_node(&mut self, node: usize) {
-        (self.element, self.x) = node.checked_sub(1).map_or((0, 0.0), |element| (element, 1.0));
+        (self.element, self.x) = place_of(node);
     }
 
     /// The directions in which the position is given, with the distances by which it differs, m.
@@ -66,6 +66,11 @@ impl Site {
     pub fn reaction(&self) -> Vector3<f64> {
         self.force + self.spring.map_or(Vector3::zeros(), |spring| spring.force)
     }
+}
+
+/// The place of a node: the end of an element, or the base.
+fn place_of(node: usize) -> (usize, f64) {
+    node.checked_sub(1).map_or((0, 0.0), |element| (element, 1.0))
 }
 
 /// The node at a distance from the apex at t = 0 (m).

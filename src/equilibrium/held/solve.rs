@@ -242,15 +242,17 @@ impl Reduced<'_> {
             let each = contacts.iter().zip(all).map(|(contact, at)| at.law.residual.norm() / contact.k);
             each.fold(0.0, f64::max)
         };
+        let mut size = length(contacts, &all);
         for _ in 0..POLISHES {
             let Some(steps) = self.step(contacts, &all, PROXIMAL.0) else { break };
             let trial = Self::moved(contacts, &steps, 1.0);
             let at = self.evaluate_all(&trial, Smoothing::default());
             let keeps = all.iter().zip(&at).all(|(a, b)| a.law.status == b.law.status);
-            if !(keeps && length(&trial, &at) < 0.5 * length(contacts, &all)) {
+            let next = length(&trial, &at);
+            if !(keeps && next < 0.5 * size) {
                 break;
             }
-            (*contacts, all) = (trial, at);
+            (*contacts, all, size) = (trial, at, next);
         }
         Self::finish(contacts, &all)
     }
