@@ -9,7 +9,7 @@ use super::law::Status;
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use super::sites::Site;
-use super::trial::{Attempt, Course, Step};
+use super::trial::{Attempt, Course, Reach, Step};
 use crate::equilibrium::EquilibriumError;
 use crate::rod::Rod;
 
@@ -28,10 +28,12 @@ const CLOSE: (f64, f64) = (1e-3, 100.0);
 impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
     /// result is the equilibrium on the nodes before.
-    pub(super) fn find(&mut self, rod: &mut Rod, guarded: bool) -> Result<(), EquilibriumError> {
+    pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
+        let (guarded, tip) = (reach != Reach::Guess, rod.tip());
         let (last, shift, saddles, negative) = (f64::INFINITY, 0.0, 0, None);
         let (bowed, placements, answer, distance) = (false, 0, None, 0.0);
-        let mut course = Course { guarded, last, shift, saddles, negative, bowed, placements, answer, distance };
+        let mut course =
+            Course { reach, guarded, tip, last, shift, saddles, negative, bowed, placements, answer, distance };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);
@@ -52,7 +54,7 @@ impl HeldSearch<'_> {
     /// nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
-        for _ in 0..SETTINGS.iterations[usize::from(course.guarded)] {
+        for _ in 0..SETTINGS.iterations[usize::from(course.reach == Reach::Far)] {
             if self.found.iterations >= self.bound {
                 break;
             }
@@ -75,7 +77,10 @@ impl HeldSearch<'_> {
                 break;
             }
             course.last = turn;
-            if course.guarded && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
+            if course.reach == Reach::Near && (rod.tip() - course.tip).norm() > SETTINGS.nearby * self.length {
+                break;
+            }
+            if course.reach == Reach::Far && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent friction dissipates energy in every step: slip counts from the last one.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
             }

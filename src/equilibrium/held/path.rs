@@ -11,6 +11,7 @@ use super::obstacles::{Obstacles, candidate_share, largest_share};
 use super::search::{Found, HeldSearch, project};
 use super::settings::SETTINGS;
 use super::sites::turn_frames;
+use super::trial::Reach;
 use crate::equilibrium::EquilibriumError;
 use crate::rod::Rod;
 
@@ -181,28 +182,31 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Finds the equilibrium of an increment: next to the initial guess, or by a descent in which the tangent is
-    /// positive on the permitted directions.
+    /// Finds the equilibrium of an increment: by Newton's method, by a descent to an equilibrium next to the initial
+    /// guess, or by a descent to any. In a descent the tangent is positive on the permitted directions.
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         let guess = self.snapshot(rod);
-        let result = self.find(rod, false);
-        let descends = !self.obstacles.contacts.is_empty() || !self.stable;
-        match result {
-            Err(error) if descends && !self.nearby && error.is_recoverable() => {
-                self.restore(rod, &guess);
-                let (tip, before, stable) = (rod.tip(), self.before.clone(), self.stable);
-                self.stable = true;
-                let result = self.find(rod, true);
-                self.stable = stable;
-                if let Err(error) = result {
-                    self.before = before;
-                    return Err(error);
-                }
-                self.found.jump = Some((rod.tip() - tip).norm());
-                Ok(())
-            }
-            result => result,
+        let mut result = self.find(rod, Reach::Guess);
+        if self.obstacles.contacts.is_empty() && self.stable {
+            return result;
         }
+        let (tip, before, stable) = (rod.tip(), self.before.clone(), self.stable);
+        let farthest = if self.nearby { 1 } else { 2 };
+        for reach in [Reach::Near, Reach::Far].into_iter().take(farthest) {
+            if !result.as_ref().is_err_and(EquilibriumError::is_recoverable) {
+                break;
+            }
+            self.restore(rod, &guess);
+            self.stable = true;
+            result = self.find(rod, reach);
+            self.stable = stable;
+            match result {
+                Ok(()) if reach == Reach::Far => self.found.jump = Some((rod.tip() - tip).norm()),
+                Ok(()) => {}
+                Err(_) => self.before = before.clone(),
+            }
+        }
+        result
     }
 
     /// Rotates the held frames by a share of the rotations that they lack.

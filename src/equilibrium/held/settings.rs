@@ -10,6 +10,9 @@ pub(super) struct Settings {
     /// Largest number of iterations of a search next to the initial guess, and of a descent. Nearly all searches that
     /// succeed take fewer.
     pub iterations: [usize; 2],
+    /// Largest displacement of the tip from the initial guess to an equilibrium that is next to it, relative to the
+    /// length.
+    pub nearby: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
     /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases.
@@ -83,6 +86,7 @@ pub(super) const SETTINGS: Settings = Settings {
     largest_turn: 0.5,
     approach: 0.5,
     iterations: [60, 300],
+    nearby: 1e-3,
     halvings: 5,
     shift: (0.1, 4.0),
     relief: 16.0,

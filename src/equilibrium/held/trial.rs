@@ -12,10 +12,25 @@ use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
 use crate::equilibrium::system::Configuration;
 
+/// How far from the initial guess a search looks for an equilibrium.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// Newton's method.
+    Guess,
+    /// A descent that ends where it leaves the neighbourhood of the initial guess. Friction acts on the displacement
+    /// since the start of the increment.
+    Near,
+    /// A descent to any equilibrium. Friction dissipates energy in every step, and acts on the displacement in it.
+    Far,
+}
+
 /// What an iteration needs to know of those before it.
 pub(super) struct Course {
+    pub reach: Reach,
     /// Whether the tangent has to be positive on the permitted directions also while contacts are loaded.
     pub guarded: bool,
+    /// The tip at the initial guess, m.
+    pub tip: Vector3<f64>,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
     pub last: f64,
     /// Shift of the last step, N; in a descent the last one that was not zero.
