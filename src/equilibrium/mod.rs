@@ -72,7 +72,8 @@ pub struct Equilibrium {
     /// and the margin is infinite.
     pub inertia: Inertia,
     /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
-    /// the continuation of the initial guess then. `None` if all configurations of the search were stable.
+    /// the continuation of the initial guess then. `None` if all configurations of the search were stable, and for a
+    /// rod in contact whose tip has moved from the initial guess by less than 1e-3 of the length.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
     /// stability that does not depend on the mesh. Zero for a solver without tangent.
@@ -117,8 +118,8 @@ pub struct HeldRod<'a, C, L, U> {
     /// The rod at the end of the increment before, the time since then (s), and its reactions: contacts are followed
     /// from there, and friction depends on the displacement.
     pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
-    /// Whether the search fails where no equilibrium is next to the initial guess. Otherwise a rod in contact descends
-    /// to another equilibrium.
+    /// Whether the search fails where no equilibrium is within 1e-3 of the length from the initial guess. Otherwise a
+    /// rod in contact descends to another equilibrium.
     pub(crate) nearby: bool,
 }
 
