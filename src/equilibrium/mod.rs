@@ -72,8 +72,9 @@ pub struct Equilibrium {
     /// and the margin is infinite.
     pub inertia: Inertia,
     /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
-    /// the continuation of the initial guess then. `None` if all configurations of the search were stable, and for a
-    /// rod in contact whose tip has moved from the initial guess by less than 1e-3 of the length.
+    /// the continuation of the initial guess then. For a rod with a support it is the displacement from the initial
+    /// guess. `None` if all configurations of the search were stable, and if a rod with a support was found by a
+    /// descent within 1e-3 of the length from the initial guess.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
     /// stability that does not depend on the mesh. Zero for a solver without tangent.

@@ -57,7 +57,7 @@ impl HeldSearch<'_> {
         self.found.energy = merit.energy;
         let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
         // In contact, without a guard, a step that is not accepted as a whole shows whether the rod is unstable.
-        let follows = self.is_loaded() && !course.guarded && self.stable && shift == 0.0;
+        let follows = self.is_loaded() && !course.is_guarded() && self.stable && shift == 0.0;
         loop {
             let linear = self.linearise(rod);
             if !std::mem::replace(&mut tested, true)
@@ -104,16 +104,9 @@ impl HeldSearch<'_> {
             }
             let unchecked = self.is_unchecked(&trial, shift, course);
             let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
-            if follows && fraction.is_none_or(|fraction| fraction < 1.0) {
-                let turns = self.body.system().turns.clone();
-                self.return_to(rod, &start);
-                if self.is_unstable(&trial.linear, pivots) {
-                    return Ok(Attempt::Lost);
-                }
-                if let Some(fraction) = fraction {
-                    self.body.system_mut().turns = turns;
-                    self.move_by(rod, &start, &trial, fraction);
-                }
+            let shortened = fraction.is_none_or(|fraction| fraction < 1.0);
+            if follows && shortened && self.was_unstable(rod, (&start, &trial), pivots, fraction) {
+                return Ok(Attempt::Lost);
             }
             let Some(fraction) = fraction else {
                 self.return_to(rod, &start);
@@ -125,6 +118,25 @@ impl HeldSearch<'_> {
             let step = Step { turn, fraction, shift, pivots, linear, changed, stretch, drift };
             return Ok(Attempt::Accepted(Box::new(step)));
         }
+    }
+
+    /// Whether the rod was unstable at the start of a step, of which it has moved by a fraction. An unstable rod
+    /// returns to the start.
+    fn was_unstable(
+        &mut self,
+        rod: &mut Rod,
+        (start, trial): (&Start, &Trial),
+        pivots: Inertia,
+        fraction: Option<f64>,
+    ) -> bool {
+        let turns = self.body.system().turns.clone();
+        self.return_to(rod, start);
+        let unstable = self.is_unstable(&trial.linear, pivots);
+        if !unstable && let Some(fraction) = fraction {
+            self.body.system_mut().turns = turns;
+            self.move_by(rod, start, trial, fraction);
+        }
+        unstable
     }
 
     /// Whether the linear rod is unstable in a direction that the supports permit.
@@ -142,7 +154,7 @@ impl HeldSearch<'_> {
         course: &mut Course,
         (linear, pivots, shift): (&Linear, Inertia, f64),
     ) -> Option<Attempt> {
-        let tests = !self.is_loaded() || course.guarded;
+        let tests = !self.is_loaded() || course.is_guarded();
         let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
         if shift == 0.0 && tests {
             self.found.inertia = inertia;

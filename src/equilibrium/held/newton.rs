@@ -29,11 +29,10 @@ impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
     /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
-        let (guarded, tip) = (reach != Reach::Guess, rod.tip());
+        let tip = rod.tip();
         let (last, shift, saddles, negative) = (f64::INFINITY, 0.0, 0, None);
         let (bowed, placements, answer, distance) = (false, 0, None, 0.0);
-        let mut course =
-            Course { reach, guarded, tip, last, shift, saddles, negative, bowed, placements, answer, distance };
+        let mut course = Course { reach, tip, last, shift, saddles, negative, bowed, placements, answer, distance };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);
@@ -69,17 +68,18 @@ impl HeldSearch<'_> {
                 continue;
             };
             let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
-            if step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)? {
-                return Ok(());
-            }
-            stalls = if stalled { stalls + 1 } else { 0 };
-            if !course.guarded && stalls >= 3 {
-                break;
-            }
-            course.last = turn;
+            let ends = step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)?;
             if course.reach == Reach::Near && (rod.tip() - course.tip).norm() > SETTINGS.nearby * self.length {
                 break;
             }
+            if ends {
+                return Ok(());
+            }
+            stalls = if stalled { stalls + 1 } else { 0 };
+            if !course.is_guarded() && stalls >= 3 {
+                break;
+            }
+            course.last = turn;
             if course.reach == Reach::Far && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent friction dissipates energy in every step: slip counts from the last one.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
@@ -117,7 +117,7 @@ impl HeldSearch<'_> {
         let negative = self.found.inertia.negative;
         if self.stable && negative > 0 {
             // A descent goes on from there.
-            return if course.guarded { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
+            return if course.is_guarded() { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
         }
         Ok(true)
     }
@@ -170,7 +170,7 @@ impl HeldSearch<'_> {
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let scale = self.force_scale();
         let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / SETTINGS.relief } else { 0.0 };
-        if !self.is_loaded() || course.guarded {
+        if !self.is_loaded() || course.is_guarded() {
             shift = 0.0;
         }
         loop {
@@ -178,7 +178,7 @@ impl HeldSearch<'_> {
                 Attempt::Accepted(step) => {
                     course.shift = if shift > 0.0 {
                         shift
-                    } else if course.guarded {
+                    } else if course.is_guarded() {
                         course.shift
                     } else {
                         0.0

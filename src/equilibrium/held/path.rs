@@ -8,7 +8,7 @@ use super::before::Before;
 use super::line::{Line, Place};
 use super::motion::Motion;
 use super::obstacles::{Obstacles, candidate_share, largest_share};
-use super::search::{Found, HeldSearch, project};
+use super::search::{Found, HeldSearch, Snapshot, project};
 use super::settings::SETTINGS;
 use super::sites::turn_frames;
 use super::trial::Reach;
@@ -185,27 +185,35 @@ impl HeldSearch<'_> {
     /// Finds the equilibrium of an increment: by Newton's method, by a descent to an equilibrium next to the initial
     /// guess, or by a descent to any. In a descent the tangent is positive on the permitted directions.
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
-        let guess = self.snapshot(rod);
-        let mut result = self.find(rod, Reach::Guess);
-        if self.obstacles.contacts.is_empty() && self.stable {
-            return result;
+        let (guess, tip) = (self.snapshot(rod), rod.tip());
+        match self.find(rod, Reach::Newton) {
+            Err(error) if self.descends() && error.is_recoverable() => {}
+            result => return result,
         }
-        let (tip, before, stable) = (rod.tip(), self.before.clone(), self.stable);
-        let farthest = if self.nearby { 1 } else { 2 };
-        for reach in [Reach::Near, Reach::Far].into_iter().take(farthest) {
-            if !result.as_ref().is_err_and(EquilibriumError::is_recoverable) {
-                break;
-            }
-            self.restore(rod, &guess);
-            self.stable = true;
-            result = self.find(rod, reach);
-            self.stable = stable;
-            match result {
-                Ok(()) if reach == Reach::Far => self.found.jump = Some((rod.tip() - tip).norm()),
-                Ok(()) => {}
-                Err(_) => self.before = before.clone(),
-            }
+        match self.find_stable(rod, &guess, Reach::Near) {
+            Err(error) if !self.nearby && error.is_recoverable() => {}
+            result => return result,
         }
+        let before = self.before.clone();
+        let result = self.find_stable(rod, &guess, Reach::Far);
+        match result {
+            Ok(()) => self.found.jump = Some((rod.tip() - tip).norm()),
+            Err(_) => self.before = before,
+        }
+        result
+    }
+
+    /// Whether a descent follows where Newton's method fails.
+    fn descends(&self) -> bool {
+        !self.obstacles.contacts.is_empty() || !self.stable
+    }
+
+    /// Finds a stable equilibrium from a guess, also in a search that accepts unstable ones.
+    fn find_stable(&mut self, rod: &mut Rod, guess: &Snapshot, reach: Reach) -> Result<(), EquilibriumError> {
+        self.restore(rod, guess);
+        let stable = std::mem::replace(&mut self.stable, true);
+        let result = self.find(rod, reach);
+        self.stable = stable;
         result
     }
 

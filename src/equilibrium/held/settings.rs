@@ -7,11 +7,11 @@ pub(super) struct Settings {
     /// Largest displacement of a place towards an obstacle in a step, relative to the sum of the gap and the radius of
     /// the obstacle. The linear model of the gap holds within it, and a rod does not pass through a thin pole.
     pub approach: f64,
-    /// Largest number of iterations of a search next to the initial guess, and of a descent. Nearly all searches that
-    /// succeed take fewer.
+    /// Largest number of iterations of a search next to the initial guess, and of a descent to any equilibrium. Nearly
+    /// all searches that succeed take fewer.
     pub iterations: [usize; 2],
     /// Largest displacement of the tip from the initial guess to an equilibrium that is next to it, relative to the
-    /// length.
+    /// length. It exceeds the motions that follow failures of Newton's method next to an equilibrium.
     pub nearby: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,

@@ -15,8 +15,8 @@ use crate::equilibrium::system::Configuration;
 /// How far from the initial guess a search looks for an equilibrium.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Newton's method.
-    Guess,
+    /// Newton's method, which ends where no share of a step fits or the rod is unstable.
+    Newton,
     /// A descent that ends where it leaves the neighbourhood of the initial guess. Friction acts on the displacement
     /// since the start of the increment.
     Near,
@@ -27,8 +27,6 @@ pub(super) enum Reach {
 /// What an iteration needs to know of those before it.
 pub(super) struct Course {
     pub reach: Reach,
-    /// Whether the tangent has to be positive on the permitted directions also while contacts are loaded.
-    pub guarded: bool,
     /// The tip at the initial guess, m.
     pub tip: Vector3<f64>,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
@@ -45,6 +43,13 @@ pub(super) struct Course {
     pub answer: Option<Snapshot>,
     /// Largest distance by which nodes moved then, relative to the length.
     pub distance: f64,
+}
+
+impl Course {
+    /// Whether the tangent has to be positive on the permitted directions also while contacts are loaded.
+    pub fn is_guarded(&self) -> bool {
+        self.reach != Reach::Newton
+    }
 }
 
 /// The start of a step.
