@@ -120,8 +120,8 @@ impl ReferenceElement {
         let weight = |g: usize| reference.weights.get(g).copied().unwrap_or(0.0);
         reference.weights_at_points = AtPoints::from(std::array::from_fn(weight));
         for j in 0..p {
-            let powers = lagrange_powers(&reference.points, j);
-            for (k, coefficient) in powers.into_iter().enumerate() {
+            let powers = lagrange_powers::<MAX_POINTS>(&reference.points, j);
+            for (k, coefficient) in powers.into_iter().enumerate().take(p) {
                 reference.integrals[j][k] = coefficient / (k + 1) as f64;
             }
         }

@@ -34,9 +34,10 @@ pub(crate) fn lagrange_over(denominators: &[f64], nodes: &[f64], x: f64, values:
     }
 }
 
-/// Returns the coefficients of the powers of x in the Lagrange polynomial of node `k`, lowest first.
-pub(crate) fn lagrange_powers(nodes: &[f64], k: usize) -> Vec<f64> {
-    let mut product = vec![0.0; nodes.len()];
+/// Returns the coefficients of the powers of x in the Lagrange polynomial of node `k`, lowest first. There are at most
+/// `N` nodes.
+pub(crate) fn lagrange_powers<const N: usize>(nodes: &[f64], k: usize) -> [f64; N] {
+    let mut product = [0.0; N];
     product[0] = 1.0;
     for (_, node) in nodes.iter().enumerate().filter(|(j, _)| *j != k) {
         for power in (0..nodes.len()).rev() {
@@ -94,7 +95,7 @@ mod tests {
         }
         // The same by powers, whose coefficients are of the size of one.
         for (k, value) in values.iter().enumerate() {
-            let power = lagrange_powers(&nodes, k).into_iter().rfold(0.0, |sum, coefficient| sum * 2.0 + coefficient);
+            let power = lagrange_powers::<4>(&nodes, k).into_iter().rfold(0.0, |sum, coefficient| sum * 2.0 + coefficient);
             assert_relative_eq!(power, *value, epsilon = 1e-14, max_relative = 1e-14);
         }
         // At a node its own polynomial is one and the others are zero, exactly.

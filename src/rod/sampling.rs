@@ -42,7 +42,7 @@ fn stations(reference: &ReferenceElement) -> &'static [Stations; STATIONS / LANE
         let centred: Vec<f64> = places.iter().map(|x| 2.0 * x - 1.0).collect();
         let powers = |i: usize| {
             let mut powers = [0.0; STATIONS + 1];
-            for (k, coefficient) in lagrange_powers(&centred, i).into_iter().enumerate() {
+            for (k, coefficient) in lagrange_powers::<STATIONS>(&centred, i).into_iter().enumerate() {
                 powers[k + 1] = 0.5 * coefficient / (k + 1) as f64;
             }
             // The integral is zero at x = 0, by Horner's rule for 2x − 1 = −1.

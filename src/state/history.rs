@@ -1,11 +1,13 @@
 //! The laws' variables, their rates and the stimuli at the material points of the growth zone, at several times.
 
 mod elements;
+mod reading;
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::error::ParameterError;
+pub(crate) use reading::Reading;
 
 /// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables
 /// are collocated at this number of points. Between two levels the variables are cubic. Three levels would give
@@ -40,14 +42,6 @@ pub(crate) struct RecordMut<'a> {
     pub variables: &'a mut [f64],
     pub rates: &'a mut [f64],
     pub stimuli: &'a mut [f64],
-}
-
-/// Interpolation weights between two levels, of the cubic through values and rates (Hermite).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Reading {
-    level: usize,
-    /// Weights of the value and the rate at the older level, and of the value and the rate at the newer level.
-    weights: [f64; 4],
 }
 
 /// Indices of the levels through which stimuli are interpolated, oldest first.
@@ -232,9 +226,10 @@ impl History {
         }
     }
 
-    /// Drops the levels that are not needed to interpolate from `horizon` (s) on. Keeps at least [`ORDER`] levels.
+    /// Drops the levels that are not needed to interpolate from `horizon` (s) on, and keeps those of the forcing before
+    /// it.
     pub fn forget(&mut self, horizon: f64, spare: &mut Spare) {
-        while self.levels.len() > ORDER && self.levels[1].time <= horizon {
+        while self.levels.len() > ORDER && self.levels[ORDER].time <= horizon {
             spare.extend(self.levels.pop_front().map(|level| level.rows));
         }
     }
@@ -258,69 +253,6 @@ impl History {
     /// Times (s) between `from` and `to` at which the time `delay` seconds earlier is that of a level.
     pub fn passings(&self, delay: f64, from: f64, to: f64) -> impl Iterator<Item = f64> {
         self.levels.iter().map(move |level| level.time + delay).filter(move |t| *t > from && *t < to)
-    }
-
-    /// Returns the older level of the piece that contains a time (s), its time and the length of the piece, s.
-    fn piece(&self, time: f64) -> (usize, f64, f64) {
-        let level = self.levels.partition_point(|level| level.time <= time).clamp(1, self.levels.len() - 1) - 1;
-        (level, self.time(level), self.time(level + 1) - self.time(level))
-    }
-
-    /// Returns the interpolation of the variables at `time` (s) by the cubic of the piece that contains
-    /// `inside` (s). Before the first level the variables are constant.
-    pub fn reading(&self, inside: f64, time: f64) -> Reading {
-        let (level, start, h) = self.piece(inside);
-        if time <= start && inside < self.time(0) || h <= 0.0 {
-            return Reading { level, weights: [1.0, 0.0, 0.0, 0.0] };
-        }
-        let x = (time - start) / h;
-        let y = 1.0 - x;
-        let weights = [(1.0 + 2.0 * x) * y * y, x * y * y * h, x * x * (1.0 + 2.0 * y), -x * x * y * h];
-        Reading { level, weights }
-    }
-
-    /// Returns the interpolation of the rates at `time` (s): the derivative of the cubic of
-    /// [`reading`](Self::reading).
-    pub fn slope(&self, time: f64) -> Reading {
-        let (level, start, h) = self.piece(time);
-        if h <= 0.0 {
-            return Reading { level, weights: [0.0, 1.0, 0.0, 0.0] };
-        }
-        let x = (time - start) / h;
-        let value = 6.0 * x * (1.0 - x) / h;
-        Reading { level, weights: [-value, (1.0 - x) * (1.0 - 3.0 * x), value, x * (3.0 * x - 2.0)] }
-    }
-
-    /// Interpolates the variables of a point.
-    #[inline]
-    pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
-        let ([old, new], w) = (self.rows_at(at, point), at.weights);
-        let [old, new] = [old, new].map(|row| row.split_at(self.variables));
-        let (old, new) = (old.0.iter().zip(old.1), new.0.iter().zip(new.1));
-        old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
-    }
-
-    /// Interpolates some of the variables of consecutive points from point `first` on, and writes them to `to`, which
-    /// has numbers for all variables of each point.
-    pub fn read_some(&self, at: &Reading, first: usize, variables: &[usize], to: &mut [f64]) {
-        let ([old, new], w) = ([at.level, at.level + 1].map(|level| &self.levels[level].rows[..]), at.weights);
-        let (width, number) = (self.width(), self.variables);
-        let [old, new] = [old, new].map(|rows| rows.rchunks_exact(width.max(1)).skip(first));
-        for ((to, old), new) in to.chunks_exact_mut(number.max(1)).zip(old).zip(new) {
-            let ((y0, rate0), (y1, rate1)) = (old.split_at(number), new.split_at(number));
-            for &k in variables {
-                to[k] = w[0] * y0[k] + w[1] * rate0[k] + w[2] * y1[k] + w[3] * rate1[k];
-            }
-        }
-    }
-
-    /// Rows of a point at both levels of an interpolation: the variables and their rates.
-    #[inline]
-    fn rows_at(&self, at: &Reading, point: usize) -> [&[f64]; 2] {
-        [at.level, at.level + 1].map(|level| {
-            let rows = &self.levels[level].rows;
-            &rows[self.row(rows.len(), point)][..2 * self.variables]
-        })
     }
 
     /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since

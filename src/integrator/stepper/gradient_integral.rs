@@ -1,6 +1,6 @@
 //! Change of the intrinsic strain over a step, by quadrature of the growth gradient.
 //!
-//! u*(t1) − u*(t0) = ∫ REGR · gradient dt. The delayed variables are piecewise cubic (Hermite) in time. The
+//! u*(t1) − u*(t0) = ∫ REGR · gradient dt. The delayed variables are interpolated between the levels of the history. The
 //! step is divided where a delayed time passes a level of the history. The integrand is smooth on each piece,
 //! which has three Gauss points.
 
@@ -19,11 +19,11 @@ use crate::tropism::{Declaration, Growing, TropismLaw};
 #[derive(Debug, Clone, Default)]
 pub(super) struct GradientIntegral {
     nodes: Vec<Node>,
-    /// Interpolations of the delayed variables: for each node, one for each delay.
+    /// Interpolations of the delayed variables: for each node, one for each delay and time constant.
     readings: Vec<Reading>,
-    /// Distinct delays of the variables, s.
-    delays: Vec<f64>,
-    /// The variables with each delay.
+    /// Distinct pairs of delay and time constant of the variables, s.
+    delays: Vec<[f64; 2]>,
+    /// The variables with each pair.
     delayed: Vec<Vec<usize>>,
     /// Levels through which the present stimuli are interpolated.
     levels: Nodes,
@@ -57,10 +57,12 @@ impl GradientIntegral {
         self.delayed.iter_mut().for_each(Vec::clear);
         for (k, variable) in variables.iter().enumerate() {
             let Some(delay) = variable.delay else { continue };
-            let known = self.delays.iter().position(|known| *known == delay);
-            let place = known.unwrap_or_else(|| {
+            if self.delays.iter().all(|known| known[0] != delay) {
                 self.ends.extend(history.passings(delay, from, to));
-                self.delays.push(delay);
+            }
+            let pair = [delay, variable.time_constant];
+            let place = self.delays.iter().position(|known| *known == pair).unwrap_or_else(|| {
+                self.delays.push(pair);
                 self.delays.len() - 1
             });
             if place == self.delayed.len() {
@@ -89,7 +91,7 @@ impl GradientIntegral {
                 self.nodes.push(Node { time, weight: w * (b - a), interpolation });
                 // The delayed times of all Gauss points of a piece are between the same two levels as that of
                 // its middle.
-                let read = |delay: f64| history.reading(0.5 * (a + b) - delay, time - delay);
+                let read = |[delay, tau]: [f64; 2]| history.reading(0.5 * (a + b) - delay, time - delay, tau);
                 self.readings.extend(self.delays.iter().copied().map(read));
             }
         }
