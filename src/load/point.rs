@@ -44,7 +44,7 @@ pub struct PointForce {
 
 impl Load for PointForce {
     fn force(&self, cut: &Cut, _environment: &Environment) -> Vector3<f64> {
-        if cut.initial_apex_distance > self.initial_apex_distance { self.force } else { Vector3::zeros() }
+        if cut.initial_apex_distance >= self.initial_apex_distance { self.force } else { Vector3::zeros() }
     }
 
     fn jumps(&self) -> Vec<f64> {

@@ -95,7 +95,8 @@ mod tests {
         }
         // The same by powers, whose coefficients are of the size of one.
         for (k, value) in values.iter().enumerate() {
-            let power = lagrange_powers::<4>(&nodes, k).into_iter().rfold(0.0, |sum, coefficient| sum * 2.0 + coefficient);
+            let power =
+                lagrange_powers::<4>(&nodes, k).into_iter().rfold(0.0, |sum, coefficient| sum * 2.0 + coefficient);
             assert_relative_eq!(power, *value, epsilon = 1e-14, max_relative = 1e-14);
         }
         // At a node its own polynomial is one and the others are zero, exactly.

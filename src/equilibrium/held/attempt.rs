@@ -21,8 +21,9 @@ const CLOSE_TURN: f64 = 0.02;
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step that needs neither a correction nor a comparison, rad.
 const TINY_TURN: f64 = 1e-9;
-/// Rotation below which steps with a shifted tangent approach a saddle if they do not become shorter, rad.
-const NEAR_SADDLE: f64 = 1e-7;
+/// Rotation below which steps with a shifted tangent approach a saddle if they do not become shorter, and below which
+/// they do in any case, rad.
+const NEAR_SADDLE: (f64, f64) = (1e-2, 1e-10);
 
 /// Whether a step fits the range of the linear rod.
 enum Fit {
@@ -79,13 +80,14 @@ impl HeldSearch<'_> {
                     Attempt::Rejected
                 });
             }
-            if shift > 0.0 && is_at_saddle(&merit, turn, course.last) {
+            // The shift may have another reason than an unstable rod, and is not tested without a guard.
+            let unstable = shift > 0.0 && (!self.is_loaded() || course.is_guarded()) && self.found.inertia.negative > 0;
+            if unstable && is_at_saddle(&merit, turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
-                self.leave_saddle(rod, &linear, course.saddles);
+                self.leave_saddle(rod, &start, &linear, course.saddles);
                 course.saddles += 1;
-                self.locate(rod);
                 return Ok(Attempt::Moved);
             }
             let mut trial = Trial { linear, contacts, links, turn, solved };
@@ -269,6 +271,6 @@ impl HeldSearch<'_> {
 /// Whether a step with a shifted tangent and the rotation `turn` (rad), after one with the rotation `last`, is at a
 /// saddle of the energy. Steps are short with a large shift, too, so that the residual must be small.
 fn is_at_saddle(merit: &Merit, turn: f64, last: f64) -> bool {
-    let stagnates = turn < NEAR_SADDLE && turn > SETTINGS.slow * last;
-    merit.residual < SETTINGS.at_saddle && (stagnates || turn < SETTINGS.at_saddle)
+    let stagnates = turn < NEAR_SADDLE.0 && turn > SETTINGS.slow * last;
+    merit.residual < SETTINGS.at_saddle && (stagnates || turn < NEAR_SADDLE.1)
 }

@@ -14,10 +14,11 @@ use crate::equilibrium::Inertia;
 type Previous = (usize, f64, Vec<Vec<(usize, f64)>>);
 
 impl HeldSearch<'_> {
-    /// The inertia of the bordered tangent of a linear rod, whose factorisation has pivots with the signs `inertia`.
-    /// The rows are the conditions of the links, the gaps and slips of contacts, and the stiffnesses by which contact
-    /// forces turn with the normal and move along the rod.
-    pub(super) fn inertia_of(&self, linear: &Linear, mut inertia: Inertia) -> Inertia {
+    /// The conditions of holds, springs and loaded contacts on a linear rod: the rows T and the matrix D − T C Tᵀ of
+    /// their reactions, with the compliance C, and the factors that scale the matrix. The rows are the conditions of
+    /// the links, the gaps and slips of contacts, and the stiffnesses by which contact forces turn with the normal and
+    /// move along the rod.
+    pub(super) fn conditions(&self, linear: &Linear) -> (Rows, DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
         let mut rows = linear.links.clone();
         for (diagonal, _) in rows.diagonal.iter_mut().zip(&linear.roles).filter(|(_, role)| **role == Role::Boost) {
             *diagonal *= 1.0 - linear.remains;
@@ -29,9 +30,16 @@ impl HeldSearch<'_> {
             rows.factors.iter().enumerate().map(|(i, row)| linear.response.terms(row, matrix[(i, i)])).collect();
         matrix = -matrix;
         rows.diagonal.iter().enumerate().for_each(|(i, d)| matrix[(i, i)] += d);
+        let size = |i: usize| (terms[i] + rows.diagonal[i].abs()).max(f64::MIN_POSITIVE);
+        let scale = DVector::from_fn(rows.len(), |i, _| size(i).sqrt().recip());
+        (rows, t, matrix, scale)
+    }
+
+    /// The inertia on the directions that the supports permit, of a linear rod whose factorisation has pivots with the
+    /// signs `inertia`.
+    pub(super) fn inertia_of(&self, linear: &Linear, mut inertia: Inertia) -> Inertia {
+        let (rows, _, matrix, scale) = self.conditions(linear);
         let n = rows.len();
-        let scale =
-            DVector::from_fn(n, |i, _| (terms[i] + rows.diagonal[i].abs()).max(f64::MIN_POSITIVE).sqrt().recip());
         let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
         if scaled.iter().any(|value| !value.is_finite()) {
             return Inertia { margin: f64::NAN, ..inertia };

@@ -48,6 +48,35 @@ impl Rows {
     }
 }
 
+/// A symmetric matrix of conditions, scaled and factorised.
+pub(super) struct Conditions {
+    /// `None` without conditions.
+    eigen: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
+    scale: DVector<f64>,
+}
+
+impl Conditions {
+    /// Factorises a matrix, whose rows and columns are multiplied by `scale`.
+    pub fn new(matrix: &DMatrix<f64>, scale: DVector<f64>) -> Self {
+        let n = scale.len();
+        let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        // The eigenvalues of a matrix that is not finite are not found.
+        let finite = scaled.iter().all(|value| value.is_finite());
+        let scaled = if finite { scaled } else { DMatrix::zeros(n, n) };
+        Self { eigen: (n > 0).then(|| SymmetricEigen::new(scaled)), scale }
+    }
+
+    /// The solution for a right-hand side. Neutral directions have the component zero.
+    pub fn solve(&self, rhs: &DVector<f64>) -> DVector<f64> {
+        let Some(eigen) = &self.eigen else { return DVector::zeros(0) };
+        let mut y = eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
+        for (y, value) in y.iter_mut().zip(eigen.eigenvalues.iter()) {
+            *y = if value.abs() <= NEUTRAL { 0.0 } else { *y / value };
+        }
+        (&eigen.eigenvectors * y).component_mul(&self.scale)
+    }
+}
+
 /// Factors of a vector at a coordinate.
 pub(super) fn along(first: usize, direction: &Vector3<f64>) -> impl Iterator<Item = (usize, f64)> {
     let direction = *direction;
@@ -64,7 +93,7 @@ pub(super) struct Linear {
     /// T, and T C for the compliance C.
     pub rows: DMatrix<f64>,
     pub products: DMatrix<f64>,
-    pub solver: Option<(SymmetricEigen<f64, nalgebra::Dyn>, DVector<f64>)>,
+    pub solver: Conditions,
     /// First coordinate of the candidates, and their number.
     pub first: usize,
     pub size: usize,
@@ -81,24 +110,12 @@ pub(super) struct Linear {
 impl Linear {
     /// The solution of the conditions of links for given violations: changes of their reactions.
     pub fn solve_links(&self, violations: &DVector<f64>) -> DVector<f64> {
-        let Some((eigen, scale)) = &self.solver else { return DVector::zeros(0) };
-        let mut y = eigen.eigenvectors.tr_mul(&-violations.component_mul(scale));
-        for (y, value) in y.iter_mut().zip(eigen.eigenvalues.iter()) {
-            // Neutral directions keep their reactions.
-            *y = if value.abs() <= NEUTRAL { 0.0 } else { *y / value };
-        }
-        (&eigen.eigenvectors * y).component_mul(scale)
+        self.solver.solve(&-violations)
     }
 
     /// The displacement along a condition by its own reaction.
     pub fn flexibility(&self, condition: usize) -> f64 {
         self.products.row(condition).dot(&self.rows.row(condition)).abs()
-    }
-
-    /// All reactions that hold the places of links against given displacements of the coordinates.
-    pub fn held(&self, moved: &DVector<f64>) -> DVector<f64> {
-        let links = self.solve_links(&(&self.rows * moved));
-        self.reactions(&DVector::zeros(self.size), &links)
     }
 
     /// Changes of the reactions of the links for changes of those of the candidates.

@@ -1,10 +1,10 @@
 //! Assembly of the linear rod of an iteration.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::elastic::Spring;
-use super::linear::{Linear, Role, Rows, along};
+use super::linear::{Conditions, Linear, Role, Rows, along};
 use super::response::{Response, Spot};
 use super::search::HeldSearch;
 use crate::rod::Rod;
@@ -60,17 +60,11 @@ impl HeldSearch<'_> {
         let products = &rows * &response.compliance;
         let mut matrix = &products * rows.transpose();
         links.diagonal.iter().enumerate().for_each(|(i, d)| matrix[(i, i)] -= d);
-        let solver = (links.len() > 0).then(|| {
-            let scale = DVector::from_fn(links.len(), |i, _| {
-                let size = matrix[(i, i)].abs() + links.diagonal[i].abs();
-                1.0 / size.max(f64::MIN_POSITIVE).sqrt()
-            });
-            let scaled = DMatrix::from_fn(links.len(), links.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-            // The eigenvalues of a matrix that is not finite are not found.
-            let finite = scaled.iter().all(|value| value.is_finite());
-            let scaled = if finite { scaled } else { DMatrix::from_element(scaled.nrows(), scaled.ncols(), 0.0) };
-            (SymmetricEigen::new(scaled), scale)
+        let scale = DVector::from_fn(links.len(), |i, _| {
+            let size = matrix[(i, i)].abs() + links.diagonal[i].abs();
+            1.0 / size.max(f64::MIN_POSITIVE).sqrt()
         });
+        let solver = Conditions::new(&matrix, scale);
         let mut compliance: DMatrix<f64> = response.compliance.view((first, first), (size, size)).into_owned();
         let residuals = DVector::from_vec(self.residuals());
         let mut linear = Linear {

@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::linear::{Linear, Role};
+use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
+use super::trial::Start;
 use crate::rod::Rod;
 use crate::so3;
 
@@ -68,9 +69,12 @@ impl HeldSearch<'_> {
         rod.chain_frames();
     }
 
-    /// Moves the rod along the softest direction that the supports permit.
-    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, linear: &Linear, number: usize) {
-        // Inverse iteration with the shifted tangent, from rotations about an axis. Contacts keep their forces.
+    /// Moves the rod from the start of a step along the softest direction that the supports permit, so far that no part
+    /// of it passes an obstacle.
+    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, number: usize) {
+        // Inverse iteration with the shifted tangent and the conditions of supports, from rotations about an axis.
+        let (_, rows, matrix, scale) = self.conditions(linear);
+        let conditions = Conditions::new(&matrix, scale);
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
         let count = self.body.system().turns.len();
         let mut turns: Vec<Vector3<f64>> = (0..count).map(|i| axis * (i as f64 / count as f64 + 0.3).sin()).collect();
@@ -86,7 +90,7 @@ impl HeldSearch<'_> {
             let turns_of = &mut system.turns;
             system.joints.confine(turns_of);
             let free = linear.response.free(system);
-            let reactions = linear.held(&free);
+            let reactions = rows.tr_mul(&conditions.solve(&(&rows * free)));
             linear.response.load(system, &reactions);
             self.body.solve();
             turns.clone_from(&self.body.system().turns);
@@ -94,5 +98,12 @@ impl HeldSearch<'_> {
         self.body.system_mut().start.keep(rod);
         let fraction = SETTINGS.saddles.1 / self.body.system().largest_turn();
         self.body.advance(rod, fraction);
+        self.locate(rod);
+        let share = self.safe_share(rod, start);
+        if share < 1.0 {
+            start.shape.restore(rod);
+            self.body.advance(rod, fraction * share);
+            self.locate(rod);
+        }
     }
 }

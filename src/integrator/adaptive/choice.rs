@@ -276,21 +276,15 @@ fn order_in_space(order: Order) -> f64 {
     (2.0 * p).min(p + 2.0)
 }
 
-/// Returns the step of the first run: the shortest delay, or the longest time constant of laws without delay,
-/// within the bounds of [`FIRST_STEPS`], s.
+/// Returns the step of the first run: the shortest delay or the slowest time constant, the longer of both, within the
+/// bounds of [`FIRST_STEPS`], s. A step that is longer than a delay depends on itself, and is solved by iteration.
 fn first_step(shoot: &Shoot<impl Model>, until: f64) -> f64 {
     let span = (until - shoot.time()).max(f64::MIN_POSITIVE);
     let mut laws = Declaration::default();
     laws.read(shoot.model.tropism());
-    let delay = laws.shortest_delay();
-    let slowest = laws.variables().iter().map(|variable| variable.time_constant).fold(0.0, f64::max);
-    let scale = if delay > 0.0 && delay.is_finite() {
-        delay
-    } else if slowest > 0.0 {
-        slowest
-    } else {
-        span
-    };
+    let constants = laws.variables().iter().map(|variable| variable.time_constant);
+    let scales = constants.chain([laws.shortest_delay()]).filter(|time| time.is_finite());
+    let scale = Some(scales.fold(0.0, f64::max)).filter(|scale| *scale > 0.0).unwrap_or(span);
     let [fewest, most] = FIRST_STEPS;
     scale.max(span / most).min(span / fewest).max(ROUNDING * until.abs())
 }
