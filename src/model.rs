@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
+use crate::growth::{GrowthLaw, check_speed};
 use crate::load::Load;
 use crate::pointers::forward_pointers;
 use crate::scene::{Scene, Still};
@@ -77,6 +77,7 @@ pub(crate) fn check_unsupported(model: &impl Model) -> Result<(), ParameterError
 /// Returns an error for the first parameter that is out of range for a shoot of the given initial length (m).
 pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterError> {
     model.growth().check(length)?;
+    check_speed(model.growth(), length)?;
     model.tropism().check()?;
     Declaration::of(model.tropism()).check()?;
     model.constitutive().check()?;

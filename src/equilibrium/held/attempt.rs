@@ -21,9 +21,10 @@ const CLOSE_TURN: f64 = 0.02;
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step that needs neither a correction nor a comparison, rad.
 const TINY_TURN: f64 = 1e-9;
-/// Rotation below which steps with a shifted tangent approach a saddle if they do not become shorter, and below which
-/// they do in any case, rad.
-const NEAR_SADDLE: (f64, f64) = (1e-2, 1e-10);
+/// Values below which an unstable rod whose steps do not become shorter approaches a saddle: its motion along the
+/// unstable direction exceeds that by the residual then. Values below which a rod is at a saddle in any case.
+const NEAR_SADDLE: Closeness = Closeness { turn: 1e-2, residual: 1e-4 };
+const AT_SADDLE: Closeness = Closeness { turn: 1e-10, residual: 1e-10 };
 
 /// Whether a step fits the range of the linear rod.
 enum Fit {
@@ -80,9 +81,9 @@ impl HeldSearch<'_> {
                     Attempt::Rejected
                 });
             }
-            // The shift may have another reason than an unstable rod, and is not tested without a guard.
-            let unstable = shift > 0.0 && (!self.is_loaded() || course.is_guarded()) && self.found.inertia.negative > 0;
-            if unstable && is_at_saddle(&merit, turn, course.last) {
+            // Without a guard the inertia of a rod in contact is not known.
+            let tests = !self.is_loaded() || course.is_guarded();
+            if shift > 0.0 && tests && self.is_at_saddle(&merit, turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
@@ -266,11 +267,19 @@ impl HeldSearch<'_> {
         let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SETTINGS.slow * course.last;
         trial.turn < small || !self.stable || converges
     }
+
+    /// Whether a step with a shifted tangent and the rotation `turn` (rad), after one with the rotation `last`, is at a
+    /// saddle of the energy, or at a neutral equilibrium where rounding decides. Steps are short with a large shift,
+    /// too, so that the residual must be small.
+    fn is_at_saddle(&self, merit: &Merit, turn: f64, last: f64) -> bool {
+        let stagnates = turn < NEAR_SADDLE.turn && turn > SETTINGS.slow * last;
+        let unstable = self.found.inertia.negative > 0 && merit.residual < NEAR_SADDLE.residual && stagnates;
+        unstable || turn < AT_SADDLE.turn && merit.residual < AT_SADDLE.residual
+    }
 }
 
-/// Whether a step with a shifted tangent and the rotation `turn` (rad), after one with the rotation `last`, is at a
-/// saddle of the energy. Steps are short with a large shift, too, so that the residual must be small.
-fn is_at_saddle(merit: &Merit, turn: f64, last: f64) -> bool {
-    let stagnates = turn < NEAR_SADDLE.0 && turn > SETTINGS.slow * last;
-    merit.residual < SETTINGS.at_saddle && (stagnates || turn < NEAR_SADDLE.1)
+/// A rotation in a step (rad), and a residual.
+struct Closeness {
+    turn: f64,
+    residual: f64,
 }

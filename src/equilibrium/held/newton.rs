@@ -83,7 +83,6 @@ impl HeldSearch<'_> {
             if course.reach == Reach::Far && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent friction dissipates energy in every step: slip counts from the last one.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
-                self.locate(rod);
             }
         }
         Err(self.not_found(course.last))

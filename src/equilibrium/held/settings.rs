@@ -74,9 +74,6 @@ pub(super) struct Settings {
     pub softenings: usize,
     /// Largest increase of the number of negative directions in a search for an unstable equilibrium.
     pub passed: usize,
-    /// Residual below which an unstable rod is near a saddle of the energy: its motion along the unstable direction then
-    /// exceeds that by the residual.
-    pub at_saddle: f64,
     /// Largest rotation (rad) and largest displacement, relative to the length, of a hold or the base in an increment.
     pub increment: (f64, f64),
     /// Smallest increment, as a share of the motion of the holds.
@@ -116,7 +113,6 @@ pub(super) const SETTINGS: Settings = Settings {
     saddles: (4, 0.1),
     softenings: 12,
     passed: 3,
-    at_saddle: 1e-4,
     increment: (0.3, 0.05),
     smallest_increment: 1e-6,
 };

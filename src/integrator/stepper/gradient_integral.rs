@@ -1,8 +1,8 @@
 //! Change of the intrinsic strain over a step, by quadrature of the growth gradient.
 //!
 //! u*(t1) − u*(t0) = ∫ REGR · gradient dt. The delayed variables are interpolated between the levels of the history.
-//! The step is divided where a delayed time passes a level. The integrand is smooth on each piece, which has three Gauss
-//! points.
+//! The step is divided where a delayed time passes a level. The integrand is smooth on each piece, which has three
+//! Gauss points.
 
 use nalgebra::Vector3;
 

@@ -11,7 +11,7 @@ use crate::numerics::interpolation::lagrange_powers;
 use crate::state::CLOSE;
 
 /// Ratio z of the length of a piece to the time constant below which a cubic resolves the transient. Its error is z⁴/384
-/// of the transient, which is 4e-8 here.
+/// of the transient, which is 2e-4 here.
 const SLOW: f64 = 0.5;
 /// Ratio above which there is no transient. Steps at most double, so that the transient has decayed by exp(−z/2) in the
 /// step before.

@@ -174,7 +174,7 @@ fn memories_of_polynomials_are_read_exactly_after_a_discontinuity() {
     // The forcing is linear in the two pieces after a discontinuity, and quadratic and cubic in the next ones.
     let line = [|t: f64| 2.0 - t, |_| -1.0, zero, zero];
     let cubic = [|t: f64| t * t * t - t, |t: f64| 3.0 * t * t - 1.0, |t: f64| 6.0 * t, |_| 6.0];
-    for tau in [0.02, 0.1, 0.5, 3.0] {
+    for tau in [0.02, 0.1, 0.5] {
         for (slopes, from) in [(line, 0.0), (cubic, 1.0)] {
             let (history, value) = relaxing(tau, slopes);
             for t in (0..200).map(|k| from + (5.0 - from) * (f64::from(k) + 0.5) / 200.0) {
