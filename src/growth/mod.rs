@@ -45,8 +45,8 @@ pub trait GrowthLaw {
     }
 
     /// Speed of the apex relative to the point at distance `sigma` (m) from it, at time `t` (s): ∫ REGR dσ from 0 to
-    /// `sigma`, m/s. The default is adaptive Gauss–Lobatto quadrature, for profiles that are piecewise smooth over the zone. It
-    /// evaluates a smooth profile at 24 places.
+    /// `sigma`, m/s. The default is adaptive Gauss–Lobatto quadrature, for profiles that are piecewise smooth over the
+    /// zone. It evaluates a smooth profile at 24 places.
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
         integral(&|place| self.regr(place, t), 0.0, sigma)
     }

@@ -9,7 +9,7 @@ use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::Distributed;
-use morphorod::support::{Contact, Cylinder, Hold, Moving, Slip, Support};
+use morphorod::support::{Contact, Cylinder, Distance, Hold, Moving, Obstacle, Slip, Sphere, Support};
 use morphorod::tropism::Oscillator;
 use morphorod::{DynLaws, Model, Shoot, ShootBuilder, State, Still};
 use nalgebra::Vector3;
@@ -259,4 +259,54 @@ fn a_resting_shoot_with_friction_does_not_creep() {
     assert!(last[0].slip == Some(Slip::Sticks) && (last[0].force - first[0].force).norm() < 1e-7 * first[0].normal);
     assert!((shoot.tip() - tip).norm() <= 1e-9 * LENGTH);
     assert_close("place of contact", last[0].arc_length, first[0].arc_length, 1e-9);
+}
+
+/// A pole across the way of a straight rod along e3, which moves along −e1.
+struct Approaching {
+    speed: f64,
+}
+
+impl Obstacle for Approaching {
+    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+        let through = Vector3::new(3e-3 - self.speed * time, 0.0, 0.07);
+        Cylinder { through, along: Vector3::y(), radius: 2e-3 }.distance(place, time)
+    }
+
+    fn velocity(&self, _place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
+        -Vector3::x() * self.speed
+    }
+}
+
+#[test]
+fn pole_pushes_a_straight_rod_and_does_not_pass_it() {
+    for (speed, friction, step) in [(1e-5, 0.1, 0.3), (1e-5, 0.0, 0.3), (1e-3, 0.3, 1.0)] {
+        let contact = Contact { obstacle: Approaching { speed }, radius: 1e-3, friction };
+        let builder = Shoot::builder(TISSUE).length(0.1).radius(1e-3).scene(Still::weightless());
+        let mut shoot = builder.support(contact).build().unwrap();
+        MethodOfSteps::new(step).advance(&mut shoot, step).unwrap();
+        let place = shoot.rod().at(0.07).unwrap().0;
+        // The rod touches the pole from the first instant. Sliding along the curved rod has a second-order effect.
+        let way = speed * step;
+        assert!((place.x + way).abs() < 1e-3 * way, "{speed} {friction}: {place:?}");
+        assert!(shoot.reactions().iter().all(|at| at.force.x < 0.0), "{:?}", shoot.reactions());
+    }
+}
+
+#[test]
+fn heavy_rod_slides_off_the_middle_of_a_frictionless_sphere() {
+    let tissue = LinearElastic { youngs_modulus: 1e7, ..TISSUE };
+    for (tilt, place) in [(0.4_f64, 0.04), (0.75, 0.06), (1.2, 0.09)] {
+        let (up, across) = (tilt.cos(), tilt.sin());
+        // The sphere is in the plane of the rod, below it, and holds it in an unstable equilibrium.
+        let centre = Vector3::new(place * across + 0.016 * up, 0.0, place * up - 0.016 * across);
+        let contact = Contact { obstacle: Sphere { centre, radius: 0.01 }, radius: RADIUS, friction: 0.0 };
+        let builder = || Shoot::builder(tissue).length(0.11).radius(RADIUS).load(WEIGHT).scene(Still::tilted(tilt));
+        let mut shoot = builder().support(contact).build().unwrap();
+        let mut free = builder().build().unwrap();
+        let _ = MethodOfSteps::new(60.0).advance(&mut shoot, 0.0).unwrap();
+        let _ = MethodOfSteps::new(60.0).advance(&mut free, 0.0).unwrap();
+        // The rod falls to the stable equilibrium without contact. The tolerance of both is 1e-8 rad.
+        assert!(shoot.reactions().is_empty(), "{tilt}");
+        assert!((shoot.tip() - free.tip()).norm() < 1e-9, "{tilt}: {:?} {:?}", shoot.tip(), free.tip());
+    }
 }

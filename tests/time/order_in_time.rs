@@ -9,7 +9,7 @@ use crate::fixtures::shoots::{
     BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting, steering,
 };
 use approx::assert_abs_diff_eq;
-use morphorod::equilibrium::Unloaded;
+use morphorod::equilibrium::{NewtonSolver, Unloaded};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
@@ -245,5 +245,25 @@ fn memories_far_shorter_than_a_step_keep_fourth_order() {
         assert_fourth_order("a short memory", found);
         // The error of the rise is a small part of its area, β ℓ²/(r τg) times the memory time.
         assert!(found[3] < 1e-9 * 0.05, "{time} s: {found:?}");
+    }
+}
+
+#[test]
+fn memory_that_is_faster_than_the_steps_is_read_with_its_transient() {
+    // The memory reaches its stimulus long before the end of a step, and acts half an hour later.
+    let run = |step: f64| {
+        let memory = Memory { time: 0.5, delay: 1800.0 };
+        let law = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory);
+        let mut shoot = reduced(0.05, 10.0 * HOUR).tropism(law).into_dyn().scene(Still::tilted(1.2)).build().unwrap();
+        let mut steps = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(1e-12));
+        steps.tolerance = 1e-12;
+        steps.advance(&mut shoot, 2.0 * HOUR).unwrap();
+        shoot.tip()
+    };
+    let exact = run(2.0);
+    // With cubics between levels the errors are 1e-6 of the length at all three steps.
+    for (step, bound) in [(150.0, 1e-8), (75.0, 2e-9), (37.5, 1e-9)] {
+        let error = (run(step) - exact).norm();
+        assert!(error < bound, "step of {step} s: {error:e} m");
     }
 }

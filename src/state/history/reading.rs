@@ -1,17 +1,17 @@
 //! Interpolation of the variables between two levels.
 //!
 //! Between two levels a variable is the cubic through its values and rates (Hermite). A variable y with the time
-//! constant τ has the forcing N = y + τ ẏ, which is the stimulus of a linear memory. After a discontinuity it contains a
-//! transient exp(−t/τ), which a cubic does not resolve in steps that are not short compared with τ. The transient is
-//! then interpolated exactly: it is the difference at the older level between y and the solution of τ ẏ = N − y that
-//! is a polynomial, for the polynomial N with which the step before was made.
+//! constant τ has the forcing N = y + τ ẏ, which is the stimulus of a linear memory. After a discontinuity it contains
+//! a transient exp(−t/τ), which a cubic does not resolve in steps that are not short compared with τ. The transient is
+//! then interpolated exactly. It is the difference at the older level between y and the solution of τ ẏ = N − y that
+//! is a polynomial. N is the polynomial with which the step before was made.
 
 use super::{History, ORDER};
 use crate::numerics::interpolation::lagrange_powers;
 use crate::state::CLOSE;
 
-/// Ratio z of the length of a piece to the time constant below which a cubic resolves the transient. Its error is z⁴/384
-/// of the transient, which is 2e-4 here.
+/// Ratio z of the length of a piece to the time constant below which a cubic resolves the transient. Its error is
+/// z⁴/384 of the transient, which is 2e-4 here and of fourth order in the step.
 const SLOW: f64 = 0.5;
 /// Ratio above which there is no transient. Steps at most double, so that the transient has decayed by exp(−z/2) in the
 /// step before.
@@ -48,7 +48,7 @@ impl History {
         if (SLOW..FAST).contains(&(h / tau)) { self.with_transient(cubic, (time - start, h), tau) } else { cubic }
     }
 
-    /// The interpolation of a piece of `h` seconds, at the time `t` after its start (s), that is exact for the transient
+    /// The interpolation of a piece of `h` seconds, at the time `t` after its start (s). It is exact for the transient
     /// of variables with the time constant `tau` (s).
     fn with_transient(&self, cubic: Reading, (t, h): (f64, f64), tau: f64) -> Reading {
         let Reading { level, weights: [value, rate, next, next_rate], .. } = cubic;
