@@ -21,9 +21,10 @@ const CLOSE_TURN: f64 = 0.02;
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step that needs neither a correction nor a comparison, rad.
 const TINY_TURN: f64 = 1e-9;
-/// Values below which an unstable rod whose steps do not become shorter approaches a saddle: its motion along the
-/// unstable direction exceeds that by the residual then. Values below which a rod is at a saddle in any case.
+/// Values below which an unstable rod is near a saddle if its steps do not become shorter. The rod then leaves the
+/// saddle by 0.1 rad, and the residual moves it by much less.
 const NEAR_SADDLE: Closeness = Closeness { turn: 1e-2, residual: 1e-4 };
+/// Values below which a rod that needs a shift is at a saddle in any case: both are due to rounding.
 const AT_SADDLE: Closeness = Closeness { turn: 1e-10, residual: 1e-10 };
 
 /// Whether a step fits the range of the linear rod.
@@ -81,9 +82,7 @@ impl HeldSearch<'_> {
                     Attempt::Rejected
                 });
             }
-            // Without a guard the inertia of a rod in contact is not known.
-            let tests = !self.is_loaded() || course.is_guarded();
-            if shift > 0.0 && tests && self.is_at_saddle(&merit, turn, course.last) {
+            if shift > 0.0 && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
@@ -157,7 +156,7 @@ impl HeldSearch<'_> {
         course: &mut Course,
         (linear, pivots, shift): (&Linear, Inertia, f64),
     ) -> Option<Attempt> {
-        let tests = !self.is_loaded() || course.is_guarded();
+        let tests = self.tests_inertia(course);
         let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
         if shift == 0.0 && tests {
             self.found.inertia = inertia;
@@ -266,6 +265,11 @@ impl HeldSearch<'_> {
         let small = if rubs { TINY_TURN } else { SETTINGS.small_turn };
         let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SETTINGS.slow * course.last;
         trial.turn < small || !self.stable || converges
+    }
+
+    /// Whether the inertia is tested at the start of a step: of a rod without contact, and in a descent.
+    pub(super) fn tests_inertia(&self, course: &Course) -> bool {
+        !self.is_loaded() || course.is_guarded()
     }
 
     /// Whether a step with a shifted tangent and the rotation `turn` (rad), after one with the rotation `last`, is at a

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::linear::{Linear, NEUTRAL, Role, Rows, along};
+use super::linear::{Linear, NEUTRAL, Role, Rows, along, scaled};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::sites::across;
@@ -13,12 +13,21 @@ use crate::equilibrium::Inertia;
 /// The conditions of an earlier contact along the rod: obstacle, arc length (m), and the factors of each.
 type Previous = (usize, f64, Vec<Vec<(usize, f64)>>);
 
+/// The conditions of all supports on a linear rod with the compliance C.
+pub(super) struct Bordered {
+    /// The diagonal D.
+    diagonal: Vec<f64>,
+    /// The rows T on the coordinates.
+    pub rows: DMatrix<f64>,
+    /// The matrix D − T C Tᵀ of the reactions, and the factors that scale it.
+    pub matrix: DMatrix<f64>,
+    pub scale: DVector<f64>,
+}
+
 impl HeldSearch<'_> {
-    /// The conditions of holds, springs and loaded contacts on a linear rod: the rows T and the matrix D − T C Tᵀ of
-    /// their reactions, with the compliance C, and the factors that scale the matrix. The rows are the conditions of
-    /// the links, the gaps and slips of contacts, and the stiffnesses by which contact forces turn with the normal and
-    /// move along the rod.
-    pub(super) fn conditions(&self, linear: &Linear) -> (Rows, DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
+    /// The conditions of all supports on a linear rod. The rows are the conditions of the links, the gaps and slips of
+    /// loaded contacts, and the stiffnesses by which contact forces turn with the normal and move along the rod.
+    pub(super) fn bordered(&self, linear: &Linear) -> Bordered {
         let mut rows = linear.links.clone();
         for (diagonal, _) in rows.diagonal.iter_mut().zip(&linear.roles).filter(|(_, role)| **role == Role::Boost) {
             *diagonal *= 1.0 - linear.remains;
@@ -32,21 +41,20 @@ impl HeldSearch<'_> {
         rows.diagonal.iter().enumerate().for_each(|(i, d)| matrix[(i, i)] += d);
         let size = |i: usize| (terms[i] + rows.diagonal[i].abs()).max(f64::MIN_POSITIVE);
         let scale = DVector::from_fn(rows.len(), |i, _| size(i).sqrt().recip());
-        (rows, t, matrix, scale)
+        Bordered { diagonal: rows.diagonal, rows: t, matrix, scale }
     }
 
     /// The inertia on the directions that the supports permit, of a linear rod whose factorisation has pivots with the
     /// signs `inertia`.
     pub(super) fn inertia_of(&self, linear: &Linear, mut inertia: Inertia) -> Inertia {
-        let (rows, _, matrix, scale) = self.conditions(linear);
-        let n = rows.len();
-        let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        let Bordered { diagonal, matrix, scale, .. } = self.bordered(linear);
+        let (n, scaled) = (diagonal.len(), scaled(&matrix, &scale));
         if scaled.iter().any(|value| !value.is_finite()) {
             return Inertia { margin: f64::NAN, ..inertia };
         }
         let eigenvalues = if n > 0 { scaled.symmetric_eigenvalues() } else { DVector::zeros(0) };
         // The bordered matrix has one negative eigenvalue for every condition and every spring of positive stiffness.
-        let expected = rows.diagonal.iter().filter(|d| **d <= 0.0).count();
+        let expected = diagonal.iter().filter(|d| **d <= 0.0).count();
         let positive = n - expected;
         let (mut negative, mut above) = (inertia.negative, inertia.positive);
         inertia.margin = inertia.margin.abs();

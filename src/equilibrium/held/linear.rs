@@ -48,6 +48,11 @@ impl Rows {
     }
 }
 
+/// A matrix whose rows and columns are multiplied by `scale`.
+pub(super) fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j])
+}
+
 /// A symmetric matrix of conditions, scaled and factorised.
 pub(super) struct Conditions {
     /// `None` without conditions.
@@ -58,8 +63,7 @@ pub(super) struct Conditions {
 impl Conditions {
     /// Factorises a matrix, whose rows and columns are multiplied by `scale`.
     pub fn new(matrix: &DMatrix<f64>, scale: DVector<f64>) -> Self {
-        let n = scale.len();
-        let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        let (n, scaled) = (scale.len(), scaled(matrix, &scale));
         // The eigenvalues of a matrix that is not finite are not found.
         let finite = scaled.iter().all(|value| value.is_finite());
         let scaled = if finite { scaled } else { DMatrix::zeros(n, n) };

@@ -170,7 +170,7 @@ impl HeldSearch<'_> {
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let scale = self.force_scale();
         let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / SETTINGS.relief } else { 0.0 };
-        if !self.is_loaded() || course.is_guarded() {
+        if self.tests_inertia(course) {
             shift = 0.0;
         }
         loop {

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::inertia::Bordered;
 use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
@@ -73,7 +74,7 @@ impl HeldSearch<'_> {
     /// of it passes an obstacle.
     pub(super) fn leave_saddle(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, number: usize) {
         // Inverse iteration with the shifted tangent and the conditions of supports, from rotations about an axis.
-        let (_, rows, matrix, scale) = self.conditions(linear);
+        let Bordered { rows, matrix, scale, .. } = self.bordered(linear);
         let conditions = Conditions::new(&matrix, scale);
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
         let count = self.body.system().turns.len();
@@ -97,6 +98,10 @@ impl HeldSearch<'_> {
         }
         self.body.system_mut().start.keep(rod);
         let fraction = SETTINGS.saddles.1 / self.body.system().largest_turn();
+        // The supports may permit no motion.
+        if !fraction.is_finite() {
+            return;
+        }
         self.body.advance(rod, fraction);
         self.locate(rod);
         let share = self.safe_share(rod, start);
