@@ -6,7 +6,7 @@ use super::elastica::legendre;
 use crate::fixtures::held::assert_close;
 use crate::fixtures::rods::{RADIUS, bending_stiffness, density_for, weightless, young_tissue};
 use morphorod::equilibrium::{EquilibriumError, Held, NewtonSolver};
-use morphorod::load::{ApicalForce, Load, Weight};
+use morphorod::load::{ApicalForce, Load, PointForce, Weight};
 use morphorod::rod::Rod;
 use morphorod::support::{Contact, Cylinder, HalfSpace, Hold, Joint, Support};
 use morphorod::{Environment, Order, Scene, Still};
@@ -125,6 +125,21 @@ fn strip_on_a_table_sticks_up_to_the_friction_force_and_not_beyond() {
         assert!(jump.is_none(), "the initial shape is the equilibrium: {jump:?}");
     }
     assert!(matches!(strip(0.4, None), Err(EquilibriumError::NotHeld { .. })));
+}
+
+#[test]
+fn point_force_at_a_free_base_acts_on_it() {
+    let force = Vector3::new(0.3, -0.2, 0.1) * bending_stiffness() / (LENGTH * LENGTH);
+    // The sum of the lengths of the elements may differ from the length by rounding.
+    for elements in [1, 3, 7, 8, 11, 13] {
+        let mut rod = horizontal(Vector3::zeros(), elements);
+        let hold = Hold::place(LENGTH).at(rod.base_position()).held(rod.frames()[0]);
+        let load = PointForce { initial_apex_distance: LENGTH, force };
+        let held = solve(&mut rod, &load, &(Joint::Free, hold), &weightless()).expect("an equilibrium");
+        // The hold at the base is the only support, and it bears the force.
+        let sum = held.reactions.iter().map(|at| at.force).sum::<Vector3<f64>>();
+        assert!((sum + force).norm() < 1e-12 * force.norm(), "{elements}: {sum}");
+    }
 }
 
 #[test]

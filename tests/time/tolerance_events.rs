@@ -2,7 +2,7 @@
 
 use super::tolerance::{Path, distance};
 use crate::fixtures::random::{Draw, number};
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
+use crate::fixtures::shoots::{BETA, ETA, HOUR, RADIUS, WEIGHT, reduced};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
@@ -172,4 +172,21 @@ fn random_events_keep_the_tolerance() {
     // small sample.
     assert!(near + 1 + all / 20 >= all, "{near} of {all}");
     assert!(all as u64 * 10 >= cases * 9, "{all} of {cases}");
+}
+
+#[test]
+fn delays_that_are_short_compared_with_the_memories_cost_no_further_steps() {
+    let cost = |delay: f64| {
+        let memory = Memory { time: 720.0, delay };
+        let laws = (
+            Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
+            Proprioception { sensitivity: ETA }.remembered(memory),
+        );
+        let mut shoot = reduced(0.05, 20.0 * HOUR).tropism(laws).scene(Still::tilted(1.2)).build().unwrap();
+        let cost = Adaptive::new(1e-4).advance(&mut shoot, 7.6 * HOUR).unwrap();
+        cost.steps + cost.trial_steps
+    };
+    // Trial runs whose first step was the shortest delay took twelve times as many steps with a delay of 20 s.
+    let (none, short) = (cost(0.0), cost(20.0));
+    assert!(10 * short <= 12 * none, "{short} steps with a delay, {none} without");
 }

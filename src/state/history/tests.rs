@@ -179,8 +179,9 @@ fn memories_of_polynomials_are_read_exactly_after_a_discontinuity() {
             let (history, value) = relaxing(tau, slopes);
             for t in (0..200).map(|k| from + (5.0 - from) * (f64::from(k) + 0.5) / 200.0) {
                 let read = history.read(&history.reading(t, t, tau), 0).next().unwrap();
-                // The cubic between levels is exact for the cubic part only. Rounding has the factor z²/τ.
-                assert_abs_diff_eq!(read, value(t), epsilon = 1e-10);
+                // The values reach 120, and rates multiply a rounding of 1e-16 by the ratio of piece and time constant,
+                // up to 50.
+                assert_abs_diff_eq!(read, value(t), epsilon = 6e-13);
             }
         }
     }
