@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::elements::{FIRST_LENGTH, cut, cut_into, merge_lossless, size};
+use super::division::{FIRST_LENGTH, cut, cut_into, merge_lossless, size};
 use super::hidden_turns::hidden_turns;
 use super::richardson::SAFETY;
 use super::{Adaptive, HistoryFunction, Outcome, Statistics, tolerance_of_equilibria};

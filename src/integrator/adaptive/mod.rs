@@ -1,11 +1,11 @@
 //! Integrator that chooses its steps and elements for a tolerance, and estimates its error.
 //!
-//! **The main loop is `Trials::choose` in `choice.rs`.** It makes trial runs from the state at the beginning of
-//! the call, and estimates the error from the difference of each run from the one before:
+//! **The main loop is `Runs::choose` in `choice.rs`.** It makes runs from the state at the beginning of the call, and
+//! estimates the error from the differences of two runs:
 //!
 //! ```text
 //! Adaptive::advance_at_most (mod.rs)    follows the plan in the state if it is still valid, or
-//! └─ Trials::choose (choice.rs)         chooses a new one:
+//! └─ Runs::choose (choice.rs)           chooses a new one:
 //!    ├─ first_runs                      halves long steps until the runs show an order of convergence
 //!    │  └─ compare                      errors of one resolution:
 //!    │     ├─ run, run                  1. long steps and few elements; half the steps and shorter elements
@@ -16,20 +16,22 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `trials` | one run: division into elements, statistics, difference from the run before |
+//! | `runs` | a run as a value: its resolution, statistics, final state and track |
+//! | `space` | refinement of elements and merging by runs with equal steps |
 //! | `richardson` | error and observed order from the differences of runs, ratio of the next refinement |
 //! | `track` | positions of a shoot in a run, and the distance between two runs |
-//! | `elements` | division of a shoot into elements of a given length |
+//! | `division` | division of a shoot into elements of a given length |
 //! | `equilibrium_mesh` | elements for the equilibrium at the start of a run |
 //! | `hidden_turns` | error of an equilibrium where the stiffness is not smooth inside an element |
 
 mod choice;
-mod elements;
+mod division;
 mod equilibrium_mesh;
 mod hidden_turns;
 mod richardson;
+mod runs;
+mod space;
 mod track;
-mod trials;
 
 use std::ops::RangeInclusive;
 
@@ -42,7 +44,7 @@ use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Plan, State};
-use trials::Trials;
+use runs::Runs;
 
 /// Permitted tolerances. The rounding of positions, which are sums over all elements, is a tenth of the
 /// smallest one. With a tolerance above the largest one no digit of the shape would be correct.
@@ -183,7 +185,7 @@ impl Integrator for Adaptive {
             let usable = |plan: &Plan| valid && plan.tolerance == integrator.tolerance && until <= plan.until;
             let (plan, statistics) = match start.plan().filter(usable) {
                 Some(plan) => (plan, integrator.follow(shoot, &plan, until, max_steps, None, |_, _| ())?),
-                None => Trials::new(integrator, shoot, start).choose(until, max_steps)?,
+                None => Runs::new(integrator, shoot, start).choose(until, max_steps)?,
             };
             shoot.state.plan = Some(Plan { reached: shoot.time(), ..plan });
             Ok(Statistics { error: Some(plan.error), ..statistics })

@@ -1,6 +1,7 @@
 //! Error estimates from the differences of runs (Richardson extrapolation), and the ratio of the next refinement.
 
 use crate::integrator::ORDER;
+use crate::reference_element::Order;
 
 /// Safety factor on reported error estimates, and on the expected difference of two runs.
 pub(super) const SAFETY: f64 = 2.0;
@@ -25,6 +26,12 @@ const MIN_ORDER: f64 = 2.0;
 const UNOBSERVED: f64 = 3.0;
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;
+
+/// Returns the order in space. Positions have order 2 p, and the stimuli at a material point have order p + 2.
+pub(super) fn order_in_space(order: Order) -> f64 {
+    let p = order.points() as f64;
+    (2.0 * p).min(p + 2.0)
+}
 
 /// Error estimate of a sequence of runs with increasing resolution in time or in space, and their observed
 /// order of convergence.
@@ -93,18 +100,23 @@ impl Richardson {
 /// Error estimate of the last run, relative to the length.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ErrorEstimate {
+    /// Error of the steps over the time of the call.
     time: f64,
+    /// Further error of the steps over the delays after the call, in which the memories act.
+    later: f64,
+    /// Error of elements, merging and the initial equilibrium.
     space: f64,
     /// Runs with decreasing steps.
     steps: Richardson,
 }
 
 impl ErrorEstimate {
-    /// Error estimate from two runs whose step sizes differ by a factor of two.
-    pub fn of_half_steps(difference: f64, space: f64) -> Self {
+    /// Error estimate from two runs whose step sizes differ by a factor of two. Their differences are those over the
+    /// time of the call, and over this time and the delays after it.
+    pub fn of_half_steps([difference, later]: [f64; 2], space: f64) -> Self {
         let mut steps = Richardson::new(ORDER as f64);
-        let time = steps.error(2.0, difference);
-        Self { time, space, steps }
+        let (both, time) = (steps.clone().error(2.0, later), steps.error(2.0, difference));
+        Self { time, later: both - time, space, steps }
     }
 
     /// Error estimate of a run from its difference from a run with twice the steps and elements of the given order that
@@ -114,12 +126,12 @@ impl ErrorEstimate {
         let space = initial + Richardson::in_smooth_space(order_in_space).error(ratio, difference);
         let steps = Richardson { last: Some((2.0, difference)), ..Richardson::new(ORDER as f64) };
         let time = difference / (2.0_f64.powf(UNOBSERVED) - 1.0);
-        Self { time, space, steps }
+        Self { time, later: 0.0, space, steps }
     }
 
     /// Returns whether the runs are close enough to each other to show an order of convergence.
     pub fn is_asymptotic(&self) -> bool {
-        self.time <= ASYMPTOTIC && self.space <= ASYMPTOTIC
+        self.time() <= ASYMPTOTIC && self.space <= ASYMPTOTIC
     }
 
     /// Returns the error of elements, merging and the initial equilibrium, relative to the length.
@@ -127,14 +139,14 @@ impl ErrorEstimate {
         self.space
     }
 
-    /// Returns the error in time, relative to the length.
+    /// Returns the error of the steps over the time of the call and the delays after it, relative to the length.
     pub fn time(&self) -> f64 {
-        self.time
+        self.time + self.later
     }
 
     /// Returns the error in time and space with the safety factor.
     pub fn reported(&self) -> f64 {
-        SAFETY * (self.time + self.space)
+        SAFETY * (self.time() + self.space)
     }
 
     /// Returns the largest error in time that a tolerance permits in addition to the error in space.
@@ -150,7 +162,8 @@ impl ErrorEstimate {
         let aim = AIM_IN_TIME * self.left_for_steps(tolerance);
         // A run that is not compared may have the steps of the first run, whose error is known.
         let least = if extrapolated { SAFETY.recip() } else { MIN_REFINEMENT };
-        let needed = (self.time * caution / aim).powf(1.0 / self.steps.order()).max(least);
+        let needed = |error: f64, order: f64| (error * caution / aim).powf(1.0 / order);
+        let needed = needed(self.time, self.steps.order()).max(needed(self.later, UNOBSERVED)).max(least);
         // An extrapolated run is refined by SAFETY, or by SAFETY * MIN_REFINEMENT if the refinement before was
         // too small.
         let is_last = extrapolated && needed <= SAFETY * MIN_REFINEMENT;
@@ -166,7 +179,8 @@ impl ErrorEstimate {
 
     /// Returns the expected error of a run with steps refined by `ratio`, with both safety factors.
     pub fn extrapolated(&self, ratio: f64) -> f64 {
-        SAFETY * Self { time: self.time / ratio.powf(self.steps.order()), ..*self }.reported()
+        let time = self.time / ratio.powf(self.steps.order());
+        SAFETY * Self { time, later: self.later_at(ratio), ..*self }.reported()
     }
 
     /// Returns the estimate for a run with steps refined by `ratio` that differs from the run of this estimate
@@ -174,7 +188,13 @@ impl ErrorEstimate {
     pub fn refined(&self, ratio: f64, difference: f64) -> Self {
         let mut steps = self.steps;
         let time = steps.error(ratio, difference);
-        Self { time, steps, ..*self }
+        Self { time, later: self.later_at(ratio), steps, ..*self }
+    }
+
+    /// Returns the expected error over the delays after the call, of a run with steps refined by `ratio`. An order of
+    /// one less than that of the method is assumed, since only the first runs go on over the delays.
+    fn later_at(&self, ratio: f64) -> f64 {
+        self.later / ratio.powf(UNOBSERVED)
     }
 }
 
@@ -186,7 +206,7 @@ mod tests {
     fn runs_of_fourth_order_report_twice_their_error() {
         // Runs with steps h, h/2 and h/6 whose errors are (h/1000)⁴.
         let errors = [1e-3, 5e-4, 5e-4 / 3.0].map(|step: f64| step.powi(4));
-        let first = ErrorEstimate::of_half_steps(errors[0] - errors[1], 0.0);
+        let first = ErrorEstimate::of_half_steps([errors[0] - errors[1], 0.0], 0.0);
         // Rounding of the difference.
         assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
         let second = first.refined(3.0, errors[1] - errors[2]);

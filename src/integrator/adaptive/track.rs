@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::elements::longest_element;
+use super::division::longest_element;
 use crate::integrator::ORDER;
 use crate::integrator::stepper::StepEnd;
 use crate::model::Model;
@@ -21,8 +21,6 @@ pub(super) struct Track {
     samples: Vec<Sample>,
     /// Places of all samples, one after the other, m.
     places: Vec<Vector3<f64>>,
-    /// Sum of the longest elements of all samples, m.
-    longest_elements: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +29,7 @@ struct Sample {
     /// Smoothness of the positions at this time.
     smoothness: Smoothness,
     length: f64,
+    longest_element: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,10 +50,20 @@ impl Smoothness {
 }
 
 impl Track {
-    pub fn clear(&mut self) {
-        self.samples.clear();
-        self.places.clear();
-        self.longest_elements = 0.0;
+    /// Returns the number of samples.
+    pub fn samples(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Returns the time of the last sample, s.
+    pub fn end(&self) -> f64 {
+        self.samples.last().map_or(f64::NEG_INFINITY, |sample| sample.time)
+    }
+
+    /// Removes the samples from an index on.
+    pub fn truncate(&mut self, samples: usize) {
+        self.samples.truncate(samples);
+        self.places.truncate(samples * PLACES);
     }
 
     /// Appends the present positions of the shoot, after a step or at the start.
@@ -65,8 +74,8 @@ impl Track {
             Some(StepEnd { discontinuity: false, .. }) => Smoothness::Kink,
             _ => Smoothness::Jump,
         };
-        self.longest_elements += longest_element(&shoot.state);
-        self.samples.push(Sample { time: shoot.time(), smoothness, length: shoot.rod().length() });
+        let (length, longest_element) = (shoot.rod().length(), longest_element(&shoot.state));
+        self.samples.push(Sample { time: shoot.time(), smoothness, length, longest_element });
         shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut self.places);
         // A rod whose length is NaN has no positions.
         self.places.resize(self.samples.len() * PLACES, Vector3::repeat(f64::NAN));
@@ -79,15 +88,16 @@ impl Track {
 
     /// Returns the longest element, averaged over the steps of the run, m.
     pub fn longest_element(&self) -> f64 {
-        self.longest_elements / self.samples.len() as f64
+        self.samples.iter().map(|sample| sample.longest_element).sum::<f64>() / self.samples.len() as f64
     }
 
-    /// Returns the largest distance between this run and a coarser one at the steps of the coarser one,
-    /// relative to the length.
-    pub fn distance(&self, coarser: &Self) -> f64 {
+    /// Returns the largest distance between this run and a coarser one at the steps of the coarser one up to the time
+    /// `until` (s), relative to the length. Times after the end of either run are not compared.
+    pub fn distance(&self, coarser: &Self, until: f64) -> f64 {
+        let until = until.min(self.end());
         let mut largest = 0.0_f64;
         let mut near = 0;
-        for (i, sample) in coarser.samples.iter().enumerate() {
+        for (i, sample) in coarser.samples.iter().enumerate().take_while(|(_, sample)| sample.time <= until) {
             if sample.smoothness == Smoothness::ContactChange {
                 continue;
             }

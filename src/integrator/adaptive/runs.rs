@@ -1,0 +1,198 @@
+//! Runs of a call. Each starts from the state at the beginning of the call, and is a value that later runs are compared
+//! with.
+
+use super::division::{FIRST_LENGTH, cut, longest_element, merge_lossless};
+use super::richardson::{AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
+use super::track::Track;
+use super::{Adaptive, Outcome, Statistics};
+use crate::equilibrium::Equilibrium;
+use crate::integrator::IntegrationError;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::state::{Plan, State};
+use crate::tropism::Declaration;
+
+/// Tolerance of the initial equilibrium, relative to that of the run: as for merging.
+const INITIAL: f64 = AIM_OF_MERGING;
+
+/// Largest number of steps over the delays after the call. A longer delay is at least 125 times the time of the call,
+/// whose first run has eight steps or more.
+const MOST_LATER_STEPS: f64 = 1000.0;
+
+/// Result of a run.
+pub(super) struct Run {
+    /// Resolution of the run. Its longest element is not longer than those of the initial equilibrium.
+    pub plan: Plan,
+    /// Statistics of the run, without the time after the end of the call.
+    pub statistics: Statistics,
+    /// State at the end of the call.
+    state: State,
+    track: Track,
+}
+
+impl Run {
+    /// Returns the largest distance from a run with longer steps, relative to the length, over the time of the call.
+    pub fn distance(&self, coarser: &Self) -> f64 {
+        self.track.distance(&coarser.track, self.plan.until)
+    }
+
+    /// Returns the largest distance from a run with longer steps, relative to the length, over the time of the call and
+    /// the delays after it.
+    pub fn distance_with_delays(&self, coarser: &Self) -> f64 {
+        self.track.distance(&coarser.track, f64::INFINITY)
+    }
+
+    /// Returns the ratio of the longest elements of a run to those of this run, averaged over the steps. Growing
+    /// elements are halved at different times in the two runs.
+    pub fn element_ratio(&self, coarser: &Self) -> f64 {
+        coarser.track.longest_element() / self.track.longest_element()
+    }
+}
+
+/// Runs of a call.
+pub(super) struct Runs<'a, M> {
+    pub integrator: &'a mut Adaptive,
+    pub shoot: &'a mut Shoot<M>,
+    /// State at the beginning of the call.
+    pub start: &'a State,
+    /// This state with fewer elements, if it has no history.
+    undivided: State,
+    /// Statistics of all runs, as trial runs.
+    spent: Statistics,
+    /// Initial meshes of the runs, of a shoot without a history.
+    meshes: Vec<FirstMesh>,
+    /// Longest delay of the laws, s.
+    longest_delay: f64,
+    /// Time that all runs over the delays have reached, s.
+    reached: f64,
+}
+
+/// Elements of the initial equilibrium for a longest element.
+struct FirstMesh {
+    longest_element: f64,
+    state: State,
+    found: Equilibrium,
+    /// Estimated error of the equilibrium, relative to the length.
+    error: f64,
+}
+
+impl<'a, M: Model> Runs<'a, M> {
+    pub fn new(integrator: &'a mut Adaptive, shoot: &'a mut Shoot<M>, start: &'a State) -> Self {
+        if start.history.levels() == 0 {
+            merge_lossless(shoot);
+        }
+        let mut laws = Declaration::default();
+        laws.read(shoot.model.tropism());
+        let (spent, meshes, undivided) = (Statistics::default(), Vec::new(), shoot.state.clone());
+        Self {
+            integrator,
+            shoot,
+            start,
+            undivided,
+            spent,
+            meshes,
+            longest_delay: laws.longest_delay(),
+            reached: f64::INFINITY,
+        }
+    }
+
+    /// Returns whether the shoot had a history at the beginning of the call.
+    pub fn has_started(&self) -> bool {
+        self.start.history.levels() > 0
+    }
+
+    /// Makes a run to the end of a plan. `reached` is the present error estimate, for the error message.
+    pub fn run(&mut self, plan: Plan, reached: f64) -> Outcome<Run> {
+        let left = self.integrator.max_steps - self.spent.trial_steps.min(self.integrator.max_steps);
+        if (plan.until - self.start.time) / plan.step > left as f64 {
+            return Err(self.not_met(reached));
+        }
+        let run = self.run_at_most(plan, left)?;
+        if self.shoot.time() < plan.until { Err(self.not_met(reached)) } else { Ok(run) }
+    }
+
+    /// Makes a run to the end of a plan, and continues it over the longest delay. What the memories hold at the end of
+    /// the call acts until then. The continuation ends early where it fails or snaps, which is not a failure of the
+    /// call.
+    pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Run> {
+        let mut run = self.run(plan, f64::INFINITY)?;
+        if self.longest_delay > 0.0 {
+            let until = plan.until + self.longest_delay.min(MOST_LATER_STEPS * plan.step);
+            let left = self.integrator.max_steps - self.spent.trial_steps.min(self.integrator.max_steps);
+            let (samples, track) = (run.track.samples(), &mut run.track);
+            let record = |shoot: &Shoot<M>, end: Option<_>| {
+                if end.is_some() {
+                    track.record(shoot, end)
+                }
+            };
+            match self.integrator.follow(self.shoot, &plan, until, left, None, record) {
+                Ok(statistics) if statistics.snaps == 0 => self.spent += statistics.as_trial(),
+                _ => run.track.truncate(samples),
+            }
+        }
+        self.reached = self.reached.min(run.track.end());
+        Ok(run)
+    }
+
+    /// Makes the first steps of a plan, by at most `max_steps`.
+    pub fn run_at_most(&mut self, mut plan: Plan, max_steps: usize) -> Outcome<Run> {
+        let mut track = Track::default();
+        let known = self.divide(&mut plan)?;
+        let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
+        let statistics = self.integrator.follow(self.shoot, &plan, plan.until, max_steps, known, record)?;
+        self.spent += statistics.as_trial();
+        Ok(Run { plan, statistics, state: self.shoot.state.clone(), track })
+    }
+
+    /// Makes a run the result of the call. Returns its resolution and the statistics of the call.
+    pub fn accept(&mut self, run: Run, error: f64) -> (Plan, Statistics) {
+        self.shoot.state.copy_from(&run.state);
+        let earlier_calls = self.start.plan().map_or(0.0, |plan| plan.error);
+        let trial_steps = self.spent.trial_steps - run.statistics.steps;
+        let statistics = Statistics { trial_steps, ..self.spent.undone_since(run.statistics) };
+        // The resolution is sufficient as far as the runs were compared.
+        let until = self.reached.max(run.plan.until);
+        (Plan { until, error: earlier_calls + error, ..run.plan }, statistics)
+    }
+
+    /// Restores the state at the beginning of the call, and divides the shoot into elements for a run. For a shoot
+    /// without a history, refines the mesh of the initial equilibrium, whose error is a part of the error in space, and
+    /// reduces the longest element of the plan to that of this mesh. Returns this equilibrium.
+    fn divide(&mut self, plan: &mut Plan) -> Outcome<Option<Equilibrium>> {
+        if let Some(mesh) = self.meshes.iter().find(|mesh| mesh.longest_element == plan.longest_element) {
+            self.shoot.state.copy_from(&mesh.state);
+            return Ok(Some(mesh.found));
+        }
+        if self.has_started() {
+            self.shoot.state.copy_from(self.start);
+            cut(self.shoot, plan.longest_element);
+            return Ok(None);
+        }
+        self.shoot.state.copy_from(&self.undivided);
+        cut(self.shoot, plan.longest_element);
+        // The comparison of runs shows the error of the shape as well, except near buckling and where the stiffness
+        // is discontinuous.
+        let tolerance = INITIAL * self.integrator.tolerance;
+        let weight = (tolerance / ASYMPTOTIC).min(1.0);
+        let (error, found, statistics) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight)?;
+        self.spent += statistics.as_trial();
+        // Longer elements than these would not change the initial mesh.
+        plan.longest_element = plan.longest_element.min(longest_element(&self.shoot.state) / FIRST_LENGTH);
+        let state = self.shoot.state.clone();
+        self.meshes.retain(|mesh| mesh.longest_element != plan.longest_element);
+        self.meshes.push(FirstMesh { longest_element: plan.longest_element, state, found, error });
+        Ok(Some(found))
+    }
+
+    /// Returns the error of the initial equilibrium in the runs of a plan, relative to the length.
+    pub fn initial_error(&self, plan: &Plan) -> f64 {
+        let mesh = self.meshes.iter().find(|mesh| mesh.longest_element == plan.longest_element);
+        mesh.map_or(0.0, |mesh| mesh.error / SAFETY)
+    }
+
+    /// Returns the error for a tolerance that is not met.
+    pub fn not_met(&self, reached: f64) -> IntegrationError {
+        let (tolerance, steps) = (self.integrator.tolerance, self.spent.trial_steps);
+        IntegrationError::ToleranceNotMet { tolerance, reached, steps }
+    }
+}
