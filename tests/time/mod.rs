@@ -29,4 +29,5 @@ mod tolerance;
 mod tolerance_events;
 mod tolerance_inside;
 mod tolerance_random;
+mod tolerance_scenes;
 mod trial_runs;
