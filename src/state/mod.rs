@@ -25,7 +25,7 @@ use crate::rod::{MaterialPoint, Rod};
 use crate::support::Support;
 
 /// Number of the format of serialised states. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 11;
+pub(crate) const FORMAT: u32 = 12;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step

@@ -54,7 +54,14 @@ impl Stepper {
             let width = high - last.time;
             let passes = skips || width <= shortest;
             let time = if passes || !known { high } else { last.time + 0.5 * width };
-            let part = StepEnd { time, discontinuity: false, kink: false, contact_change: false, target: end.target };
+            let part = StepEnd {
+                time,
+                discontinuity: false,
+                kink: false,
+                derived: false,
+                contact_change: false,
+                target: end.target,
+            };
             let part = if time == end.time { end } else { part };
             let changes = self.change_in(shoot, solver, (start, part), options, passes);
             // A divided step counts as one.
@@ -108,7 +115,7 @@ impl Stepper {
         };
         let changes = touched(start) != touched(&shoot.state);
         if changes && passes && !end.discontinuity {
-            self.pass_discontinuity(shoot, solver)?;
+            self.pass_discontinuity(shoot, solver, false)?;
         }
         Ok(changes)
     }

@@ -118,7 +118,7 @@ impl Stepper {
         shoot.state.check_reach(self.laws.longest_delay())?;
         self.reserve_levels(&mut shoot.state, &options);
         if shoot.state.changed {
-            self.pass_discontinuity(shoot, solver)?;
+            self.pass_discontinuity(shoot, solver, false)?;
         }
         observe(shoot, None);
         let mut retries_left = options.retries;
@@ -221,7 +221,7 @@ impl Stepper {
             corrections += 1;
         }
         self.end_step(shoot, step);
-        if end.discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
+        if end.discontinuity { self.pass_discontinuity(shoot, solver, end.derived) } else { Ok(()) }
     }
 
     /// Adds an equilibrium to the statistics. After a snap the earlier equilibria are no longer extrapolated.
@@ -268,13 +268,19 @@ impl Stepper {
         self.statistics.steps += 1;
     }
 
-    /// Solves the equilibrium after a discontinuity at the present time, and restarts interpolation from there.
-    fn pass_discontinuity(&mut self, shoot: &mut Shoot<impl Model>, solver: &mut impl EquilibriumSolver) -> Outcome {
+    /// Solves the equilibrium after a discontinuity at the present time, and restarts interpolation from there. An
+    /// earlier discontinuity may have caused a `derived` one.
+    fn pass_discontinuity(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        derived: bool,
+    ) -> Outcome {
         let time = shoot.state.time;
         self.begin_increment(shoot);
         let found = self.solve_equilibrium(shoot, solver, after(time))?;
         self.record(&found, shoot);
-        shoot.state.history.push(time, &mut self.spare);
+        shoot.state.history.push_discontinuity(derived, &mut self.spare);
         self.sense(shoot)?;
         self.evaluate_rates(shoot);
         (shoot.state.smooth_since, shoot.state.changed) = (time, false);

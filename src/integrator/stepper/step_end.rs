@@ -27,6 +27,8 @@ pub(in crate::integrator) struct StepEnd {
     pub discontinuity: bool,
     /// Whether the time is a breaking point. The second derivative of the positions is discontinuous there.
     pub kink: bool,
+    /// Whether an earlier discontinuity causes the one there: the time is a breaking point of a fast variable.
+    pub derived: bool,
     /// Whether a contact begins or ends there.
     pub contact_change: bool,
     /// Next time that steps must not pass, s.
@@ -63,26 +65,29 @@ fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> 
     (last, points().filter(|point| *point <= next + close).fold(next, f64::max))
 }
 
-/// Returns the shortest rise time of the variables, s: the time in which a variable would reach its stimulus at
-/// its rate at a level, which is the one after a discontinuity.
-fn shortest_rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize) -> f64 {
-    let rises = laws.variables().iter().enumerate().map(|(i, variable)| {
-        let (value, rate) = shoot.state.history.largest(level, i);
-        // The stimulus is x = y + τ ẏ.
-        variable.time_constant + value / rate
-    });
-    // The rise time of a variable that stays zero is NaN.
-    rises.filter(|time| *time > 0.0).fold(f64::INFINITY, f64::min)
+/// Returns the rise time of a variable, s: the time in which it would reach its stimulus at its rate at a level, which
+/// is the one after a discontinuity. It is infinite for a variable that stays zero.
+fn rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize, variable: usize) -> f64 {
+    let (value, rate) = shoot.state.history.largest(level, variable);
+    // The stimulus is x = y + τ ẏ.
+    let time = laws.variables()[variable].time_constant + value / rate;
+    if time > 0.0 { time } else { f64::INFINITY }
 }
 
 /// Returns whether differential growth changes within a step after a breaking point at `time` (s), since a
 /// variable did so a delay earlier. Such a breaking point is treated as a discontinuity. The criterion uses the
 /// longest step of all compared runs, so that the error of a run with shorter steps is not larger.
+///
+/// The shape has a kink there, and the stimuli too. A breaking point of a breaking point is therefore one order smoother
+/// than one of a discontinuity, and is not treated as one.
 fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions, time: f64) -> bool {
     let (history, close) = (&shoot.state.history, CLOSE * options.step);
-    let at = |level: &usize| laws.delays().any(|delay| (history.time(*level) + delay - time).abs() <= close);
     let longest = options.coarsest_step.map_or(options.step, |coarsest| coarsest.max(options.step));
-    history.discontinuities().filter(at).any(|level| shortest_rise(shoot, laws, level) < longest)
+    let acts = |level: usize, delay: f64| (history.time(level) + delay - time).abs() <= close;
+    let sharp = |level: usize, i: usize| {
+        laws.variables()[i].delay.is_some_and(|delay| acts(level, delay)) && rise(shoot, laws, level, i) < longest
+    };
+    history.original_discontinuities().any(|level| (0..laws.variables().len()).any(|i| sharp(level, i)))
 }
 
 /// Returns the longest step that growth permits, s. The tissue that leaves the zone in one step becomes one
@@ -171,7 +176,8 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     let next_point = [discontinuity, until].into_iter().find(is_close).unwrap_or(next_point);
     let target = until.min(discontinuity).min(next_point);
     let since = t - shoot.state.smooth_since;
-    let rise = || shortest_rise(shoot, laws, shoot.state.history.levels() - 1);
+    let last = shoot.state.history.levels() - 1;
+    let rise = || (0..laws.variables().len()).map(|i| rise(shoot, laws, last, i)).fold(f64::INFINITY, f64::min);
     let mut first = FIRST_STEP * size;
     if since < first {
         // The cubic interpolation of a variable that changes faster than the step would overshoot.
@@ -202,6 +208,7 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     };
     ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
     let kink = time == next_point;
-    let discontinuity = time == discontinuity || kink && is_sharp(shoot, laws, options, time);
-    Ok(StepEnd { time, discontinuity, kink, contact_change: false, target })
+    let derived = kink && time != discontinuity && is_sharp(shoot, laws, options, time);
+    let discontinuity = derived || time == discontinuity;
+    Ok(StepEnd { time, discontinuity, kink, derived, contact_change: false, target })
 }
