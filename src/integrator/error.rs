@@ -63,15 +63,26 @@ pub enum IntegrationError {
         /// Ratio of the largest to the smallest length per coordinate at the points of the element.
         ratio: f64,
     },
-    /// The tolerance was not met within the permitted number of steps or elements.
-    #[error("the tolerance {tolerance:e} is not met: {}, after {steps} steps", describe_estimate(*reached))]
+    /// The work of a call exceeds its limit.
+    #[error("at {time} s the work exceeds its limit of {limit} evaluations of the forces in the rod")]
+    WorkLimit {
+        /// Time that was reached, s.
+        time: f64,
+        /// The limit.
+        limit: usize,
+    },
+    /// The tolerance was not met within the permitted work or number of elements.
+    #[error(
+        "the tolerance {tolerance:.1e} is not met: {}, after {work} evaluations of the forces in the rod",
+        describe_estimate(*reached)
+    )]
     ToleranceNotMet {
         /// Tolerance, relative to the length.
         tolerance: f64,
         /// Estimated error that was reached, relative to the length; infinite if there is no estimate yet.
         reached: f64,
-        /// Number of steps, including those of trial runs.
-        steps: usize,
+        /// [`Statistics::work`](super::Statistics::work) of all runs.
+        work: usize,
     },
     /// A condition did not hold by the latest time.
     #[error("the condition does not hold by {time} s: its value is {value}, and must be zero or positive")]
@@ -121,6 +132,7 @@ impl IntegrationError {
             | Self::Grid { .. }
             | Self::NotFinite { .. }
             | Self::NotReached { .. }
+            | Self::WorkLimit { .. }
             | Self::ToleranceNotMet { .. } => false,
         }
     }

@@ -32,6 +32,9 @@ pub struct MethodOfSteps<E = NewtonSolver> {
     /// Largest number of times in a call that a step is repeated with half its length after a recoverable
     /// error; zero by default. [`Statistics::retries`] counts these repetitions.
     pub retries: usize,
+    /// Largest [`work`](Statistics::work) of a call, without limit by default. It is checked after every equilibrium,
+    /// and [`NewtonSolver::max_iterations`] limits the work of one.
+    pub max_work: usize,
     /// Solver of the equilibria.
     pub solver: E,
     /// Memory that successive calls reuse. Its type is not exported.
@@ -62,7 +65,8 @@ impl<E> MethodOfSteps<E> {
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
         let workspace = Workspace::default();
-        Self { step, tolerance: 1e-8, max_corrections: MAX_CORRECTIONS, retries: 0, solver, workspace }
+        let (max_corrections, max_work) = (MAX_CORRECTIONS, usize::MAX);
+        Self { step, tolerance: 1e-8, max_corrections, retries: 0, max_work, solver, workspace }
     }
 
     /// Records the grid of the following calls, until [`take_grid`](Self::take_grid).
@@ -103,6 +107,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
             until,
             step: self.step,
             max_steps,
+            max_work: self.max_work,
             retries: self.retries,
             tolerance: self.tolerance,
             max_corrections: self.max_corrections,

@@ -60,7 +60,8 @@ pub trait Integrator {
     /// - [`Parameter`](IntegrationError::Parameter): `until` is in the past, or the history does not fit the laws.
     /// - [`NotConverged`](IntegrationError::NotConverged), [`Variables`](IntegrationError::Variables),
     ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven): the step is too long.
-    /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would need too many steps.
+    /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would exceed its limit of work.
+    /// - [`WorkLimit`](IntegrationError::WorkLimit): the limit of work that a setting of the integrator gives.
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Outcome<Statistics> {
         self.advance_at_most(shoot, until, usize::MAX)
     }

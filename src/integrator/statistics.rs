@@ -84,6 +84,13 @@ impl std::ops::AddAssign for Statistics {
 }
 
 impl Statistics {
+    /// Number of evaluations of the forces in the rod, with and without the Jacobian. It is the measure of work that
+    /// the integrators limit.
+    #[must_use]
+    pub fn work(&self) -> usize {
+        self.factorisations + self.evaluations
+    }
+
     /// Adds the cost and the error estimate of an equilibrium.
     pub(super) fn add_equilibrium(&mut self, found: &Equilibrium) {
         self.equilibria += 1;

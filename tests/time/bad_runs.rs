@@ -224,7 +224,7 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
     let _ = MethodOfSteps::new(2e-4).advance(&mut shoot, 1e-3).unwrap();
     // The adaptive integrator chooses the step and fails when the allowed steps are used up.
     let mut run = Adaptive::new(1e-3);
-    run.max_steps = 1000;
+    run.max_work = 3000;
     let answer = run.advance(&mut shoot, HOUR);
     assert!(matches!(answer, Err(IntegrationError::ToleranceNotMet { .. })), "{answer:?}");
 }
@@ -316,7 +316,7 @@ fn failures_of_the_variables_do_not_refine_the_elements() {
         .build()
         .unwrap();
     let mut integrator = Adaptive::new(1e-5);
-    integrator.max_steps = 2000;
+    integrator.max_work = 6000;
     let error = integrator.advance(&mut shoot, HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::Variables { .. }), "{error}");
     // One series of trials takes 12,510 evaluations. Each refinement of the elements would repeat

@@ -136,7 +136,7 @@ impl Scene {
     /// The error over the tolerance, and the estimate over the error.
     fn judge(&self) -> Option<(f64, f64)> {
         let mut integrator = Adaptive::new(self.tolerance);
-        integrator.max_steps = 12_000;
+        integrator.max_work = 120_000;
         let (mut shoot, mut path) = (self.shoot(8), Path::new());
         let show = |shoot: &Shoot<_>| path.push((shoot.rod().length(), shoot.rod().centre_line_at(25)));
         let cost = match integrator.advance_showing(&mut shoot, self.end, self.times(), show) {

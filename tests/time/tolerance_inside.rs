@@ -37,7 +37,7 @@ fn motion_inside_merged_elements_is_below_the_tolerance() {
     for tolerance in [1e-4, 3e-5, 1e-5, 3e-6] {
         let mut integrator = Adaptive::new(tolerance);
         // The run takes a few hundred steps, trials included.
-        integrator.max_steps = 5000;
+        integrator.max_work = 50_000;
         let found = path(make(8), &mut integrator, end).unwrap();
         let error = distance(&found, &exact);
         assert!(error < tolerance, "{tolerance:e}: {error:e}");

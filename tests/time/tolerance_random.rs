@@ -34,7 +34,7 @@ type Verdict = (bool, f64);
 
 fn judge(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, tolerance: f64) -> Option<Verdict> {
     let mut integrator = Adaptive::new(tolerance);
-    integrator.max_steps = 15_000;
+    integrator.max_work = 150_000;
     let mut shoot = make(8);
     let cost = match integrator.advance(&mut shoot, end) {
         // The path of a shoot that snaps or falls is not smooth.

@@ -36,8 +36,7 @@ impl<M: Model> Runs<'_, M> {
         // Run 5: shorter steps by the observed order, until the estimate is below the tolerance.
         loop {
             if estimate.reported() <= tolerance && !extrapolated {
-                let error = estimate.reported() + run.statistics.equilibrium_error;
-                return Ok(self.accept(run, error));
+                return Ok(self.accept(run, estimate.reported()));
             }
             if estimate.left_for_steps(tolerance) <= 0.0 {
                 return Err(self.not_met(estimate.reported()));

@@ -102,7 +102,7 @@ impl Adaptive {
                 return Ok((error, found, statistics));
             }
             if 2 * shoot.rod().elements() > MAX_ELEMENTS {
-                return Err(IntegrationError::ToleranceNotMet { tolerance, reached: error, steps: 0 });
+                return Err(IntegrationError::ToleranceNotMet { tolerance, reached: error, work: statistics.work() });
             }
             let share = tolerance / (SAFETY * coarse.rod.elements() as f64);
             if hidden_turns.iter().any(|turn| *turn > share) {

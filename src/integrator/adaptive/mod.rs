@@ -102,19 +102,20 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 pub struct Adaptive {
     /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.
     pub tolerance: f64,
-    /// Largest number of steps in a call, including those of trial runs.
-    pub max_steps: usize,
+    /// Largest [`work`](Statistics::work) of a call, including that of trial runs; ten million by default. It is checked
+    /// after every equilibrium.
+    pub max_work: usize,
     solver: NewtonSolver,
     stepper: Stepper,
     backup: Option<State>,
 }
 
 impl Adaptive {
-    /// An integrator with a tolerance relative to the length. A call has at most a million steps.
+    /// An integrator with a tolerance relative to the length.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         let (solver, stepper) = (NewtonSolver::default(), Stepper::default());
-        Self { tolerance, max_steps: 1_000_000, solver, stepper, backup: None }
+        Self { tolerance, max_work: 10_000_000, solver, stepper, backup: None }
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -128,7 +129,7 @@ impl Adaptive {
         shoot: &mut Shoot<M>,
         plan: &Plan,
         until: f64,
-        max_steps: usize,
+        [max_steps, max_work]: [usize; 2],
         known: Option<Equilibrium>,
         observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
@@ -138,6 +139,7 @@ impl Adaptive {
             until,
             step: plan.step,
             max_steps,
+            max_work,
             retries: 0,
             tolerance,
             max_corrections: MAX_CORRECTIONS,
@@ -184,7 +186,10 @@ impl Integrator for Adaptive {
             let valid = started && !start.changed;
             let usable = |plan: &Plan| valid && plan.tolerance == integrator.tolerance && until <= plan.until;
             let (plan, statistics) = match start.plan().filter(usable) {
-                Some(plan) => (plan, integrator.follow(shoot, &plan, until, max_steps, None, |_, _| ())?),
+                Some(plan) => {
+                    let limits = [max_steps, integrator.max_work];
+                    (plan, integrator.follow(shoot, &plan, until, limits, None, |_, _| ())?)
+                }
                 None => Runs::new(integrator, shoot, start).choose(until, max_steps)?,
             };
             shoot.state.plan = Some(Plan { reached: shoot.time(), ..plan });

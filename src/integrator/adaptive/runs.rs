@@ -4,7 +4,7 @@
 use super::division::{FIRST_LENGTH, cut, longest_element, merge_lossless};
 use super::richardson::{AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::Track;
-use super::{Adaptive, Outcome, Statistics};
+use super::{Adaptive, Outcome, Statistics, tolerance_of_equilibria};
 use crate::equilibrium::Equilibrium;
 use crate::integrator::IntegrationError;
 use crate::model::Model;
@@ -103,12 +103,14 @@ impl<'a, M: Model> Runs<'a, M> {
 
     /// Makes a run to the end of a plan. `reached` is the present error estimate, for the error message.
     pub fn run(&mut self, plan: Plan, reached: f64) -> Outcome<Run> {
-        let left = self.integrator.max_steps - self.spent.trial_steps.min(self.integrator.max_steps);
-        if (plan.until - self.start.time) / plan.step > left as f64 {
+        // Every step has an equilibrium.
+        if (plan.until - self.start.time) / plan.step > self.work_left() as f64 {
             return Err(self.not_met(reached));
         }
-        let run = self.run_at_most(plan, left)?;
-        if self.shoot.time() < plan.until { Err(self.not_met(reached)) } else { Ok(run) }
+        self.run_at_most(plan, usize::MAX).map_err(|error| match error {
+            IntegrationError::WorkLimit { .. } => self.not_met(reached),
+            error => error,
+        })
     }
 
     /// Makes a run to the end of a plan, and continues it over the longest delay. What the memories hold at the end of
@@ -118,14 +120,14 @@ impl<'a, M: Model> Runs<'a, M> {
         let mut run = self.run(plan, f64::INFINITY)?;
         if self.longest_delay > 0.0 {
             let until = plan.until + self.longest_delay.min(MOST_LATER_STEPS * plan.step);
-            let left = self.integrator.max_steps - self.spent.trial_steps.min(self.integrator.max_steps);
+            let limits = [usize::MAX, self.work_left()];
             let (samples, track) = (run.track.samples(), &mut run.track);
             let record = |shoot: &Shoot<M>, end: Option<_>| {
                 if end.is_some() {
                     track.record(shoot, end)
                 }
             };
-            match self.integrator.follow(self.shoot, &plan, until, left, None, record) {
+            match self.integrator.follow(self.shoot, &plan, until, limits, None, record) {
                 Ok(statistics) if statistics.snaps == 0 => self.spent += statistics.as_trial(),
                 _ => run.track.truncate(samples),
             }
@@ -139,20 +141,28 @@ impl<'a, M: Model> Runs<'a, M> {
         let mut track = Track::default();
         let known = self.divide(&mut plan)?;
         let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
-        let statistics = self.integrator.follow(self.shoot, &plan, plan.until, max_steps, known, record)?;
+        let limits = [max_steps, self.work_left()];
+        let statistics = self.integrator.follow(self.shoot, &plan, plan.until, limits, known, record)?;
         self.spent += statistics.as_trial();
         Ok(Run { plan, statistics, state: self.shoot.state.clone(), track })
     }
 
-    /// Makes a run the result of the call. Returns its resolution and the statistics of the call.
+    /// Returns the work that the limit of a call leaves.
+    fn work_left(&self) -> usize {
+        self.integrator.max_work.saturating_sub(self.spent.work())
+    }
+
+    /// Makes a run the result of the call. Returns its resolution and the statistics of the call. The comparison of runs
+    /// does not show the remaining errors of equilibria and corrections, which are added to the `error`.
     pub fn accept(&mut self, run: Run, error: f64) -> (Plan, Statistics) {
         self.shoot.state.copy_from(&run.state);
-        let earlier_calls = self.start.plan().map_or(0.0, |plan| plan.error);
+        let solved = run.statistics.equilibrium_error + tolerance_of_equilibria(run.plan.tolerance);
+        let error = self.start.plan().map_or(0.0, |plan| plan.error) + error + solved;
         let trial_steps = self.spent.trial_steps - run.statistics.steps;
         let statistics = Statistics { trial_steps, ..self.spent.undone_since(run.statistics) };
         // The resolution is sufficient as far as the runs were compared.
         let until = self.reached.max(run.plan.until);
-        (Plan { until, error: earlier_calls + error, ..run.plan }, statistics)
+        (Plan { until, error, ..run.plan }, statistics)
     }
 
     /// Restores the state at the beginning of the call, and divides the shoot into elements for a run. For a shoot
@@ -192,7 +202,7 @@ impl<'a, M: Model> Runs<'a, M> {
 
     /// Returns the error for a tolerance that is not met.
     pub fn not_met(&self, reached: f64) -> IntegrationError {
-        let (tolerance, steps) = (self.integrator.tolerance, self.spent.trial_steps);
-        IntegrationError::ToleranceNotMet { tolerance, reached, steps }
+        let (tolerance, work) = (self.integrator.tolerance, self.spent.work());
+        IntegrationError::ToleranceNotMet { tolerance, reached, work }
     }
 }

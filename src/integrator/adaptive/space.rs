@@ -90,7 +90,10 @@ impl<M: Model> Runs<'_, M> {
             }
             run = self.run_over_delays(Plan { longest_element, ..plan })?;
         }
-        Err(self.not_met(run.distance_with_delays(&compared)))
+        if SAFETY * error <= self.integrator.tolerance {
+            return Ok(Refined { run, error, errors });
+        }
+        Err(self.not_met(SAFETY * error))
     }
 
     /// Reduces the merge tolerance until the error of merging is small enough. Returns the run, and this error, which

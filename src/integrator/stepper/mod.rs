@@ -205,7 +205,7 @@ impl Stepper {
                 }
                 found => found?,
             };
-            self.record(&found, shoot);
+            self.record(&found, shoot, options.max_work)?;
             self.sense(shoot)?;
             self.integrate_variables(shoot, step)?;
             if self.is_explicit(step) {
@@ -225,12 +225,19 @@ impl Stepper {
     }
 
     /// Adds an equilibrium to the statistics. After a snap the earlier equilibria are no longer extrapolated.
-    fn record(&mut self, found: &Equilibrium, shoot: &mut Shoot<impl Model>) {
+    ///
+    /// # Errors
+    /// The work exceeds its limit.
+    fn record(&mut self, found: &Equilibrium, shoot: &mut Shoot<impl Model>, max_work: usize) -> Outcome {
         self.statistics.add_equilibrium(found);
+        if self.statistics.work() > max_work {
+            return Err(IntegrationError::WorkLimit { time: shoot.state.time, limit: max_work });
+        }
         if let Some(jump) = found.jump {
             self.statistics.add_snap(shoot.state.time, jump);
             shoot.state.predictor.forget();
         }
+        Ok(())
     }
 
     /// Adapts the elements to a step, stores the initial strains and positions, and appends a level to the history.
@@ -279,7 +286,7 @@ impl Stepper {
         let time = shoot.state.time;
         self.begin_increment(shoot);
         let found = self.solve_equilibrium(shoot, solver, after(time))?;
-        self.record(&found, shoot);
+        self.record(&found, shoot, usize::MAX)?;
         shoot.state.history.push_discontinuity(derived, &mut self.spare);
         self.sense(shoot)?;
         self.evaluate_rates(shoot);

@@ -18,6 +18,8 @@ pub(in crate::integrator) struct RunOptions {
     pub step: f64,
     /// Largest number of steps.
     pub max_steps: usize,
+    /// Largest [`work`](super::Statistics::work).
+    pub max_work: usize,
     /// Largest number of times that a step is repeated with half its length after a recoverable error.
     pub retries: usize,
     /// Largest change of an angle in the last correction of a step, rad.
