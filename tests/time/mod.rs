@@ -3,6 +3,7 @@
 mod allocations;
 mod bad_dynamic_input;
 mod bad_runs;
+mod calls;
 mod capstan;
 mod contact;
 mod contact_changes;

@@ -90,6 +90,10 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// [`advance_showing`](Integrator::advance_showing) has the same output times, with one estimate for all of
 /// them.
 ///
+/// The first trial runs go on after the call over the longest delay, since what the memories hold at its end acts then.
+/// The laws and the scene are evaluated for these times too, and the resolution is valid for them: a later call within
+/// the delay makes no trial runs.
+///
 /// The estimate is that of positions. To estimate the error of an angle, or of a time that
 /// [`advance_until`](Integrator::advance_until) finds, make a second run with a tenth of the tolerance.
 ///

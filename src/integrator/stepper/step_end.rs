@@ -78,8 +78,8 @@ fn rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize, variable: u
 /// variable did so a delay earlier. Such a breaking point is treated as a discontinuity. The criterion uses the
 /// longest step of all compared runs, so that the error of a run with shorter steps is not larger.
 ///
-/// The shape has a kink there, and the stimuli too. A breaking point of a breaking point is therefore one order smoother
-/// than one of a discontinuity, and is not treated as one.
+/// The shape and the stimuli have a kink there. A breaking point of a breaking point is therefore one order smoother, and
+/// is not sharp.
 fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions, time: f64) -> bool {
     let (history, close) = (&shoot.state.history, CLOSE * options.step);
     let longest = options.coarsest_step.map_or(options.step, |coarsest| coarsest.max(options.step));
