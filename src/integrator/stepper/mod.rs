@@ -13,6 +13,7 @@ mod picard;
 mod relaxation;
 mod start;
 mod step_end;
+mod transient;
 
 use nalgebra::Vector3;
 
