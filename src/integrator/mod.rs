@@ -60,6 +60,7 @@ pub trait Integrator {
     /// - [`Parameter`](IntegrationError::Parameter): `until` is in the past, or the history does not fit the laws.
     /// - [`NotConverged`](IntegrationError::NotConverged), [`Variables`](IntegrationError::Variables),
     ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven): the step is too long.
+    /// - [`NotSlender`](IntegrationError::NotSlender): the response of the laws diverges.
     /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would need too many steps.
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Outcome<Statistics> {
         self.advance_at_most(shoot, until, usize::MAX)

@@ -249,3 +249,19 @@ impl Stepper {
         }
     }
 }
+
+/// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of the
+/// section, at `time` (s). In an elliptic section the distance of the surface on the inner side of the bend counts.
+pub(super) fn check_slender(shoot: &Shoot<impl Model>, time: f64) -> Outcome {
+    let rod = &shoot.state.rod;
+    for point in &rod.points()[rod.zone()] {
+        let (u, section) = (&point.intrinsic, &point.section);
+        let shortening = (u.x * section.along_d2).hypot(u.y * section.along_d1);
+        if shortening >= 1.0 {
+            let (curvature, arc_length) = (u.xy().norm(), rod.length() - point.apex_distance);
+            let radius = shortening / curvature;
+            return Err(IntegrationError::NotSlender { time, arc_length, curvature, radius });
+        }
+    }
+    Ok(())
+}
