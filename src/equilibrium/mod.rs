@@ -71,8 +71,9 @@ pub struct Equilibrium {
     /// Signs of the eigenvalues of the tangent at the equilibrium. For a solver without tangent the counts are zero
     /// and the margin is infinite.
     pub inertia: Inertia,
-    /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
-    /// the continuation of the initial guess then. For a rod with a support it is the displacement from the initial
+    /// Displacement of the tip (m) since the first unstable configuration of the search, unless the equilibrium is the
+    /// continuation of the initial guess: the couples unbalanced in the guess then explain most of the rotation from
+    /// there. For a rod with a support it is the displacement from the initial
     /// guess. `None` if all configurations of the search were stable, and if a rod with a support was found by a
     /// descent within 1e-3 of the length from the initial guess.
     pub jump: Option<f64>,

@@ -30,6 +30,11 @@ const SAFE: f64 = 10.0;
 const LARGEST_ROTATION: f64 = 3.1;
 /// Fraction of the predicted decrease that a step must achieve (Armijo), the usual value.
 const DECREASE: f64 = 1e-4;
+/// Smallest ratio of the rotation that the couples unbalanced in the initial guess cause to the actual one, for an
+/// equilibrium that is its continuation. The ratio tends to one for small rotations, and to zero where a branch ends. At
+/// a pitchfork bifurcation it is (x + x²)/2 if the guess has the share x of the amplitude, and the guess is unstable for
+/// x < 0.58; a step that begins there with x < 0.3 is a snap.
+const CONTINUES: f64 = 0.2;
 /// Unbalanced couple over force times length at which couples are balanced to rounding.
 const BALANCED: f64 = 1e-14;
 
@@ -139,8 +144,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     }
 
     /// The result of the search, with the displacement of the tip since stability was lost.
-    fn finish(&self, rod: &Rod) -> Equilibrium {
+    fn finish(&mut self, rod: &mut Rod) -> Equilibrium {
         let lost = self.lost.filter(|(_, negative)| !self.is_neutral(*negative));
+        let lost = if lost.is_some() && self.continues_from_guess(rod) { None } else { lost };
         let jump = lost.map(|(tip, _)| (rod.tip() - tip).norm());
         Equilibrium { jump, resistance: self.system.resistance, ..self.found }
     }
@@ -150,6 +156,24 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     /// Before couples are balanced it changes a little in that direction, without a loss of stability.
     fn is_neutral(&self, negative: usize) -> bool {
         negative <= self.found.inertia.neutral && self.longest_turn < LARGEST_TURN
+    }
+
+    /// Whether the equilibrium is the continuation of the initial guess, although the search passed an unstable shape:
+    /// the couples that are unbalanced in the guess cause most of the rotation from there to the equilibrium, with the
+    /// stiffness in the equilibrium. Where a branch of equilibria ends, the couples are small and the rotation is not.
+    /// In a soft direction both are small, as for a buckled shoot on a base that is almost upright.
+    fn continues_from_guess(&mut self, rod: &mut Rod) -> bool {
+        self.system.start.keep(rod);
+        self.system.initial.restore(rod);
+        self.system.evaluate::<P>(rod, self.material, self.force);
+        self.found.evaluations += 1;
+        self.system.balance::<P>();
+        self.system.solve::<P>();
+        let predicted = self.system.largest_turn();
+        let (guess, end) = (&self.system.initial, &self.system.start);
+        let rotation = guess.largest_turn_to(end);
+        end.restore(rod);
+        predicted > CONTINUES * rotation
     }
 
     pub(super) fn assemble(&mut self, rod: &Rod) -> Result<(f64, Inertia), EquilibriumError> {

@@ -56,6 +56,11 @@ impl Configuration {
         self.position = rod.base_position();
     }
 
+    /// Largest angle between a frame and that of another configuration, rad.
+    pub fn largest_turn_to(&self, other: &Self) -> f64 {
+        self.frames.iter().zip(&other.frames).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max)
+    }
+
     pub fn restore(&self, rod: &mut Rod) {
         let (frames, rotations) = rod.shape_mut();
         frames.copy_from_slice(&self.frames);

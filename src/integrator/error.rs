@@ -71,6 +71,24 @@ pub enum IntegrationError {
         /// The limit.
         limit: usize,
     },
+    /// Differential growth bends a place so much that the rod is not slender there: the radius of its intrinsic curvature
+    /// is not larger than that of the section, so that the tissue on the inner side would have no length. The response
+    /// of the laws diverges, as that of proprioception does if its sensitivity times its delay exceeds π/2 growth times.
+    #[error(
+        "at {time} s the intrinsic curvature at {arc_length:.4} m from the base is {curvature:.3e} 1/m, and the radius \
+         {radius:.3e} m: the rod is not slender there. The response of the tropism laws diverges: reduce a \
+         sensitivity, a delay or a memory time, or end the run earlier"
+    )]
+    NotSlender {
+        /// End of the step, s.
+        time: f64,
+        /// Arc length of the place from the base, m.
+        arc_length: f64,
+        /// Intrinsic curvature of the centre line, 1/m.
+        curvature: f64,
+        /// Distance of the surface from the centre line on the inner side of the bend, m.
+        radius: f64,
+    },
     /// The tolerance was not met within the permitted work or number of elements.
     #[error(
         "the tolerance {tolerance:.1e} is not met: {}, after {work} evaluations of the forces in the rod",
@@ -133,6 +151,7 @@ impl IntegrationError {
             | Self::NotFinite { .. }
             | Self::NotReached { .. }
             | Self::WorkLimit { .. }
+            | Self::NotSlender { .. }
             | Self::ToleranceNotMet { .. } => false,
         }
     }

@@ -62,6 +62,7 @@ pub trait Integrator {
     ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven): the step is too long.
     /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would exceed its limit of work.
     /// - [`WorkLimit`](IntegrationError::WorkLimit): the limit of work that a setting of the integrator gives.
+    /// - [`NotSlender`](IntegrationError::NotSlender): the response of the laws diverges.
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Outcome<Statistics> {
         self.advance_at_most(shoot, until, usize::MAX)
     }

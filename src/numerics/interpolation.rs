@@ -13,6 +13,20 @@ pub(crate) fn lagrange(nodes: &[f64], x: f64, values: &mut [f64]) {
     }
 }
 
+/// Writes the weights of the values at `nodes` for interpolation at `x` by exp(−x/τ) and a polynomial, which has one
+/// coefficient less than there are nodes. The nodes have increasing order, and τ is not much longer than their distance.
+pub(crate) fn lagrange_with_transient(nodes: &[f64], tau: f64, x: f64, values: &mut [f64]) {
+    lagrange(nodes, x, values);
+    let transient = |x: f64| ((nodes[0] - x) / tau).exp();
+    let difference: f64 = (0..nodes.len()).map(|k| transient(nodes[k]) / lagrange_denominator(nodes, k)).sum();
+    let missing =
+        transient(x) - nodes.iter().zip(values.iter()).map(|(node, value)| value * transient(*node)).sum::<f64>();
+    // The share of the transient in the values is the ratio of the highest divided differences.
+    for (k, value) in values.iter_mut().enumerate() {
+        *value += missing / (difference * lagrange_denominator(nodes, k));
+    }
+}
+
 /// Returns the product of the differences of node `k` from all other nodes, the denominator of its Lagrange polynomial.
 pub(crate) fn lagrange_denominator(nodes: &[f64], k: usize) -> f64 {
     let difference = |product: f64, node: &f64| product * (nodes[k] - node);
@@ -98,6 +112,13 @@ mod tests {
             let power =
                 lagrange_powers::<4>(&nodes, k).into_iter().rfold(0.0, |sum, coefficient| sum * 2.0 + coefficient);
             assert_relative_eq!(power, *value, epsilon = 1e-14, max_relative = 1e-14);
+        }
+        // A transient and a parabola through four nodes, with terms of the size of ten.
+        let decaying = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(2) + (-x / 0.7).exp();
+        for x in [-2.0, -1.3, 0.4, 1.0, 2.0] {
+            lagrange_with_transient(&nodes, 0.7, x, &mut values);
+            let sum: f64 = values.iter().zip(nodes).map(|(weight, node)| weight * decaying(node)).sum();
+            assert_relative_eq!(sum, decaying(x), epsilon = 1e-13, max_relative = 1e-13);
         }
         // At a node its own polynomial is one and the others are zero, exactly.
         lagrange_over(&denominators, &nodes, -0.5, &mut values);

@@ -14,6 +14,9 @@ pub(crate) use reading::Reading;
 /// third order; five levels would still give the fourth order of the cubic.
 pub(crate) const ORDER: usize = 4;
 
+/// Largest number of levels through which stimuli are interpolated: by a cubic and a transient.
+pub(crate) const LEVELS: usize = ORDER + 1;
+
 /// History of the growth zone at several times, the levels, oldest first. Two levels of the same time mark a
 /// discontinuity of the rates.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -49,7 +52,7 @@ pub(crate) struct RecordMut<'a> {
 /// Indices of the levels through which stimuli are interpolated, oldest first.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Nodes {
-    levels: [usize; ORDER],
+    levels: [usize; LEVELS],
     count: usize,
 }
 
@@ -183,20 +186,20 @@ impl History {
     pub fn each_step(
         &mut self,
         (levels, first): (&Nodes, usize),
-        mut visit: impl FnMut([&[f64]; 2], &[&[f64]; ORDER], &mut [f64], &mut [f64]) -> bool,
+        mut visit: impl FnMut([&[f64]; 2], &[&[f64]; LEVELS], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
         let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
         let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
         let numbers = last.rows.len();
         let before = self.levels.back().map_or(&[][..], |level| &level.rows);
-        let mut rows: [&[f64]; ORDER] = [&[]; ORDER];
+        let mut rows: [&[f64]; LEVELS] = [&[]; LEVELS];
         for (to, level) in rows.iter_mut().zip(&levels[..known]) {
             *to = &self.levels[*level].rows;
         }
         let mut points = last.rows.chunks_exact_mut(width.max(1)).rev().enumerate().skip(first);
         let failed = points.find_map(|(point, now)| {
             let row = numbers - (point + 1) * width..numbers - point * width;
-            let mut stimuli: [&[f64]; ORDER] = [&[]; ORDER];
+            let mut stimuli: [&[f64]; LEVELS] = [&[]; LEVELS];
             for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
                 *to = &rows[row.clone()][2 * variables..];
             }
@@ -252,14 +255,14 @@ impl History {
         }
     }
 
-    /// Returns the levels for interpolation: the last ones, at most [`ORDER`], none from before the time
+    /// Returns the levels for interpolation: the last ones, at most `most`, none from before the time
     /// `since` (s). Of two levels that are closer to each other than `gap` (s) only the later one is returned,
     /// since their difference would magnify rounding.
-    pub fn smooth(&self, since: f64, gap: f64) -> Nodes {
+    pub fn smooth(&self, most: usize, since: f64, gap: f64) -> Nodes {
         let first = self.levels.partition_point(|level| level.time <= since).saturating_sub(1);
         let (mut nodes, mut after) = (Nodes::default(), f64::INFINITY);
         for level in (first..self.levels.len()).rev() {
-            if nodes.count < ORDER && after - self.time(level) > gap {
+            if nodes.count < most && after - self.time(level) > gap {
                 (nodes.levels[nodes.count], after) = (level, self.time(level));
                 nodes.count += 1;
             }

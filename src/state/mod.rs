@@ -13,7 +13,7 @@ use std::fmt;
 
 pub(crate) use contact::ContactState;
 pub use error::StateError;
-pub(crate) use history::{History, Nodes, ORDER, Reading, Spare};
+pub(crate) use history::{History, LEVELS, Nodes, ORDER, Reading, Spare};
 pub use history_function::{ConstantHistory, HistoryFunction};
 pub(crate) use plan::Plan;
 pub(crate) use predictor::{Predictor, intrinsic_moments};

@@ -8,12 +8,13 @@ use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots;
 use crate::fixtures::shoots::{HOUR, growing, righting};
 use approx::abs_diff_eq;
+use morphorod::Still;
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::{ContactViolation, Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::InternalForce;
 use morphorod::rod::Rod;
-use morphorod::tropism::{Declaration, Growing, Site, Size, TropismLaw};
+use morphorod::tropism::{Declaration, Growing, Memory, Proprioception, Response, Site, Size, TropismLaw};
 use nalgebra::Vector3;
 
 /// Solver that fails at some of the requested equilibria, counted from one, as if it had run out of
@@ -180,5 +181,30 @@ fn law_that_returns_nan_or_infinity_is_an_error_that_leaves_the_shoot_unchanged(
         left.store(usize::MAX, Ordering::Relaxed);
         let until = shoot.time() + HOUR;
         assert!(run.advance(&mut shoot, until).is_ok_and(|cost| cost.retries == 0));
+    }
+}
+
+#[test]
+fn response_that_diverges_is_an_error_where_the_shoot_is_no_longer_slender() {
+    // Oscillations of delayed proprioception grow if η τr/τg > π/2. Here the ratio is 3 and 20.
+    for sensitivity in [30.0, 200.0] {
+        let memory = Memory { time: 720.0, delay: HOUR };
+        let make = || {
+            let law = Proprioception { sensitivity }.remembered(memory);
+            shoots::reduced(0.05, 10.0 * HOUR).tropism(law).scene(Still::tilted(1.0)).elements(40).into_dyn().build()
+        };
+        let before = make().unwrap();
+        let mut shoot = before.clone();
+        let error = MethodOfSteps::new(300.0).advance(&mut shoot, 200.0 * HOUR).unwrap_err();
+        let IntegrationError::NotSlender { time, arc_length, curvature, radius } = error else { panic!("{error}") };
+        // The section is circular. The couple of the weight, and with it the curvature, is largest at the base. In a
+        // step of a twelfth of the delay the curvature increases by less than a half.
+        assert!((radius - shoots::RADIUS).abs() < 1e-15 && arc_length < 1e-3, "{error}");
+        assert!((1.0..1.5).contains(&(curvature * radius)) && time < 12.0 * HOUR, "{error}");
+        assert!(shoot.state() == before.state() && !error.is_recoverable());
+        // Half the step finds the same time up to a step.
+        let half = MethodOfSteps::new(150.0).advance(&mut shoot, 200.0 * HOUR).unwrap_err();
+        let IntegrationError::NotSlender { time: again, .. } = half else { panic!("{half}") };
+        assert!((again - time).abs() <= 300.0, "{again} s instead of {time} s");
     }
 }

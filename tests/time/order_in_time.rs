@@ -267,3 +267,24 @@ fn memory_that_is_faster_than_the_steps_is_read_with_its_transient() {
         assert!(error < bound, "step of {step} s: {error:e} m");
     }
 }
+
+/// A fast memory acts on the strain one delay after the start, and a slower memory without a delay perceives the strain.
+/// The transient in it is shorter than the steps.
+#[test]
+fn transient_in_the_strain_is_interpolated() {
+    let fast = Memory { time: 5.0, delay: 390.0 };
+    let slow = Memory { time: 127.0, delay: 0.0 };
+    let run = |step: f64| {
+        let mut shoot = reduced(0.05, 10.0 * HOUR).tropism(laws(fast, slow)).scene(Still::tilted(1.0)).build().unwrap();
+        let mut steps = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(1e-12));
+        steps.tolerance = 1e-12;
+        steps.advance(&mut shoot, 960.0).unwrap();
+        shoot.tip()
+    };
+    let exact = run(0.5);
+    let errors = [60.0, 30.0, 15.0, 7.5].map(|step| (run(step) - exact).norm() / 0.05);
+    println!("{errors:?}, order {:.2}", order(&errors));
+    // With cubics, the errors were 1.4e-5, 1.1e-5, 4e-6 and 7e-7, which is an order of 1.4. The steps near the transient
+    // do not become shorter with the others, so that the order is below four.
+    assert!(errors[1] < 3e-6 && errors[2] < 6e-7 && order(&errors) > 2.0, "{errors:?}");
+}

@@ -81,6 +81,12 @@ impl<M: Model> Runs<'_, M> {
                         continue;
                     }
                 }
+                // Long steps may diverge where shorter ones do not.
+                Err(error @ IntegrationError::NotSlender { .. })
+                    if !matches!(failure, Some(IntegrationError::NotSlender { .. })) =>
+                {
+                    failure = Some(error);
+                }
                 Err(error) => return Err(failure.unwrap_or(error)),
             }
             coarse.step *= 0.5;

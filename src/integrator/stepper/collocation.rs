@@ -1,6 +1,6 @@
 //! Exponential collocation: integration of the laws' variables at one material point over one step.
 //!
-//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time. N is collocated at four
+//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time, or a polynomial and a transient. N is collocated at four
 //! Lobatto points. The integral of the cubic through them times exp(−t/τ) is exact for every ratio of step to
 //! τ. For a memory, N = x/τ is known, and the result is the exact response to x. If N depends on y, the
 //! collocation equations are solved by Picard iteration, node by node. If that converges slowly, the interval
@@ -10,8 +10,9 @@ use super::memories::{Memories, Parts};
 use super::picard::Picard;
 use super::relaxation::Kernel;
 use super::{MAX_HALVINGS, ORDER};
-use crate::numerics::interpolation::lagrange;
+use crate::numerics::interpolation::{lagrange, lagrange_with_transient};
 use crate::numerics::quadrature::lobatto;
+use crate::state::LEVELS;
 use crate::tropism::{Declaration, TropismLaw};
 
 /// Largest number of halvings in a step, summed over all points and corrections. It permits a variable that is
@@ -35,7 +36,7 @@ pub(super) struct ExponentialCollocation {
     nodes: Vec<f64>,
     levels: Levels,
     /// Interpolation weights of the stimuli at the nodes of the step.
-    at_nodes: [[f64; ORDER]; ORDER],
+    at_nodes: [[f64; LEVELS]; ORDER],
     /// The level at each node of the step that is at the time of a level.
     level_at: [Option<usize>; ORDER],
     /// The variables for which the weights hold.
@@ -54,18 +55,23 @@ pub(super) struct ExponentialCollocation {
     budget: usize,
 }
 
-/// Times of the levels of the stimuli, in units of the step, which starts at 0 and ends at 1.
+/// Times of the levels of the stimuli: in units of the step, which starts at 0 and ends at 1, or in s.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Levels {
     pub count: usize,
-    pub times: [f64; ORDER],
+    pub times: [f64; LEVELS],
+    /// Time constant of the transient in the stimuli, in the same unit.
+    pub transient: Option<f64>,
 }
 
 impl Levels {
     /// Returns the interpolation weights of the levels at a time.
-    fn weights(&self, time: f64) -> [f64; ORDER] {
-        let mut weights = [0.0; ORDER];
-        lagrange(&self.times[..self.count], time, &mut weights[..self.count]);
+    pub fn weights(&self, time: f64) -> [f64; LEVELS] {
+        let mut weights = [0.0; LEVELS];
+        match self.transient {
+            Some(tau) => lagrange_with_transient(&self.times[..self.count], tau, time, &mut weights[..self.count]),
+            None => lagrange(&self.times[..self.count], time, &mut weights[..self.count]),
+        }
         weights
     }
 }
@@ -133,7 +139,7 @@ impl ExponentialCollocation {
     pub fn integrate(
         &mut self,
         law: &impl TropismLaw,
-        stimuli: &[&[f64]; ORDER],
+        stimuli: &[&[f64]; LEVELS],
         y: &mut [f64],
         rates: &[f64],
     ) -> bool {
@@ -149,7 +155,7 @@ impl ExponentialCollocation {
     fn advance(
         &mut self,
         law: &impl TropismLaw,
-        stimuli: &[&[f64]; ORDER],
+        stimuli: &[&[f64]; LEVELS],
         (y, rates): (&mut [f64], Option<&[f64]>),
         start: f64,
         depth: usize,
@@ -170,10 +176,9 @@ impl ExponentialCollocation {
                 *sensed = stimuli[level];
                 continue;
             }
-            // Levels that do not exist have the weight zero.
-            let [first, second, third, fourth] = std::array::from_fn(|level| stimuli[level.min(count - 1)]);
-            for ((((x, x0), x1), x2), x3) in to.iter_mut().zip(first).zip(second).zip(third).zip(fourth) {
-                *x = at[0] * x0 + at[1] * x1 + at[2] * x2 + at[3] * x3;
+            to.fill(0.0);
+            for (weight, stimuli) in at[..count].iter().zip(stimuli) {
+                to.iter_mut().zip(*stimuli).for_each(|(x, stimulus)| *x += weight * stimulus);
             }
             *sensed = to;
         }

@@ -6,12 +6,11 @@
 
 use nalgebra::Vector3;
 
-use super::ORDER;
+use super::collocation::Levels;
 use crate::growth::GrowthLaw;
-use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::rule;
 use crate::section::Section;
-use crate::state::{History, Nodes, Reading};
+use crate::state::{History, LEVELS, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
 /// Gauss points of a step, with the interpolation of the delayed variables at each of them. They are the same
@@ -39,13 +38,20 @@ struct Node {
     time: f64,
     weight: f64,
     /// Interpolation weights of the present stimuli.
-    interpolation: [f64; ORDER],
+    interpolation: [f64; LEVELS],
 }
 
 impl GradientIntegral {
     /// Computes the quadrature for the interval from `from` to `to` (s). If the gradient depends on the present
-    /// stimuli, these are interpolated through the levels `smooth`.
-    pub fn prepare(&mut self, history: &History, laws: &Declaration, smooth: &Nodes, from: f64, to: f64) {
+    /// stimuli, these are interpolated through the levels `smooth`, by a cubic and a transient with the time constant
+    /// `transient` (s).
+    pub fn prepare(
+        &mut self,
+        history: &History,
+        laws: &Declaration,
+        (smooth, transient): (&Nodes, Option<f64>),
+        [from, to]: [f64; 2],
+    ) {
         self.nodes.clear();
         self.readings.clear();
         self.ends.clear();
@@ -71,8 +77,8 @@ impl GradientIntegral {
             self.delayed[place].push(k);
         }
         self.ends.sort_unstable_by(f64::total_cmp);
-        let mut times = [0.0; ORDER];
-        for (time, level) in times.iter_mut().zip(smooth.iter()) {
+        let mut levels = Levels { count: smooth.len(), transient, ..Levels::default() };
+        for (time, level) in levels.times.iter_mut().zip(smooth.iter()) {
             *time = history.time(*level);
         }
         self.levels = *smooth;
@@ -84,10 +90,7 @@ impl GradientIntegral {
             }
             for (x, w) in x.iter().zip(w) {
                 let time = a + (b - a) * x;
-                let mut interpolation = [0.0; ORDER];
-                if size.reads_present {
-                    lagrange(&times[..smooth.len()], time, &mut interpolation[..smooth.len()]);
-                }
+                let interpolation = if size.reads_present { levels.weights(time) } else { [0.0; LEVELS] };
                 self.nodes.push(Node { time, weight: w * (b - a), interpolation });
                 // The delayed times of all Gauss points of a piece are between the same two levels as that of
                 // its middle.

@@ -3,6 +3,7 @@
 use super::ORDER;
 use super::relaxation::{Kernel, LANES, relaxed_integral};
 use crate::error::ParameterError;
+use crate::state::LEVELS;
 use crate::tropism::{Declaration, Source, Variable};
 
 /// Memory of a stimulus or of another variable.
@@ -114,19 +115,20 @@ struct Memory {
     source: usize,
     decay: f64,
     start: f64,
-    weights: [f64; ORDER],
+    weights: [f64; LEVELS],
 }
 
 impl Memory {
     /// Computes the weights of the remembered quantities at the `nodes` of an interval of `size` seconds.
     fn each<'a>(memories: &'a [Remembered], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
         // Successive memories with the same time constant have the same weights.
-        let mut known = (f64::NAN, 0.0, [0.0; ORDER]);
+        let mut known = (f64::NAN, 0.0, [0.0; LEVELS]);
         memories.iter().map(move |&Remembered { variable, source, time }| {
             if known.0 != time {
                 let z = size / time;
                 // The integral of x/τ up to the last node.
-                known = (time, (-z).exp(), relaxed_integral(nodes, z, 1.0).map(|integral| integral * z));
+                known = (time, (-z).exp(), [0.0; LEVELS]);
+                known.2[..ORDER].copy_from_slice(&relaxed_integral(nodes, z, 1.0).map(|integral| integral * z));
             }
             let (_, decay, weights) = known;
             Self { variable, source, decay, start: 0.0, weights }
@@ -154,8 +156,8 @@ impl Memories {
         for of_nodes in Memory::each(&parts.of_variables, nodes, size) {
             let Some((group, lane)) = parts.lane(of_nodes.source) else { continue };
             let kernel = &kernels[group];
-            let mut sum = Memory { source: group * LANES + lane, weights: [0.0; ORDER], ..of_nodes };
-            for (j, weight) in of_nodes.weights.into_iter().enumerate() {
+            let mut sum = Memory { source: group * LANES + lane, weights: [0.0; LEVELS], ..of_nodes };
+            for (j, weight) in of_nodes.weights[..ORDER].iter().copied().enumerate() {
                 sum.start += weight * kernel.decay[j][lane];
                 sum.weights
                     .iter_mut()
@@ -168,10 +170,10 @@ impl Memories {
 
     /// Computes the weights of levels from those of nodes, and from the interpolation weights of the levels at the
     /// nodes.
-    pub fn interpolate(&mut self, memories: &Self, at_nodes: &[[f64; ORDER]; ORDER]) {
+    pub fn interpolate(&mut self, memories: &Self, at_nodes: &[[f64; LEVELS]; ORDER]) {
         self.each.clone_from(&memories.each);
         for (memory, from) in self.each.iter_mut().zip(&memories.each) {
-            memory.weights = [0.0; ORDER];
+            memory.weights = [0.0; LEVELS];
             for (node, at) in from.weights.iter().zip(at_nodes) {
                 for (weight, at) in memory.weights.iter_mut().zip(at) {
                     *weight += node * at;
@@ -183,7 +185,7 @@ impl Memories {
     /// Integrates the memories among the variables `y` of a point. `course` returns what the weights multiply: a
     /// source at the start of the interval, and four values of it.
     #[inline]
-    pub fn integrate(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; ORDER])) {
+    pub fn integrate(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; LEVELS])) {
         for memory in &self.each {
             let (start, values) = course(memory.source);
             let sum = y[memory.variable] * memory.decay + memory.start * start;
@@ -248,16 +250,16 @@ mod tests {
     #[test]
     fn memories_of_linear_stimuli_are_exact() {
         let (size, nodes) = (0.5, lobatto(ORDER - 1));
-        let mut at_nodes = [[0.0; ORDER]; ORDER];
+        let mut at_nodes = [[0.0; LEVELS]; ORDER];
         for (at, node) in at_nodes.iter_mut().zip(&nodes) {
-            lagrange(&[-2.0, -1.0, 0.0, 1.0], *node, at);
+            lagrange(&[-2.0, -1.0, 0.0, 1.0], *node, &mut at[..4]);
         }
         let (mut parts, mut of_nodes, mut memories) = (Parts::default(), Memories::default(), Memories::default());
         assert!(!parts.read(&laws()) && parts.read(&laws()), "only the second call finds them known");
         of_nodes.set(parts.of_stimuli(), &nodes, size);
         memories.interpolate(&of_nodes, &at_nodes);
         let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
-        let stimuli = [-2.0, -1.0, 0.0, 1.0].map(|time| lines.map(|x| x(time * size)));
+        let stimuli = [-2.0, -1.0, 0.0, 1.0, 0.0].map(|time| lines.map(|x| x(time * size)));
         let mut y = [-1.0, 7.0];
         memories.integrate(&mut y, |source| (0.0, stimuli.map(|stimuli| stimuli[source])));
         // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).

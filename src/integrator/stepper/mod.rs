@@ -13,6 +13,7 @@ mod picard;
 mod relaxation;
 mod start;
 mod step_end;
+mod transient;
 
 use nalgebra::Vector3;
 
@@ -38,6 +39,7 @@ use gradient_integral::GradientIntegral;
 use memories::Declared;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
+use phases::check_slender;
 use step_end::EQUAL_STEPS;
 pub(super) use step_end::StepEnd;
 
@@ -192,6 +194,9 @@ impl Stepper {
         self.collocation.begin_step();
         let before = intrinsic_moments(&shoot.state.rod);
         self.integrate_strain(shoot, step)?;
+        if self.is_explicit(step) {
+            check_slender(shoot, step.to)?;
+        }
         self.elongate(shoot, step)?;
         shoot.state.predictor.extrapolate(&mut shoot.state.rod, &before, step.from, step.to);
         shoot.state.time = step.to;
@@ -213,6 +218,7 @@ impl Stepper {
             }
             let change = self.integrate_strain(shoot, step)?;
             if change <= options.tolerance {
+                check_slender(shoot, step.to)?;
                 break;
             }
             if corrections == options.max_corrections {

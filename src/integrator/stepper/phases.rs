@@ -4,7 +4,8 @@
 use nalgebra::Vector3;
 
 use super::collocation::Levels;
-use super::{IntegrationError, ORDER, Outcome, ROUNDING, Step, Stepper};
+use super::transient::smooth_levels;
+use super::{IntegrationError, Outcome, ROUNDING, Step, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver, HeldRod};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -13,7 +14,7 @@ use crate::rod::Rod;
 use crate::scene::{Environment, Scene};
 use crate::sensing;
 use crate::shoot::Shoot;
-use crate::state::{CLOSE, State};
+use crate::state::{LEVELS, State};
 use crate::support::{Joint, Support, closest_about};
 use crate::tropism::{Site, TropismLaw};
 
@@ -29,9 +30,9 @@ impl Stepper {
         self.check_size(tropism)?;
         let Step { from, to, leaving, growth: [start, end] } = step;
         let history = &state.history;
-        let smooth = history.smooth(state.smooth_since, CLOSE * (to - from));
+        let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
         let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
-        self.gradient_integral.prepare(history, &self.laws, &smooth, from, to);
+        self.gradient_integral.prepare(history, &self.laws, (&smooth, transient), [from, to]);
         let points = &mut state.rod.points_mut()[zone];
         self.places.clear();
         self.places.extend(points.iter().zip(&self.starts).map(|(point, (_, distance))| (point.section, *distance)));
@@ -44,7 +45,7 @@ impl Stepper {
             let (place, change) = (&self.places[i..=i], &mut self.changes[i..=i]);
             match growth.exit_time(place[0].1, start, end) {
                 Some(exit) => {
-                    self.exit_integral.prepare(history, &self.laws, &smooth, from, exit);
+                    self.exit_integral.prepare(history, &self.laws, (&smooth, transient), [from, exit]);
                     self.exit_integral.add(laws, history, (i, start), place, change);
                 }
                 None => self.gradient_integral.add(laws, history, (i, start), place, change),
@@ -190,15 +191,16 @@ impl Stepper {
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
         let size = step.to - step.from;
-        let smooth = state.history.smooth(state.smooth_since, CLOSE * size);
+        let (smooth, transient) = smooth_levels(state, &self.laws, size);
         let count = smooth.len();
         // Times in units of the step, from its start.
-        let mut times = [0.0; ORDER];
+        let mut times = [0.0; LEVELS];
         for (time, level) in times.iter_mut().zip(smooth.iter()) {
             *time = (state.history.time(*level) - step.from) / size;
         }
         times[count - 1] = 1.0;
-        self.collocation.prepare(&self.laws, size, Levels { count, times });
+        let transient = transient.map(|tau| tau / size);
+        self.collocation.prepare(&self.laws, size, Levels { count, times, transient });
         let first = state.rod.zone().start;
         let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
         let mut check = Ok(());
@@ -246,4 +248,20 @@ impl Stepper {
             tropism.rates(point.variables, point.stimuli, point.rates);
         }
     }
+}
+
+/// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of the
+/// section, at `time` (s). In an elliptic section the distance of the surface on the inner side of the bend counts.
+pub(super) fn check_slender(shoot: &Shoot<impl Model>, time: f64) -> Outcome {
+    let rod = &shoot.state.rod;
+    for point in &rod.points()[rod.zone()] {
+        let (u, section) = (&point.intrinsic, &point.section);
+        let shortening = (u.x * section.along_d2).hypot(u.y * section.along_d1);
+        if shortening >= 1.0 {
+            let (curvature, arc_length) = (u.xy().norm(), rod.length() - point.apex_distance);
+            let radius = shortening / curvature;
+            return Err(IntegrationError::NotSlender { time, arc_length, curvature, radius });
+        }
+    }
+    Ok(())
 }

@@ -3,6 +3,7 @@
 use super::ORDER;
 use super::memories::Parts;
 use super::relaxation::{Kernel, LANES, Lanes};
+use crate::state::LEVELS;
 use crate::tropism::TropismLaw;
 
 /// Largest number of sweeps over an interval before it is halved. An interval that resolves the nonlinearity
@@ -131,9 +132,10 @@ impl Picard {
     /// An iterated variable at the start of the interval, and its N at each node. The variable is given by its group
     /// times [`LANES`] plus its lane.
     #[inline]
-    pub fn course(&self, place: usize) -> (f64, [f64; ORDER]) {
+    pub fn course(&self, place: usize) -> (f64, [f64; LEVELS]) {
         let (group, lane) = (&self.groups[place / LANES], place % LANES);
-        (group.start[lane], group.forcing.map(|forcing| forcing[lane]))
+        let value = |node| group.forcing.get(node).map_or(0.0, |forcing: &Lanes| forcing[lane]);
+        (group.start[lane], std::array::from_fn(value))
     }
 
     /// Writes the values of a group to the list of all variables. The next groups overwrite further lanes.

@@ -1,5 +1,6 @@
 //! Choice of the end of the next step.
 
+use super::transient::transients;
 use super::{FIRST_STEP, IntegrationError, ORDER, Outcome, ROUNDING, RunOptions};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -181,7 +182,8 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     let mut first = FIRST_STEP * size;
     if since < first {
         // The cubic interpolation of a variable that changes faster than the step would overshoot.
-        first = first.min(STEP_OVER_RISE * rise());
+        let fastest = transients(&shoot.state, laws, CLOSE * size).fold(rise(), f64::min);
+        first = first.min(STEP_OVER_RISE * fastest);
     }
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - ROUNDING) { since.max(first) } else { size };

@@ -203,10 +203,10 @@ fn a_new_level_extrapolates_the_variables_at_their_rates_and_keeps_rates_and_sti
 #[test]
 fn smooth_levels_are_the_last_ones_since_a_discontinuity_that_are_apart() {
     let history = history(&[0.0, 1.0, 1.0, 2.0, 2.001, 3.0], |t| t, |_| 1.0);
-    assert_eq!(history.smooth(-1.0, 0.0)[..], [2, 3, 4, 5]);
+    assert_eq!(history.smooth(ORDER, -1.0, 0.0)[..], [2, 3, 4, 5]);
     // The later one of two levels that are close to each other is returned.
-    assert_eq!(history.smooth(-1.0, 0.01)[..], [0, 2, 4, 5]);
-    assert_eq!(history.smooth(1.0, 0.01)[..], [2, 4, 5], "no level from before the discontinuity");
+    assert_eq!(history.smooth(ORDER, -1.0, 0.01)[..], [0, 2, 4, 5]);
+    assert_eq!(history.smooth(ORDER, 1.0, 0.01)[..], [2, 4, 5], "no level from before the discontinuity");
 }
 
 #[test]
@@ -219,7 +219,7 @@ fn passings_are_the_level_times_plus_the_delay() {
 fn each_step_visits_every_point_with_its_own_past_and_reports_the_first_failure() {
     // The rates are those of the variables at t = 1.
     let mut history = history(&[0.0, 1.0, 2.0], |t| t, |_| 1.0);
-    let last_two = history.smooth(1.0, 0.0);
+    let last_two = history.smooth(ORDER, 1.0, 0.0);
     assert_eq!(last_two[..], [1, 2]);
     let visited = history.each_step((&last_two, 0), |[before, slope], stimuli, now, rates| {
         let factor = before[0];
@@ -233,7 +233,7 @@ fn each_step_visits_every_point_with_its_own_past_and_reports_the_first_failure(
     assert_eq!(history.at_mut(2, 1).rates, [40.0]);
     assert_eq!(history.each_step((&last_two, 0), |[before, _], _, _, _| before[0] < 1.5), Err(1));
     let mut visited = 0;
-    let mut count = |_: [&[f64]; 2], _: &[&[f64]; ORDER], now: &mut [f64], _: &mut [f64]| {
+    let mut count = |_: [&[f64]; 2], _: &[&[f64]; LEVELS], now: &mut [f64], _: &mut [f64]| {
         visited += 1;
         now[0] == 20.0
     };

@@ -45,7 +45,7 @@ fn free<F: Fn(f64, f64) -> f64>(rate: F) -> Law<F> {
 }
 
 /// Levels of the stimuli, in units of the step.
-const LEVELS: Levels = Levels { count: ORDER, times: [-2.0, -1.0, 0.0, 1.0] };
+const LEVELS: Levels = Levels { count: ORDER, times: [-2.0, -1.0, 0.0, 1.0, f64::NAN], transient: None };
 
 /// Integrates y from y(0) = `start` over `steps` steps of `size` with the stimulus `x(t)`. Returns `None` if a
 /// step fails, and the number of halvings.

@@ -1,0 +1,41 @@
+//! Transients of the stimuli after a breaking point.
+//!
+//! After a discontinuity a variable with the time constant τ contains exp(−t/τ). One delay later the differential growth
+//! contains it, and so do the strain and the stimuli. The steps double the time since then, so that a cubic through
+//! four levels has an error of 8 % of a transient that is faster than a step, at any step. The stimuli are therefore
+//! interpolated by a cubic and exp(−t/τ), through one more level.
+
+use super::ORDER;
+use crate::state::{CLOSE, LEVELS, Nodes, State};
+use crate::tropism::Declaration;
+
+/// Number of time constants after which a transient has decayed, to exp(−20) = 2e-9.
+const DECAYED: f64 = 20.0;
+/// Ratio z of a step to the time constant below which a cubic resolves the transient: its error is at most z⁴/24. The
+/// divided differences of the transient lose z⁻⁴ units of rounding.
+const SLOW: f64 = 0.2;
+
+/// Returns the time constants (s) of the variables whose discontinuity has the last discontinuity as its breaking
+/// point, up to a difference of `close` s.
+pub(super) fn transients<'a>(state: &'a State, laws: &'a Declaration, close: f64) -> impl Iterator<Item = f64> + 'a {
+    let (history, start) = (&state.history, state.smooth_since);
+    laws.variables().iter().filter_map(move |variable| {
+        let delay = variable.delay?;
+        let mut times = history.discontinuities().map(|level| history.time(level));
+        times.any(|time| (time + delay - start).abs() <= close).then_some(variable.time_constant)
+    })
+}
+
+/// Returns the levels for the interpolation of stimuli over a step of `size` seconds, and the time constant (s) of the
+/// fastest transient that has not decayed at the first of them and that a cubic does not resolve.
+pub(super) fn smooth_levels(state: &State, laws: &Declaration, size: f64) -> (Nodes, Option<f64>) {
+    let smooth = |most| state.history.smooth(most, state.smooth_since, CLOSE * size);
+    let nodes = smooth(LEVELS);
+    let age = state.history.time(nodes[0]) - state.smooth_since;
+    let unresolved = |tau: &f64| age < DECAYED * tau && size > SLOW * tau;
+    // Two levels are the ends of the first step, whose stimuli are linear.
+    match transients(state, laws, CLOSE * size).filter(unresolved).reduce(f64::min) {
+        Some(tau) if nodes.len() > 2 => (nodes, Some(tau)),
+        _ => (smooth(ORDER), None),
+    }
+}
