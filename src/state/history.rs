@@ -34,8 +34,8 @@ pub(crate) struct History {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Level {
     time: f64,
-    /// Whether an earlier discontinuity caused the one before this level, through a delay.
-    derived: bool,
+    /// Number of delays through which a discontinuity of a law or the scene has caused the one before this level.
+    generation: u8,
     /// One row for each point: the variables, their rates and the stimuli. The row of the point at the apex is the
     /// first, so that those that leave the growth zone are at the end.
     rows: Vec<f64>,
@@ -71,7 +71,7 @@ impl History {
     /// A history of zeros at the given times, with the given numbers of variables and stimuli at each of
     /// `points` points.
     pub fn zeros((variables, stimuli): (usize, usize), points: usize, times: impl Iterator<Item = f64>) -> Self {
-        let level = |time| Level { time, derived: false, rows: vec![0.0; points * (2 * variables + stimuli)] };
+        let level = |time| Level { time, generation: 0, rows: vec![0.0; points * (2 * variables + stimuli)] };
         Self { variables, stimuli, levels: times.map(level).collect() }
     }
 
@@ -80,7 +80,7 @@ impl History {
         (self.variables, self.stimuli) = (source.variables, source.stimuli);
         self.levels.resize_with(source.levels.len(), Level::default);
         for (to, from) in self.levels.iter_mut().zip(&source.levels) {
-            (to.time, to.derived) = (from.time, from.derived);
+            (to.time, to.generation) = (from.time, from.generation);
             to.rows.clone_from(&from.rows);
         }
     }
@@ -110,9 +110,9 @@ impl History {
         (1..self.levels()).filter(|level| self.time(level - 1) == self.time(*level))
     }
 
-    /// Levels after a discontinuity that no earlier one caused.
-    pub fn original_discontinuities(&self) -> impl Iterator<Item = usize> {
-        self.discontinuities().filter(|level| !self.levels[*level].derived)
+    /// Number of delays through which a discontinuity of a law or the scene has caused that before a level.
+    pub fn generation(&self, level: usize) -> u8 {
+        self.levels[level].generation
     }
 
     /// Time between the last two levels, s; zero if there are fewer.
@@ -220,20 +220,20 @@ impl History {
         let mut rows = spare.pop().unwrap_or_default();
         rows.clone_from(&last.rows);
         let step = time - last.time;
-        self.levels.push_back(Level { time, derived: false, rows });
+        self.levels.push_back(Level { time, generation: 0, rows });
         for point in self.each_present() {
             point.variables.iter_mut().zip(point.rates).for_each(|(y, rate)| *y += step * *rate);
         }
     }
 
-    /// Appends the level after a discontinuity at the time of the last level. Stores whether an earlier discontinuity
-    /// caused it, through a delay.
-    pub fn push_discontinuity(&mut self, derived: bool, spare: &mut Spare) {
+    /// Appends the level after a discontinuity at the time of the last level. Stores the number of delays through which
+    /// a discontinuity of a law or the scene has caused it.
+    pub fn push_discontinuity(&mut self, generation: u8, spare: &mut Spare) {
         if let Some(time) = self.levels.back().map(|level| level.time) {
             self.push(time, spare);
         }
         if let Some(level) = self.levels.back_mut() {
-            level.derived = derived;
+            level.generation = generation;
         }
     }
 

@@ -58,7 +58,7 @@ impl Stepper {
                 time,
                 discontinuity: false,
                 kink: false,
-                derived: false,
+                generation: 0,
                 contact_change: false,
                 target: end.target,
             };
@@ -115,7 +115,7 @@ impl Stepper {
         };
         let changes = touched(start) != touched(&shoot.state);
         if changes && passes && !end.discontinuity {
-            self.pass_discontinuity(shoot, solver, false)?;
+            self.pass_discontinuity(shoot, solver, 0)?;
         }
         Ok(changes)
     }

@@ -72,6 +72,6 @@ impl Stepper {
             return refuse("breaking points, discontinuities and ends of calls are in another order");
         }
         let &GridStep { discontinuity, kink, .. } = step;
-        Ok(StepEnd { time, discontinuity, kink, derived: kink && discontinuity, contact_change: false, target })
+        Ok(StepEnd { time, discontinuity, kink, generation: u8::from(kink && discontinuity), contact_change: false, target })
     }
 }

@@ -120,7 +120,7 @@ impl Stepper {
         shoot.state.check_reach(self.laws.longest_delay())?;
         self.reserve_levels(&mut shoot.state, &options);
         if shoot.state.changed {
-            self.pass_discontinuity(shoot, solver, false)?;
+            self.pass_discontinuity(shoot, solver, 0)?;
         }
         observe(shoot, None);
         let mut retries_left = options.retries;
@@ -227,7 +227,7 @@ impl Stepper {
             corrections += 1;
         }
         self.end_step(shoot, step);
-        if end.discontinuity { self.pass_discontinuity(shoot, solver, end.derived) } else { Ok(()) }
+        if end.discontinuity { self.pass_discontinuity(shoot, solver, end.generation) } else { Ok(()) }
     }
 
     /// Adds an equilibrium to the statistics. After a snap the earlier equilibria are no longer extrapolated.
@@ -287,13 +287,13 @@ impl Stepper {
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
-        derived: bool,
+        generation: u8,
     ) -> Outcome {
         let time = shoot.state.time;
         self.begin_increment(shoot);
         let found = self.solve_equilibrium(shoot, solver, after(time))?;
         self.record(&found, shoot, usize::MAX)?;
-        shoot.state.history.push_discontinuity(derived, &mut self.spare);
+        shoot.state.history.push_discontinuity(generation, &mut self.spare);
         self.sense(shoot)?;
         self.evaluate_rates(shoot);
         (shoot.state.smooth_since, shoot.state.changed) = (time, false);

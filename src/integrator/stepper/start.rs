@@ -65,7 +65,7 @@ impl Stepper {
         for point in shoot.state.history.each_present() {
             self.memories.check(point.variables, point.rates, point.stimuli)?;
         }
-        if discontinuity { self.pass_discontinuity(shoot, solver, false) } else { Ok(()) }
+        if discontinuity { self.pass_discontinuity(shoot, solver, 0) } else { Ok(()) }
     }
 }
 

@@ -19,6 +19,9 @@ pub(super) const EQUAL_STEPS: f64 = (ORDER - 1) as f64;
 /// resolves an exponential.
 const STEP_OVER_RISE: f64 = 0.25;
 
+/// Largest generation of a sharp breaking point.
+const SHARP_GENERATIONS: u8 = 2;
+
 /// End of a step.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::integrator) struct StepEnd {
@@ -28,8 +31,9 @@ pub(in crate::integrator) struct StepEnd {
     pub discontinuity: bool,
     /// Whether the time is a breaking point. The second derivative of the positions is discontinuous there.
     pub kink: bool,
-    /// Whether an earlier discontinuity causes the one there: the time is a breaking point of a fast variable.
-    pub derived: bool,
+    /// Number of delays through which a discontinuity of a law or the scene has caused the one there. It is zero for the
+    /// discontinuity of the law or the scene itself.
+    pub generation: u8,
     /// Whether a contact begins or ends there.
     pub contact_change: bool,
     /// Next time that steps must not pass, s.
@@ -75,20 +79,22 @@ fn rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize, variable: u
     if time > 0.0 { time } else { f64::INFINITY }
 }
 
-/// Returns whether differential growth changes within a step after a breaking point at `time` (s), since a
-/// variable did so a delay earlier. Such a breaking point is treated as a discontinuity. The criterion uses the
-/// longest step of all compared runs, so that the error of a run with shorter steps is not larger.
+/// Returns the generation of the discontinuity at a breaking point at `time` (s) if it is sharp: differential growth
+/// changes within a step after it, since a variable did so a delay earlier. A sharp breaking point is treated as a
+/// discontinuity. The criterion uses the longest step of all compared runs, so that the error of a run with shorter
+/// steps is not larger.
 ///
-/// The shape and the stimuli have a kink there. A breaking point of a breaking point is therefore one order smoother, and
-/// is not sharp.
-fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions, time: f64) -> bool {
+/// Differential growth jumps at the first generation, which gives the shape and a fast variable a kink. At the second
+/// generation it has a kink. It is smooth enough at the third one, which is an ordinary breaking point.
+fn sharp_generation(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions, time: f64) -> Option<u8> {
     let (history, close) = (&shoot.state.history, CLOSE * options.step);
     let longest = options.coarsest_step.map_or(options.step, |coarsest| coarsest.max(options.step));
     let acts = |level: usize, delay: f64| (history.time(level) + delay - time).abs() <= close;
-    let sharp = |level: usize, i: usize| {
+    let is_sharp = |level: usize, i: usize| {
         laws.variables()[i].delay.is_some_and(|delay| acts(level, delay)) && rise(shoot, laws, level, i) < longest
     };
-    history.original_discontinuities().any(|level| (0..laws.variables().len()).any(|i| sharp(level, i)))
+    let causes = history.discontinuities().filter(|level| (0..laws.variables().len()).any(|i| is_sharp(*level, i)));
+    causes.map(|level| history.generation(level) + 1).filter(|generation| *generation <= SHARP_GENERATIONS).min()
 }
 
 /// Returns the longest step that growth permits, s. The tissue that leaves the zone in one step becomes one
@@ -210,7 +216,7 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     };
     ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
     let kink = time == next_point;
-    let derived = kink && time != discontinuity && is_sharp(shoot, laws, options, time);
-    let discontinuity = derived || time == discontinuity;
-    Ok(StepEnd { time, discontinuity, kink, derived, contact_change: false, target })
+    let sharp = if kink && time != discontinuity { sharp_generation(shoot, laws, options, time) } else { None };
+    let (generation, discontinuity) = (sharp.unwrap_or(0), sharp.is_some() || time == discontinuity);
+    Ok(StepEnd { time, discontinuity, kink, generation, contact_change: false, target })
 }
