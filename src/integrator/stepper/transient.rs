@@ -1,9 +1,9 @@
 //! Transients of the stimuli after a breaking point.
 //!
-//! After a discontinuity a variable with the time constant τ contains exp(−t/τ). One delay later the differential growth
-//! contains it, and so do the strain and the stimuli. Each step doubles the time since then. If the transient is faster
-//! than a step, a cubic through four levels therefore has an error of 8 % of it. The stimuli are interpolated by a cubic
-//! and exp(−t/τ), through one more level.
+//! After a discontinuity a variable with the time constant τ contains exp(−t/τ). One delay later the differential
+//! growth contains it, and so do the strain and the stimuli. Each step doubles the time since then. If the transient
+//! is faster than a step, a cubic through four levels therefore has an error of 8 % of it. The stimuli are
+//! interpolated by a cubic and exp(−t/τ), through one more level.
 
 use super::ORDER;
 use crate::state::{CLOSE, LEVELS, Nodes, State};
