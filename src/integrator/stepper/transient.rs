@@ -11,9 +11,9 @@ use crate::tropism::Declaration;
 
 /// Number of time constants after which a transient has decayed, to exp(−20) = 2e-9.
 const DECAYED: f64 = 20.0;
-/// Ratio z of a step to the time constant below which a cubic resolves the transient: its error is at most z⁴/24. The
-/// divided differences of the transient lose z⁻⁴ units of rounding.
-const SLOW: f64 = 0.2;
+/// Ratio z of a step to the time constant below which a cubic resolves the transient. The error is then of fourth order.
+/// The divided differences of a slower transient would magnify rounding by z⁻⁴.
+const SLOW: f64 = 0.5;
 
 /// Returns the time constants (s) of the variables whose discontinuity has the last discontinuity as its breaking
 /// point, up to a difference of `close` s.
