@@ -31,9 +31,9 @@ const LARGEST_ROTATION: f64 = 3.1;
 /// Fraction of the predicted decrease that a step must achieve (Armijo), the usual value.
 const DECREASE: f64 = 1e-4;
 /// Smallest ratio of the rotation that the couples unbalanced in the initial guess cause to the actual one, for an
-/// equilibrium that is its continuation. The ratio tends to one for small rotations, and to zero where a branch ends. At
-/// a pitchfork bifurcation it is (x + x²)/2 if the guess has the share x of the amplitude, and the guess is unstable for
-/// x < 0.58; a step that begins there with x < 0.3 is a snap.
+/// equilibrium that is its continuation. The ratio tends to one for small rotations, and to zero where a branch ends.
+/// At a pitchfork bifurcation it is (x + x²)/2 if the guess has the share x of the amplitude, and the guess is
+/// unstable for x < 0.58; a step that begins there with x < 0.3 is a snap.
 const CONTINUES: f64 = 0.2;
 /// Unbalanced couple over force times length at which couples are balanced to rounding.
 const BALANCED: f64 = 1e-14;

@@ -29,10 +29,12 @@ pub(super) struct GridStep {
     pub from: f64,
     /// End of the step, s.
     pub to: f64,
-    /// Whether a law or the scene has a discontinuity at the end.
+    /// Whether there is a discontinuity at the end.
     pub discontinuity: bool,
     /// Whether the end is a breaking point.
     pub kink: bool,
+    /// Number of delays through which a discontinuity of a law or the scene has caused the one at the end.
+    pub generation: u8,
     /// Time towards which the step was made, s: the next time that steps must not pass.
     pub target: f64,
     /// What is at this time.

@@ -14,7 +14,8 @@ pub(crate) fn lagrange(nodes: &[f64], x: f64, values: &mut [f64]) {
 }
 
 /// Writes the weights of the values at `nodes` for interpolation at `x` by exp(−x/τ) and a polynomial, which has one
-/// coefficient less than there are nodes. The nodes have increasing order, and τ is not much longer than their distance.
+/// coefficient less than there are nodes. The nodes have increasing order, and τ is not much longer than their
+/// distance.
 pub(crate) fn lagrange_with_transient(nodes: &[f64], tau: f64, x: f64, values: &mut [f64]) {
     lagrange(nodes, x, values);
     let transient = |x: f64| ((nodes[0] - x) / tau).exp();

@@ -130,8 +130,8 @@ fn buckled_shoot_keeps_bending_in_its_plane_without_snaps() {
 
 #[test]
 fn number_of_snaps_of_a_buckled_shoot_does_not_depend_on_the_step() {
-    // On a base that is upright up to 1e-9 rad a rotation about the vertical is soft, but not neutral. The initial guess
-    // of each step has a negative pivot in this direction, although the shoot bends smoothly.
+    // On a base that is upright up to 1e-9 rad a rotation about the vertical is soft, but not neutral. The initial
+    // guess of each step has a negative pivot in this direction, although the shoot bends smoothly.
     for tilt in [0.0, 1e-9] {
         let counts = [600.0, 60.0, 10.0].map(|step| {
             let mut shoot = Shoot::builder(YOUNG)

@@ -268,8 +268,8 @@ fn memory_that_is_faster_than_the_steps_is_read_with_its_transient() {
     }
 }
 
-/// A fast memory acts on the strain one delay after the start, and a slower memory without a delay perceives the strain.
-/// The transient in it is shorter than the steps.
+/// A fast memory acts on the strain one delay after the start, and a slower memory without a delay perceives the
+/// strain. The transient in it is shorter than the steps.
 #[test]
 fn transient_in_the_strain_is_interpolated() {
     let fast = Memory { time: 5.0, delay: 390.0 };
@@ -284,7 +284,7 @@ fn transient_in_the_strain_is_interpolated() {
     let exact = run(0.5);
     let errors = [60.0, 30.0, 15.0, 7.5].map(|step| (run(step) - exact).norm() / 0.05);
     println!("{errors:?}, order {:.2}", order(&errors));
-    // With cubics, the errors were 1.4e-5, 1.1e-5, 4e-6 and 7e-7, which is an order of 1.4. The steps near the transient
-    // do not become shorter with the others, so that the order is below four.
+    // With cubics, the errors were 1.4e-5, 1.1e-5, 4e-6 and 7e-7, which is an order of 1.4. The steps near the
+    // transient do not become shorter with the others, so that the order is below four.
     assert!(errors[1] < 3e-6 && errors[2] < 6e-7 && order(&errors) > 2.0, "{errors:?}");
 }

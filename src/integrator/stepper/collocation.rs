@@ -1,10 +1,10 @@
 //! Exponential collocation: integration of the laws' variables at one material point over one step.
 //!
-//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time, or a polynomial and a transient. N is collocated at four
-//! Lobatto points. The integral of the cubic through them times exp(−t/τ) is exact for every ratio of step to
-//! τ. For a memory, N = x/τ is known, and the result is the exact response to x. If N depends on y, the
-//! collocation equations are solved by Picard iteration, node by node. If that converges slowly, the interval
-//! is halved. Memories on which no other rate depends are integrated after it.
+//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time, or a polynomial and a
+//! transient. N is collocated at four Lobatto points. The integral of the cubic through them times exp(−t/τ) is exact
+//! for every ratio of step to τ. For a memory, N = x/τ is known, and the result is the exact response to x. If N
+//! depends on y, the collocation equations are solved by Picard iteration, node by node. If that converges slowly,
+//! the interval is halved. Memories on which no other rate depends are integrated after it.
 
 use super::memories::{Memories, Parts};
 use super::picard::Picard;

@@ -20,9 +20,9 @@ impl Stepper {
             return self.followed(shoot, options, step);
         }
         let end = next_step_end(shoot, &self.laws, options)?;
-        let StepEnd { time: to, discontinuity, kink, target, .. } = end;
+        let StepEnd { time: to, discontinuity, kink, generation, target, .. } = end;
         let anchor = self.anchor(shoot, options, target);
-        self.grid.push(GridStep { from, to, discontinuity, kink, target, anchor, ..GridStep::default() });
+        self.grid.push(GridStep { from, to, discontinuity, kink, generation, target, anchor, ..GridStep::default() });
         Ok(end)
     }
 
@@ -71,7 +71,7 @@ impl Stepper {
         if !(time > from && time <= options.until) {
             return refuse("breaking points, discontinuities and ends of calls are in another order");
         }
-        let &GridStep { discontinuity, kink, .. } = step;
-        Ok(StepEnd { time, discontinuity, kink, generation: u8::from(kink && discontinuity), contact_change: false, target })
+        let &GridStep { discontinuity, kink, generation, .. } = step;
+        Ok(StepEnd { time, discontinuity, kink, generation, contact_change: false, target })
     }
 }

@@ -281,8 +281,8 @@ impl Stepper {
         self.statistics.steps += 1;
     }
 
-    /// Solves the equilibrium after a discontinuity at the present time, and restarts interpolation from there. An
-    /// earlier discontinuity may have caused a `derived` one.
+    /// Solves the equilibrium after a discontinuity at the present time, and restarts interpolation from there. The
+    /// `generation` is the number of delays through which a discontinuity of a law or the scene has caused it.
     fn pass_discontinuity(
         &mut self,
         shoot: &mut Shoot<impl Model>,

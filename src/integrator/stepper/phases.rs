@@ -250,8 +250,9 @@ impl Stepper {
     }
 }
 
-/// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of the
-/// section, at `time` (s). In an elliptic section the distance of the surface on the inner side of the bend counts.
+/// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of
+/// the section, at `time` (s). In an elliptic section the distance of the surface on the inner side of the bend
+/// counts.
 pub(super) fn check_slender(shoot: &Shoot<impl Model>, time: f64) -> Outcome {
     let rod = &shoot.state.rod;
     for point in &rod.points()[rod.zone()] {

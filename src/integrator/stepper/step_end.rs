@@ -188,8 +188,11 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     let mut first = FIRST_STEP * size;
     if since < first {
         // The cubic interpolation of a variable that changes faster than the step would overshoot.
-        let fastest = transients(&shoot.state, laws, CLOSE * size).fold(rise(), f64::min);
-        first = first.min(STEP_OVER_RISE * fastest);
+        let transient = transients(&shoot.state, laws, CLOSE * size).fold(f64::INFINITY, f64::min);
+        // The effect of a transient is proportional to its time constant, so that a very fast one is negligible.
+        first = first.min(STEP_OVER_RISE * rise()).min((STEP_OVER_RISE * transient).max(FIRST_STEP * first));
+        // Steps that double the elapsed time end with a full one, at a multiple of it after the discontinuity.
+        first = size * 0.5_f64.powf((size / first).log2().ceil());
     }
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - ROUNDING) { since.max(first) } else { size };

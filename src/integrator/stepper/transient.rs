@@ -1,8 +1,8 @@
 //! Transients of the stimuli after a breaking point.
 //!
-//! After a discontinuity a variable with the time constant τ contains exp(−t/τ). One delay later the differential growth
-//! contains it, and so do the strain and the stimuli. The steps double the time since then, so that a cubic through
-//! four levels has an error of 8 % of a transient that is faster than a step, at any step. The stimuli are therefore
+//! After a discontinuity a variable with the time constant τ contains exp(−t/τ). One delay later the differential
+//! growth contains it, and so do the strain and the stimuli. Each step doubles the time since then. If the transient
+//! is faster than a step, a cubic through four levels therefore has an error of 8 % of it. The stimuli are
 //! interpolated by a cubic and exp(−t/τ), through one more level.
 
 use super::ORDER;
@@ -11,9 +11,9 @@ use crate::tropism::Declaration;
 
 /// Number of time constants after which a transient has decayed, to exp(−20) = 2e-9.
 const DECAYED: f64 = 20.0;
-/// Ratio z of a step to the time constant below which a cubic resolves the transient: its error is at most z⁴/24. The
-/// divided differences of the transient lose z⁻⁴ units of rounding.
-const SLOW: f64 = 0.2;
+/// Ratio z of a step to the time constant below which a cubic resolves the transient. The error is then of fourth order.
+/// The divided differences of a slower transient would magnify rounding by z⁻⁴.
+const SLOW: f64 = 0.5;
 
 /// Returns the time constants (s) of the variables whose discontinuity has the last discontinuity as its breaking
 /// point, up to a difference of `close` s.
