@@ -152,8 +152,8 @@ impl<'a, M: Model> Runs<'a, M> {
         self.integrator.max_work.saturating_sub(self.spent.work())
     }
 
-    /// Makes a run the result of the call. Returns its resolution and the statistics of the call. The comparison of runs
-    /// does not show the remaining errors of equilibria and corrections, which are added to the `error`.
+    /// Makes a run the result of the call. Returns its resolution and the statistics of the call. Adds the errors of
+    /// equilibria and corrections to the `error`, since the comparison of runs does not show them.
     pub fn accept(&mut self, run: Run, error: f64) -> (Plan, Statistics) {
         self.shoot.state.copy_from(&run.state);
         let solved = run.statistics.equilibrium_error + tolerance_of_equilibria(run.plan.tolerance);
