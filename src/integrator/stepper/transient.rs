@@ -11,7 +11,7 @@ use crate::tropism::Declaration;
 
 /// Number of time constants after which a transient has decayed, to exp(−20) = 2e-9.
 const DECAYED: f64 = 20.0;
-/// Ratio z of a step to the time constant below which a cubic resolves the transient. The error is then of fourth order.
+/// Ratio z of a step to the time constant below which a cubic resolves the transient, with an error of fourth order.
 /// The divided differences of a slower transient would magnify rounding by z⁻⁴.
 const SLOW: f64 = 0.5;
 
@@ -31,11 +31,16 @@ pub(super) fn transients<'a>(state: &'a State, laws: &'a Declaration, close: f64
 pub(super) fn smooth_levels(state: &State, laws: &Declaration, size: f64) -> (Nodes, Option<f64>) {
     let smooth = |most| state.history.smooth(most, state.smooth_since, CLOSE * size);
     let nodes = smooth(LEVELS);
-    let age = state.history.time(nodes[0]) - state.smooth_since;
-    let unresolved = |tau: &f64| age < DECAYED * tau && size > SLOW * tau;
     // Two levels are the ends of the first step, whose stimuli are linear.
+    if nodes.len() < 3 {
+        return (nodes, None);
+    }
+    let [age, next] = [0, 1].map(|node| state.history.time(nodes[node]) - state.smooth_since);
+    // A transient that decays in the first step is negligible.
+    let first = if age > 0.0 { 0.0 } else { next };
+    let unresolved = |tau: &f64| age < DECAYED * tau && size > SLOW * tau && first < *tau;
     match transients(state, laws, CLOSE * size).filter(unresolved).reduce(f64::min) {
-        Some(tau) if nodes.len() > 2 => (nodes, Some(tau)),
-        _ => (smooth(ORDER), None),
+        Some(tau) => (nodes, Some(tau)),
+        None => (smooth(ORDER), None),
     }
 }
