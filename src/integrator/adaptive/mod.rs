@@ -106,8 +106,8 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 pub struct Adaptive {
     /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.
     pub tolerance: f64,
-    /// Largest [`work`](Statistics::work) of a call, including that of trial runs; ten million by default. It is checked
-    /// after every equilibrium.
+    /// Largest [`work`](Statistics::work) of a call with its trial runs; ten million by default. It is checked after
+    /// every equilibrium.
     pub max_work: usize,
     solver: NewtonSolver,
     stepper: Stepper,
