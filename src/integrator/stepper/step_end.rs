@@ -22,6 +22,11 @@ const STEP_OVER_RISE: f64 = 0.25;
 /// Largest generation of a sharp breaking point.
 const SHARP_GENERATIONS: u8 = 2;
 
+/// Smallest ratio of the first step after a breaking point, which resolves a transient, to the usual one. The effect
+/// of a transient is proportional to its time constant, and that of a faster one is below the error of the other
+/// steps.
+const SHORTEST: f64 = 0.25;
+
 /// End of a step.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::integrator) struct StepEnd {
@@ -188,11 +193,13 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     let mut first = FIRST_STEP * size;
     if since < first {
         // The cubic interpolation of a variable that changes faster than the step would overshoot.
-        let transient = transients(&shoot.state, laws, CLOSE * size).fold(f64::INFINITY, f64::min);
-        // The effect of a transient is proportional to its time constant, so that a very fast one is negligible.
-        first = first.min(STEP_OVER_RISE * rise()).min((STEP_OVER_RISE * transient).max(FIRST_STEP * first));
-        // Steps that double the elapsed time end with a full one, at a multiple of it after the discontinuity.
-        first = size * 0.5_f64.powf((size / first).log2().ceil());
+        first = first.min(STEP_OVER_RISE * rise());
+        let resolved = transients(&shoot.state, laws, CLOSE * size).map(|tau| STEP_OVER_RISE * tau);
+        let shortest = resolved.filter(|step| *step > SHORTEST * first).fold(first, f64::min);
+        if shortest < first {
+            // Steps that double the elapsed time end with a full one, at a multiple of it after the discontinuity.
+            first = size * 0.5_f64.powf((size / shortest).log2().ceil());
+        }
     }
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - ROUNDING) { since.max(first) } else { size };
