@@ -36,8 +36,8 @@ pub(in crate::integrator) struct StepEnd {
     pub discontinuity: bool,
     /// Whether the time is a breaking point. The second derivative of the positions is discontinuous there.
     pub kink: bool,
-    /// Number of delays through which a discontinuity of a law or the scene has caused the one there. It is zero for the
-    /// discontinuity of the law or the scene itself.
+    /// Number of delays through which a discontinuity of a law or the scene has caused the one there; zero for this
+    /// discontinuity itself.
     pub generation: u8,
     /// Whether a contact begins or ends there.
     pub contact_change: bool,
