@@ -52,14 +52,14 @@ fn calls_within_the_delay_of_the_first_one_need_no_trial_runs() {
 
 #[test]
 fn breaking_points_of_breaking_points_cost_no_steps() {
-    // A memory of 3 s that acts after a long delay is faster than any step. A short delay of a slow memory must not make
-    // a chain of discontinuities from it.
+    // A memory of 3 s that acts after a long delay is faster than any step. A short delay of a slow memory must not
+    // make a chain of discontinuities from it.
     let slow = Proprioception { sensitivity: ETA }.remembered(Memory { time: 1000.0, delay: 2.5 });
     let fast = Proprioception { sensitivity: 0.1 }.remembered(Memory { time: 3.0, delay: 4265.0 });
     let laws = (slow, fast, Oscillator::new(0.1, 5000.0));
     let mut shoot = reduced(0.05, 10.0 * HOUR).tropism(laws).scene(Still::tilted(0.3)).build().unwrap();
     let cost = Adaptive::new(1e-5).advance(&mut shoot, 4265.0).unwrap();
-    // Measured: STEPS steps in all. The chain has 1,700 discontinuities with seven steps each.
+    // The chain has 1,700 discontinuities with seven steps each.
     assert!(cost.steps + cost.trial_steps < 500, "{cost:?}");
 }
 

@@ -21,8 +21,8 @@ fn smooth_shoot_needs_no_run_that_only_confirms_its_elements() {
     let trial_steps = |tolerance: f64| {
         Adaptive::new(tolerance).advance(&mut righting().build().unwrap(), 1.5 * HOUR).unwrap().trial_steps
     };
-    // Steps of 675 s, a sixteenth of that after the start and after the delay, take 18 steps, and half of them 26. Over the
-    // delay of 720 s after the call they take 2 and 3 steps.
+    // Steps of 675 s, a sixteenth of that after the start and after the delay, take 18 steps, and half of them 26. Over
+    // the delay of 720 s after the call they take 2 and 3 steps.
     assert_eq!(trial_steps(1e-3), 18 + 2 + 3);
     assert_eq!(trial_steps(1e-4), 18 + 2 + 26 + 3);
     // Two runs with more elements, because the bound from the first two exceeds a fifth of the tolerance.
