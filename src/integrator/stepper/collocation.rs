@@ -176,9 +176,11 @@ impl ExponentialCollocation {
                 *sensed = stimuli[level];
                 continue;
             }
-            to.fill(0.0);
-            for (weight, stimuli) in at[..count].iter().zip(stimuli) {
-                to.iter_mut().zip(*stimuli).for_each(|(x, stimulus)| *x += weight * stimulus);
+            // Levels that do not exist have the weight zero.
+            let [first, second, third, fourth, fifth] = std::array::from_fn(|level| stimuli[level.min(count - 1)]);
+            let rows = first.iter().zip(second).zip(third).zip(fourth).zip(fifth);
+            for (x, ((((x0, x1), x2), x3), x4)) in to.iter_mut().zip(rows) {
+                *x = at[0] * x0 + at[1] * x1 + at[2] * x2 + at[3] * x3 + at[4] * x4;
             }
             *sensed = to;
         }

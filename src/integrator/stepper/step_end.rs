@@ -1,6 +1,6 @@
 //! Choice of the end of the next step.
 
-use super::transient::transients;
+use super::transient::fastest_transient;
 use super::{FIRST_STEP, IntegrationError, ORDER, Outcome, ROUNDING, RunOptions};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -194,11 +194,11 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     if since < first {
         // The cubic interpolation of a variable that changes faster than the step would overshoot.
         first = first.min(STEP_OVER_RISE * rise());
-        let resolved = transients(&shoot.state, laws, CLOSE * size).map(|tau| STEP_OVER_RISE * tau);
-        let shortest = resolved.filter(|step| *step > SHORTEST * first).fold(first, f64::min);
-        if shortest < first {
+        let resolves = |tau: f64| (SHORTEST * first..first).contains(&(STEP_OVER_RISE * tau));
+        let transient = fastest_transient(&shoot.state, laws, CLOSE * size, resolves);
+        if let Some(tau) = transient {
             // Steps that double the elapsed time end with a full one, at a multiple of it after the discontinuity.
-            first = size * 0.5_f64.powf((size / shortest).log2().ceil());
+            first = size * 0.5_f64.powf((size / (STEP_OVER_RISE * tau)).log2().ceil());
         }
     }
     // Rounding must not turn a full step into two.

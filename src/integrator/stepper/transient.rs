@@ -15,15 +15,20 @@ const DECAYED: f64 = 20.0;
 /// The divided differences of a slower transient would magnify rounding by z⁻⁴.
 const SLOW: f64 = 0.5;
 
-/// Returns the time constants (s) of the variables whose discontinuity has the last discontinuity as its breaking
-/// point, up to a difference of `close` s.
-pub(super) fn transients<'a>(state: &'a State, laws: &'a Declaration, close: f64) -> impl Iterator<Item = f64> + 'a {
+/// Returns the shortest time constant (s) for which `acts` returns true, among those of the variables whose
+/// discontinuity has the last discontinuity as its breaking point, up to a difference of `close` s.
+pub(super) fn fastest_transient(
+    state: &State,
+    laws: &Declaration,
+    close: f64,
+    acts: impl Fn(f64) -> bool,
+) -> Option<f64> {
     let (history, start) = (&state.history, state.smooth_since);
-    laws.variables().iter().filter_map(move |variable| {
-        let delay = variable.delay?;
-        let mut times = history.discontinuities().map(|level| history.time(level));
-        times.any(|time| (time + delay - start).abs() <= close).then_some(variable.time_constant)
-    })
+    // The search in the history comes last, since it takes a time proportional to the number of levels.
+    let passes = |delay: f64| history.discontinuities().any(|k| (history.time(k) + delay - start).abs() <= close);
+    let candidates = laws.variables().iter().filter(|variable| acts(variable.time_constant));
+    let passing = candidates.filter(|variable| variable.delay.is_some_and(passes));
+    passing.map(|variable| variable.time_constant).reduce(f64::min)
 }
 
 /// Returns the levels for the interpolation of stimuli over a step of `size` seconds, and the time constant (s) of the
@@ -38,8 +43,8 @@ pub(super) fn smooth_levels(state: &State, laws: &Declaration, size: f64) -> (No
     let [age, next] = [0, 1].map(|node| state.history.time(nodes[node]) - state.smooth_since);
     // A transient that decays in the first step is negligible.
     let first = if age > 0.0 { 0.0 } else { next };
-    let unresolved = |tau: &f64| age < DECAYED * tau && size > SLOW * tau && first < *tau;
-    match transients(state, laws, CLOSE * size).filter(unresolved).reduce(f64::min) {
+    let unresolved = |tau: f64| age < DECAYED * tau && size > SLOW * tau && first < tau;
+    match fastest_transient(state, laws, CLOSE * size, unresolved) {
         Some(tau) => (nodes, Some(tau)),
         None => (smooth(ORDER), None),
     }
