@@ -90,8 +90,10 @@ impl Place {
 /// one point. The intrinsic strain is the polynomial through its values at the points, of order p. Age and
 /// visible strain then have this order as well. Merging smooths the intrinsic strain of mature tissue
 /// ([`guide::method`](crate::guide::method)). In a rod that is not in equilibrium, the couple is that required
-/// by the load and the [reactions](Rod::reactions). A shoot whose laws were
-/// [exchanged](crate::Shoot::with_model) reaches equilibrium when an integrator advances it to the present time.
+/// by the load and the [reactions](Rod::reactions). At the ends of elements, also at the base, the force is
+/// exactly the sum of the load and the reactions beyond. Inside an element with a reaction it is a polynomial.
+/// A shoot whose laws were [exchanged](crate::Shoot::with_model) reaches equilibrium when an integrator advances
+/// it to the present time.
 #[derive(Debug)]
 pub struct Profile<'a, C, L, G = ()> {
     rod: &'a Rod,
@@ -103,7 +105,8 @@ pub struct Profile<'a, C, L, G = ()> {
     length: f64,
     /// Quantities at the ends of the elements, from base to apex.
     ends: Vec<End>,
-    /// Force of the reactions of a support at the material points, N; empty without a support.
+    /// Force of the reactions of a support in each element, N: at its first end, at its material points, and at its
+    /// last end; empty without a support.
     reactions: Vec<Vector3<f64>>,
 }
 
@@ -147,7 +150,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
             force.update(rod, load, &environment);
             force.react(rod, rod.reactions());
         }
-        let reactions = force.reactions_at_points();
+        let reactions = force.reactions_in_elements(rod);
         let mut profile = Self { rod, material, load, growth, environment, length, ends, reactions };
         for e in (0..=elements).rev() {
             if e < elements {
@@ -220,7 +223,15 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
             return load;
         }
         let p = self.rod.order().points();
-        load + weighted(&self.reactions[e * p..(e + 1) * p], &self.rod.reference().at_points(x))
+        let within = &self.reactions[e * (p + 2)..(e + 1) * (p + 2)];
+        // At the material points the force of a reaction inside the element is distributed over them.
+        load + if x <= 0.0 {
+            within[0]
+        } else if x >= 1.0 {
+            within[p + 1]
+        } else {
+            weighted(&within[1..=p], &self.rod.reference().at_points(x))
+        }
     }
 
     fn tissue(&self, point: &MaterialPoint) -> Tissue {

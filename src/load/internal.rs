@@ -27,6 +27,9 @@ pub struct InternalForce {
     reactions: Vec<Reaction>,
 }
 
+/// Distance of a reaction from an end of an element, relative to its length, that is due to rounding of its place.
+const AT_END: f64 = 1e-9;
+
 /// Force (N) and couple (N m) of a support on a rod at coordinate `x` of an element, in the fixed frame. A couple acts
 /// at the last end of the element only.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,9 +144,22 @@ impl InternalForce {
         if self.loads.is_empty() { self.at_base } else { self.load_at_base }
     }
 
-    /// The force of the reactions at the material points, N; empty without reactions.
-    pub(crate) fn reactions_at_points(&self) -> Vec<Vector3<f64>> {
-        self.forces.iter().zip(&self.loads).map(|(force, load)| force - load).collect()
+    /// The force of the reactions in each element, N: at its first end, at its material points, and at its last end;
+    /// empty without reactions. At an end it is the sum of the reactions beyond. Those at a last end are beyond.
+    pub(crate) fn reactions_in_elements(&self, rod: &Rod) -> Vec<Vector3<f64>> {
+        let p = rod.order().points();
+        let places: Vec<_> =
+            self.reactions.iter().filter_map(|at| Some((rod.locate(at.arc_length)?, at.force))).collect();
+        let beyond = |e: usize, x: f64| {
+            let each = places.iter().filter(|((element, at), _)| *element > e || *element == e && *at > x);
+            each.map(|(_, force)| force).sum::<Vector3<f64>>()
+        };
+        let each = self.forces.iter().zip(&self.loads).map(|(force, load)| force - load).collect::<Vec<_>>();
+        let inside = |(e, points): (usize, &[Vector3<f64>])| {
+            let (first, last) = (beyond(e, AT_END), beyond(e, 1.0 - AT_END));
+            std::iter::once(first).chain(points.to_vec()).chain([last]).collect::<Vec<_>>()
+        };
+        each.chunks(p).enumerate().flat_map(inside).collect()
     }
 
     /// Adds the reactions of a support in an equilibrium of the rod.

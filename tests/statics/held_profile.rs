@@ -6,13 +6,13 @@ use crate::fixtures::held::{Held, about, assert_close};
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{DENSITY, GRAVITY, RADIUS, bending_stiffness, density_for};
 use approx::assert_abs_diff_eq;
-use morphorod::Scene;
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::{Load, Weight};
 use morphorod::profile::Profile;
 use morphorod::rod::Rod;
-use morphorod::support::{Contact, HalfSpace, Hold, Support};
+use morphorod::support::{Contact, Cylinder, HalfSpace, Hold, Support};
+use morphorod::{Order, Scene};
 use nalgebra::{Matrix3, Vector3};
 
 /// Length, m.
@@ -115,5 +115,24 @@ fn profile_in_contact_has_the_couple_of_the_reference_on_either_mesh() {
         assert_close("couple", m.y, couple, 1e-6);
         let pushed: f64 = found.reactions.iter().map(|at| at.force.z).sum();
         assert_close("force", n.z, pushed - DENSITY * GRAVITY * PI * RADIUS * RADIUS * length, 1e-12);
+    }
+}
+
+#[test]
+fn force_at_the_base_balances_weight_and_a_contact_inside_the_first_element() {
+    // The mesh of the rod before the search has no node at the contact.
+    for order in Order::ALL {
+        let mut held = Held::of_order(LENGTH, FRAC_PI_2, (3, order), Weight { density: density_for(10.0, LENGTH) });
+        let through = Vector3::new(0.15, 0.0, -0.01) * LENGTH;
+        let pole = Cylinder { through, along: Vector3::y(), radius: 0.01 * LENGTH };
+        held.hold(&Contact { obstacle: pole, radius: 0.0, friction: 0.0 });
+        let contact = held.reaction().0;
+        assert!(contact.z > 0.0 && held.reactions[0].arc_length < LENGTH / 3.0, "{:?}", held.reactions);
+        let (_, force) = at(&held, &held.rod, 0.0);
+        let weight = -Vector3::z() * per_length(10.0) * LENGTH;
+        // Only rounding separates the sums.
+        assert_abs_diff_eq!((force - weight - contact).norm(), 0.0, epsilon = 1e-12 * contact.norm());
+        let (_, force) = at(&held, &held.rod, LENGTH * 0.5);
+        assert_abs_diff_eq!((force - weight * 0.5).norm(), 0.0, epsilon = 1e-12 * contact.norm());
     }
 }
