@@ -124,11 +124,16 @@ impl HeldSearch<'_> {
 
     /// Moves nodes to the contacts. Returns whether any moved.
     fn move_nodes(&mut self, rod: &mut Rod, course: &mut Course) -> bool {
-        if course.placements >= SETTINGS.placements.0 || self.obstacles.contacts.is_empty() {
+        if self.obstacles.contacts.is_empty() {
             return false;
         }
         let Some((patches, distance)) = self.misplaced(rod) else { return false };
         course.distance = distance / self.length;
+        if course.placements >= SETTINGS.placements.0 {
+            // An answer on these nodes has this error.
+            self.found.error = self.found.error.max(course.distance);
+            return false;
+        }
         course.placements += 1;
         course.answer = Some(self.snapshot(rod));
         let old = self.candidates.clone();
