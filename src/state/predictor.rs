@@ -108,6 +108,11 @@ impl Predictor {
         self.known = 0;
     }
 
+    /// Whether the present shape of the rod is an extrapolation, and not the last one.
+    pub fn extrapolates(&self) -> bool {
+        self.known > 1
+    }
+
     /// Restores the shape of the rod before the last extrapolation, and drops the equilibria before it.
     pub fn take_last(&mut self, rod: &mut Rod) {
         if let Some(last) = self.earlier.first().filter(|_| self.known > 0) {

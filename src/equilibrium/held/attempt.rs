@@ -11,7 +11,7 @@ use super::linear::Linear;
 use super::reduced::Contact;
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
-use super::trial::{Attempt, Course, Merit, Start, Step, Trial};
+use super::trial::{Attempt, Course, Merit, Reach, Start, Step, Trial};
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
 
@@ -104,8 +104,8 @@ impl HeldSearch<'_> {
                 additions += 1;
                 continue;
             }
-            let unchecked = self.is_unchecked(&trial, shift, course);
-            let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
+            let checks = (self.is_unchecked(&trial, shift, course), course.reach == Reach::Far);
+            let fraction = self.descend(rod, (&start, &trial), &merit, checks);
             let shortened = fraction.is_none_or(|fraction| fraction < 1.0);
             if follows && shortened && self.was_unstable(rod, (&start, &trial), pivots, fraction) {
                 return Ok(Attempt::Lost);

@@ -32,14 +32,15 @@ impl HeldSearch<'_> {
         Merit { energy, violation: self.violation(), friction, residual }
     }
 
-    /// Takes the largest fraction of a step with which the merit or the residual decreases, and returns it; `None` if
-    /// none of those tried does.
+    /// Takes the largest fraction of a step with which the merit decreases, and returns it; `None` if none of those
+    /// tried does. Outside of a descent, which never raises the energy, a decrease of the residual suffices. Steps that
+    /// are `unchecked` are accepted.
     pub(super) fn descend(
         &mut self,
         rod: &mut Rod,
         (start, trial): (&Start, &Trial),
         merit: &Merit,
-        unchecked: bool,
+        (unchecked, descends): (bool, bool),
     ) -> Option<f64> {
         let (mut fraction, slope) = (1.0, self.body.slope() - start.base.dot(&self.body.system().base));
         let forces = trial.contacts.iter().map(|contact| contact.force.norm());
@@ -64,7 +65,7 @@ impl HeldSearch<'_> {
             let after = value(&reached, self.weight);
             let predicted = (slope - self.weight * merit.violation).min(0.0);
             let falls = after <= before + SETTINGS.decrease.0 * fraction * predicted + slack;
-            let converges = reached.residual < merit.residual * (1.0 - SETTINGS.decrease.1 * fraction);
+            let converges = !descends && reached.residual < merit.residual * (1.0 - SETTINGS.decrease.1 * fraction);
             if after.is_finite() && (falls || converges || unchecked) {
                 self.found.energy = reached.energy;
                 return Some(fraction);

@@ -197,7 +197,10 @@ impl HeldSearch<'_> {
         let before = self.before.clone();
         let result = self.find_stable(rod, &guess, Reach::Far);
         match result {
-            Ok(()) => self.found.jump = Some((rod.tip() - tip).norm()),
+            // A smaller displacement vanishes with the length of the increment, which a snap does not.
+            Ok(()) => {
+                self.found.jump = Some((rod.tip() - tip).norm()).filter(|jump| *jump > SETTINGS.nearby * self.length)
+            }
             Err(_) => self.before = before,
         }
         result

@@ -70,8 +70,8 @@ impl HeldSearch<'_> {
         rod.chain_frames();
     }
 
-    /// Moves the rod from the start of a step along the softest direction that the supports permit, so far that no part
-    /// of it passes an obstacle.
+    /// Moves the rod from the start of a step along the softest direction that the supports permit, to the side on
+    /// which the energy decreases, and so far that no part of it passes an obstacle.
     pub(super) fn leave_saddle(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, number: usize) {
         // Inverse iteration with the shifted tangent and the conditions of supports, from rotations about an axis.
         let Bordered { rows, matrix, scale, .. } = self.bordered(linear);
@@ -96,7 +96,14 @@ impl HeldSearch<'_> {
             self.body.solve();
             turns.clone_from(&self.body.system().turns);
         }
-        self.body.system_mut().start.keep(rod);
+        let system = self.body.system_mut();
+        system.start.keep(rod);
+        // Past the end of a branch the couples are small, and their work decides to which side the rod moves.
+        let work: f64 = start.turns.iter().zip(&system.turns).map(|(couple, turn)| couple.dot(turn)).sum();
+        if work + start.base.dot(&system.base) < 0.0 {
+            system.turns.iter_mut().chain(&mut system.steps).for_each(|turn| *turn = -*turn);
+            system.base = -system.base;
+        }
         let fraction = SETTINGS.saddles.1 / self.body.system().largest_turn();
         // The supports may permit no motion.
         if !fraction.is_finite() {

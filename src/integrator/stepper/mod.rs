@@ -197,9 +197,10 @@ impl Stepper {
         shoot.state.time = step.to;
         let mut corrections = 0;
         loop {
+            let extrapolated = corrections == 0 && shoot.state.predictor.extrapolates();
             let found = match self.solve_equilibrium(shoot, solver, end.before()) {
                 // The last equilibrium is a safer initial guess than the extrapolated shape.
-                Err(error) if error.is_recoverable() && corrections == 0 => {
+                Err(error) if error.is_recoverable() && extrapolated => {
                     shoot.state.predictor.take_last(&mut shoot.state.rod);
                     self.solve_equilibrium(shoot, solver, end.before())?
                 }
