@@ -206,7 +206,7 @@ mod tests {
     fn runs_of_fourth_order_report_twice_their_error() {
         // Runs with steps h, h/2 and h/6 whose errors are (h/1000)⁴.
         let errors = [1e-3, 5e-4, 5e-4 / 3.0].map(|step: f64| step.powi(4));
-        let first = ErrorEstimate::of_half_steps([errors[0] - errors[1], 0.0], 0.0);
+        let first = ErrorEstimate::of_half_steps([errors[0] - errors[1]; 2], 0.0);
         // Rounding of the difference.
         assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
         let second = first.refined(3.0, errors[1] - errors[2]);
