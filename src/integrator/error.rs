@@ -71,10 +71,9 @@ pub enum IntegrationError {
         /// The limit.
         limit: usize,
     },
-    /// Differential growth bends a place so much that the rod is not slender there: the radius of its intrinsic
-    /// curvature is not larger than that of the section, so that the tissue on the inner side would have no length.
-    /// The response of the laws diverges, as that of proprioception does if its sensitivity times its delay exceeds
-    /// π/2 growth times.
+    /// The rod is not slender at a place that differential growth has bent: the radius of its intrinsic curvature is
+    /// not larger than that of the section, and the tissue on the inner side would have no length. The response of the
+    /// laws diverges, as that of proprioception does if its sensitivity times its delay exceeds π/2 growth times.
     #[error(
         "at {time} s the intrinsic curvature at {arc_length:.4} m from the base is {curvature:.3e} 1/m, and the radius \
          {radius:.3e} m: the rod is not slender there. The response of the tropism laws diverges: reduce a \

@@ -81,8 +81,8 @@ impl<E> MethodOfSteps<E> {
     /// The calls have to be those of the recorded run, for a shoot that differs from the recorded one by its
     /// parameters. With equal parameters both runs are equal bit by bit. Breaking points and discontinuities move with
     /// the parameters, and the steps before them are stretched. A call returns
-    /// [`Grid`](super::IntegrationError::Grid) if the parameters differ so much that a recorded step or division of an
-    /// element is impossible.
+    /// [`Grid`](super::IntegrationError::Grid) if a recorded step or division of an element is impossible with the
+    /// other parameters.
     pub fn follow(&mut self, grid: Grid) {
         self.workspace.stepper.grid = GridUse::Follow(grid, 0);
     }

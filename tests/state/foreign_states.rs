@@ -142,6 +142,18 @@ mod written {
     }
 
     #[test]
+    fn levels_of_any_generation_are_read() {
+        let mut value = STATES[3].clone();
+        for level in value["history"]["levels"].as_array_mut().unwrap() {
+            level["generation"] = 255.into();
+        }
+        let mut shoot = growing().elements(4).into_dyn().build().unwrap();
+        shoot.restore(&read(&value).unwrap()).unwrap();
+        // The breaking points of these levels are passed without an overflow of the generation.
+        MethodOfSteps::new(90.0).advance(&mut shoot, 2.5 * HOUR).unwrap();
+    }
+
+    #[test]
     fn messages_name_the_damaged_part() {
         let message = refusal(|state| state["format"] = 13.into());
         assert!(message.contains("format 13; this version reads format 12"), "{message}");

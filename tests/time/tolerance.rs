@@ -142,7 +142,8 @@ fn invalid_and_unreachable_tolerances_are_errors_that_leave_the_shoot_unchanged(
         }
         assert!((shoot.state(), shoot.longest_element()) == (before.state(), before.longest_element()));
     }
-    // If the steps allowed do not suffice, the error contains the tolerance reached.
+    // If the permitted work does not suffice, the error contains the tolerance reached. One equilibrium may exceed the
+    // limit.
     let mut integrator = Adaptive::new(1e-8);
     integrator.max_work = 1000;
     let error = integrator.advance(&mut shoot, 4.0 * HOUR).unwrap_err();

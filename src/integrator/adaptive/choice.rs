@@ -10,7 +10,6 @@ use crate::integrator::error::Outcome;
 use crate::integrator::{IntegrationError, MAX_HALVINGS, ROUNDING, Statistics};
 use crate::model::Model;
 use crate::rod::LARGEST_INSIDE;
-use crate::shoot::Shoot;
 use crate::state::Plan;
 use crate::tropism::Declaration;
 
@@ -103,7 +102,7 @@ impl<M: Model> Runs<'_, M> {
         } else {
             size(self.shoot) / FIRST_LENGTH
         };
-        let step = first_step(self.shoot, until);
+        let step = first_step(&self.laws, self.start.time, until);
         let tolerance = self.integrator.tolerance;
         // A merger may lose up to twenty times this angle (rad). Where a bend begins in an element of relative length
         // h, that moves the centre line by up to 4 h times the merge tolerance.
@@ -167,12 +166,11 @@ impl<M: Model> Runs<'_, M> {
     }
 }
 
-/// Returns the step of the first run: the shortest delay or the slowest time constant, the longer of both, within the
-/// bounds of [`FIRST_STEPS`], s. A step that is longer than a delay depends on itself, and is solved by iteration.
-fn first_step(shoot: &Shoot<impl Model>, until: f64) -> f64 {
-    let span = (until - shoot.time()).max(f64::MIN_POSITIVE);
-    let mut laws = Declaration::default();
-    laws.read(shoot.model.tropism());
+/// Returns the step of the first run from `start` (s): the shortest delay or the slowest time constant, the longer of
+/// both, within the bounds of [`FIRST_STEPS`], s. A step that is longer than a delay depends on itself, and is solved
+/// by iteration.
+fn first_step(laws: &Declaration, start: f64, until: f64) -> f64 {
+    let span = (until - start).max(f64::MIN_POSITIVE);
     let constants = laws.variables().iter().map(|variable| variable.time_constant);
     let scales = constants.chain([laws.shortest_delay()]).filter(|time| time.is_finite());
     let scale = Some(scales.fold(0.0, f64::max)).filter(|scale| *scale > 0.0).unwrap_or(span);

@@ -101,7 +101,7 @@ impl Adaptive {
             if error <= tolerance {
                 return Ok((error, found, statistics));
             }
-            if 2 * shoot.rod().elements() > MAX_ELEMENTS {
+            if 2 * shoot.rod().elements() > MAX_ELEMENTS || statistics.work() > self.max_work {
                 return Err(IntegrationError::ToleranceNotMet { tolerance, reached: error, work: statistics.work() });
             }
             let share = tolerance / (SAFETY * coarse.rod.elements() as f64);

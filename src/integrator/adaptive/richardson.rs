@@ -115,8 +115,10 @@ impl ErrorEstimate {
     /// time of the call, and over this time and the delays after it.
     pub fn of_half_steps([difference, later]: [f64; 2], space: f64) -> Self {
         let mut steps = Richardson::new(ORDER as f64);
-        let (both, time) = (steps.clone().error(2.0, later), steps.error(2.0, difference));
-        Self { time, later: both - time, space, steps }
+        let time = steps.error(2.0, difference);
+        // Infinite differences have no further error.
+        let later = (Richardson::new(ORDER as f64).error(2.0, later) - time).max(0.0);
+        Self { time, later, space, steps }
     }
 
     /// Error estimate of a run from its difference from a run with twice the steps and elements of the given order that

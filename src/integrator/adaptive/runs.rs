@@ -7,6 +7,7 @@ use super::track::Track;
 use super::{Adaptive, Outcome, Statistics, tolerance_of_equilibria};
 use crate::equilibrium::Equilibrium;
 use crate::integrator::IntegrationError;
+use crate::integrator::stepper::StepEnd;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::{Plan, State};
@@ -61,8 +62,8 @@ pub(super) struct Runs<'a, M> {
     spent: Statistics,
     /// Initial meshes of the runs, of a shoot without a history.
     meshes: Vec<FirstMesh>,
-    /// Longest delay of the laws, s.
-    longest_delay: f64,
+    /// Declaration of the laws.
+    pub laws: Declaration,
     /// Time that all runs over the delays have reached, s.
     reached: f64,
 }
@@ -84,16 +85,7 @@ impl<'a, M: Model> Runs<'a, M> {
         let mut laws = Declaration::default();
         laws.read(shoot.model.tropism());
         let (spent, meshes, undivided) = (Statistics::default(), Vec::new(), shoot.state.clone());
-        Self {
-            integrator,
-            shoot,
-            start,
-            undivided,
-            spent,
-            meshes,
-            longest_delay: laws.longest_delay(),
-            reached: f64::INFINITY,
-        }
+        Self { integrator, shoot, start, undivided, spent, meshes, laws, reached: f64::INFINITY }
     }
 
     /// Returns whether the shoot had a history at the beginning of the call.
@@ -118,18 +110,18 @@ impl<'a, M: Model> Runs<'a, M> {
     /// call.
     pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Run> {
         let mut run = self.run(plan, f64::INFINITY)?;
-        if self.longest_delay > 0.0 {
-            let until = plan.until + self.longest_delay.min(MOST_LATER_STEPS * plan.step);
-            let limits = [usize::MAX, self.work_left()];
+        let (plan, longest_delay) = (run.plan, self.laws.longest_delay());
+        if longest_delay > 0.0 {
+            let until = plan.until + longest_delay.min(MOST_LATER_STEPS * plan.step);
             let (samples, track) = (run.track.samples(), &mut run.track);
             let record = |shoot: &Shoot<M>, end: Option<_>| {
                 if end.is_some() {
                     track.record(shoot, end)
                 }
             };
-            match self.integrator.follow(self.shoot, &plan, until, limits, None, record) {
-                Ok(statistics) if statistics.snaps == 0 => self.spent += statistics.as_trial(),
-                _ => run.track.truncate(samples),
+            let later = self.follow(&plan, until, usize::MAX, None, record);
+            if !later.is_ok_and(|statistics| statistics.snaps == 0) {
+                run.track.truncate(samples);
             }
         }
         self.reached = self.reached.min(run.track.end());
@@ -141,10 +133,23 @@ impl<'a, M: Model> Runs<'a, M> {
         let mut track = Track::default();
         let known = self.divide(&mut plan)?;
         let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
-        let limits = [max_steps, self.work_left()];
-        let statistics = self.integrator.follow(self.shoot, &plan, plan.until, limits, known, record)?;
-        self.spent += statistics.as_trial();
+        let statistics = self.follow(&plan, plan.until, max_steps, known, record)?;
         Ok(Run { plan, statistics, state: self.shoot.state.clone(), track })
+    }
+
+    /// Advances the shoot with the resolution of a plan. The work counts, also if the run fails.
+    fn follow(
+        &mut self,
+        plan: &Plan,
+        until: f64,
+        max_steps: usize,
+        known: Option<Equilibrium>,
+        observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
+    ) -> Outcome<Statistics> {
+        let limits = [max_steps, self.work_left()];
+        let result = self.integrator.follow(self.shoot, plan, until, limits, known, observe);
+        self.spent += self.integrator.stepper.statistics().as_trial();
+        result
     }
 
     /// Returns the work that the limit of a call leaves.

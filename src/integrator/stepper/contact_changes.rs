@@ -40,9 +40,9 @@ impl Stepper {
             Err(error) if crowded || !error.is_recoverable() => return Err(error),
             _ => self.undo(shoot, start, before),
         }
-        // The change may be misplaced by this time. The error is as small as that of the first step after it, whose
-        // stimuli are interpolated linearly: of third order in a step 64 times shorter. With friction a step is of
-        // first order. Times that differ by rounding are not divided.
+        // The change is located up to this time. Its error then equals that of the first step after it: third order in
+        // a step that is 64 times shorter, since the stimuli of this step are linear. With friction a step is of first
+        // order. Times that differ by rounding are not divided.
         let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
         let order = if rubs { 1 } else { 3 };
         let shortest = (FIRST_STEP.powi(order) * options.step).max(16.0 * f64::EPSILON * end.time.abs());

@@ -65,7 +65,7 @@ impl Stepper {
             target
         } else {
             let share = (step.to - step.from) / (step.target - step.from);
-            // Without a change of the parameters both differences are zero, and the time is equal bit by bit.
+            // If the parameters are those of the recorded run, both differences are zero, and the times are equal.
             step.to + (from - step.from) * (1.0 - share) + (target - step.target) * share
         };
         if !(time > from && time <= options.until) {

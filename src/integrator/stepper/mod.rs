@@ -68,6 +68,8 @@ pub(super) struct Stepper {
     /// Whether the search for an equilibrium fails where a branch of equilibria ends, instead of a descent.
     nearby: bool,
     statistics: Statistics,
+    /// Largest work of the call.
+    max_work: usize,
     pub grid: GridUse,
     /// Copy of the state before a step that may be repeated.
     backup: Option<State>,
@@ -95,9 +97,9 @@ impl Stepper {
         history: &impl HistoryFunction,
         known: Option<Equilibrium>,
     ) -> Outcome<Statistics> {
-        self.prepare(shoot)?;
+        self.prepare(shoot, usize::MAX)?;
         self.begin(shoot, solver, history, known)?;
-        Ok(self.finish())
+        Ok(self.statistics())
     }
 
     /// Advances the shoot, and calls `observe` at the start and after every step with the end of that step.
@@ -110,7 +112,7 @@ impl Stepper {
         mut observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
         options.check(shoot)?;
-        self.prepare(shoot)?;
+        self.prepare(shoot, options.max_work)?;
         if shoot.state.history.levels() == 0 {
             self.begin(shoot, solver, &ConstantHistory::Empty, options.known)?;
         }
@@ -128,12 +130,12 @@ impl Stepper {
             let end = self.next_step(shoot, solver, &options, &mut retries_left)?;
             observe(shoot, Some(end));
         }
-        Ok(self.finish())
+        Ok(self.statistics())
     }
 
     /// Reads the declaration of the laws, and resets the statistics.
-    fn prepare(&mut self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
-        self.statistics = Statistics::default();
+    fn prepare(&mut self, shoot: &Shoot<impl Model>, max_work: usize) -> Result<(), ParameterError> {
+        (self.statistics, self.max_work) = (Statistics::default(), max_work);
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
         self.memories.read(&self.laws);
@@ -141,7 +143,8 @@ impl Stepper {
         self.laws.check()
     }
 
-    fn finish(&self) -> Statistics {
+    /// Returns the statistics of the last call, also of one that failed.
+    pub fn statistics(&self) -> Statistics {
         Statistics { halvings: self.collocation.halvings, ..self.statistics }
     }
 
@@ -210,7 +213,7 @@ impl Stepper {
                 }
                 found => found?,
             };
-            self.record(&found, shoot, options.max_work)?;
+            self.record(&found, shoot)?;
             self.sense(shoot)?;
             self.integrate_variables(shoot, step)?;
             if self.is_explicit(step) {
@@ -234,10 +237,10 @@ impl Stepper {
     ///
     /// # Errors
     /// The work exceeds its limit.
-    fn record(&mut self, found: &Equilibrium, shoot: &mut Shoot<impl Model>, max_work: usize) -> Outcome {
+    fn record(&mut self, found: &Equilibrium, shoot: &mut Shoot<impl Model>) -> Outcome {
         self.statistics.add_equilibrium(found);
-        if self.statistics.work() > max_work {
-            return Err(IntegrationError::WorkLimit { time: shoot.state.time, limit: max_work });
+        if self.statistics.work() > self.max_work {
+            return Err(IntegrationError::WorkLimit { time: shoot.state.time, limit: self.max_work });
         }
         if let Some(jump) = found.jump {
             self.statistics.add_snap(shoot.state.time, jump);
@@ -292,7 +295,7 @@ impl Stepper {
         let time = shoot.state.time;
         self.begin_increment(shoot);
         let found = self.solve_equilibrium(shoot, solver, after(time))?;
-        self.record(&found, shoot, usize::MAX)?;
+        self.record(&found, shoot)?;
         shoot.state.history.push_discontinuity(generation, &mut self.spare);
         self.sense(shoot)?;
         self.evaluate_rates(shoot);

@@ -19,7 +19,7 @@ pub(super) const EQUAL_STEPS: f64 = (ORDER - 1) as f64;
 /// resolves an exponential.
 const STEP_OVER_RISE: f64 = 0.25;
 
-/// Largest generation of a sharp breaking point.
+/// Largest generation of a sharp breaking point. [`sharp_generation`] gives the reason.
 const SHARP_GENERATIONS: u8 = 2;
 
 /// Smallest ratio of the first step after a breaking point, which resolves a transient, to the usual one. The effect
@@ -99,7 +99,9 @@ fn sharp_generation(shoot: &Shoot<impl Model>, laws: &Declaration, options: &Run
         laws.variables()[i].delay.is_some_and(|delay| acts(level, delay)) && rise(shoot, laws, level, i) < longest
     };
     let causes = history.discontinuities().filter(|level| (0..laws.variables().len()).any(|i| is_sharp(*level, i)));
-    causes.map(|level| history.generation(level) + 1).filter(|generation| *generation <= SHARP_GENERATIONS).min()
+    let generations =
+        causes.map(|level| history.generation(level)).filter(|generation| *generation < SHARP_GENERATIONS);
+    generations.min().map(|generation| generation + 1)
 }
 
 /// Returns the longest step that growth permits, s. The tissue that leaves the zone in one step becomes one
@@ -133,8 +135,8 @@ fn longest_step(shoot: &Shoot<impl Model>, options: &RunOptions) -> Outcome<f64>
 /// Returns a bound on the step that makes the steps of compared runs differ, s. `interval` is the time between
 /// two discontinuities or breaking points, s.
 ///
-/// Without the bound the steps after a discontinuity would depend on the time since then only, and the
-/// difference of two runs would not contain their error. An interval as short as rounding has no bound, and is
+/// Without the bound the time since the discontinuity alone would determine the steps after it, and the difference of
+/// two runs would not contain their error. An interval as short as rounding has no bound, and is
 /// one step.
 fn longest_to_compare(
     shoot: &Shoot<impl Model>,
