@@ -41,12 +41,23 @@ pub struct Corrected<O, B> {
 pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,
+    at: Unknowns,
+    conditions: &Conditions,
+) -> Result<Corrected<S::Orbit, B>, CycleError> {
+    correct_counting(equations, family, at, conditions, &mut 0)
+}
+
+/// The same, with the number of equilibria of the search so far, to which those of this grid are added.
+fn correct_counting<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
+    equations: &S,
+    family: &mut impl FnMut(f64) -> Result<B, CycleError>,
     mut at: Unknowns,
     conditions: &Conditions,
+    equilibria: &mut usize,
 ) -> Result<Corrected<S::Orbit, B>, CycleError> {
     let newton = equations.newton();
     let deflated = conditions.arclength.is_none() && !at.forced;
-    let (mut iterations, mut equilibria, mut last) = (0, 0, f64::INFINITY);
+    let (mut iterations, mut last) = (0, f64::INFINITY);
     let mut kept: Option<(Bordered<S::Jacobian>, f64)> = None;
     let mut rods = Vec::new();
     loop {
@@ -57,18 +68,22 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
             kept = None;
         }
         let mut here = equations.evaluate(shoot.borrow(), &at, std::mem::take(&mut rods)).map_err(diverged)?;
+        *equilibria += here.equilibria();
         if iterations == 0 && conditions.arclength.is_none() {
             here.check()?;
         }
         let (residual, size) = here.residual();
         if size <= newton.tolerance && (iterations > 0 || conditions.hold(&at, newton.tolerance)) {
-            let effort = Effort { iterations, equilibria: equilibria + here.equilibria(), residual: size };
+            let effort = Effort { iterations, equilibria: *equilibria, residual: size };
             let (orbit, symmetry_tangents) = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
             return Ok(Corrected { orbit, unknowns: at, symmetry_tangents, shoot });
         }
         let failed = || CycleError::not_converged(iterations, size);
         if iterations == newton.max_iterations || !size.is_finite() {
             return Err(failed());
+        }
+        if *equilibria >= newton.max_work {
+            return Err(CycleError::WorkLimit { work: *equilibria, residual: size });
         }
         let bordered = match kept.take().filter(|(_, before)| size <= newton.keep * before) {
             Some((bordered, _)) => bordered,
@@ -79,7 +94,7 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
                     let mut beside = |parameter: f64| {
                         let shoot = family(parameter)?;
                         let here = equations.evaluate(shoot.borrow(), &at, known.clone())?;
-                        equilibria += here.equilibria();
+                        *equilibria += here.equilibria();
                         Ok::<_, CycleError>(here.residual().0)
                     };
                     let [before, after] = arclength.beside(at.parameter);
@@ -98,7 +113,6 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
             return Err(CycleError::Stationary { strain: at.start.strain.amax() });
         }
         rods = here.rods();
-        equilibria += here.equilibria();
         kept = Some((bordered, size));
         (iterations, last) = (iterations + 1, size);
     }
@@ -111,8 +125,9 @@ pub fn correct_resolved<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     mut guess: Unknowns,
     conditions: &Conditions,
 ) -> Result<Corrected<S::Orbit, B>, CycleError> {
+    let mut equilibria = 0;
     loop {
-        let found = correct(equations, family, guess, conditions)?;
+        let found = correct_counting(equations, family, guess, conditions, &mut equilibria)?;
         let Err(error) = equations.check_resolution(&found.orbit) else { return Ok(found) };
         let refined = equations.refined().ok_or(error)?;
         guess = equations.on_finer_grid(found.unknowns);

@@ -19,6 +19,8 @@ pub struct Newton {
     pub tolerance: f64,
     /// Largest number of iterations.
     pub max_iterations: usize,
+    /// Largest number of equilibria of a search on all grids.
+    pub max_work: usize,
     /// Largest ratio of a residual to the previous one for which the Jacobian is kept.
     pub keep: f64,
 }

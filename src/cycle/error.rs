@@ -85,6 +85,14 @@ pub enum CycleError {
         /// Number of intervals in the period.
         intervals: usize,
     },
+    /// The limit of work that a setting of the solver gives.
+    #[error("no orbit within the limit of work: relative residual {residual:.1e} after {work} equilibria")]
+    WorkLimit {
+        /// Number of equilibria.
+        work: usize,
+        /// Last relative residual.
+        residual: f64,
+    },
     /// An iteration did not converge.
     #[error(
         "the iteration for {what} did not converge: relative residual {residual:.1e} after {iterations} iterations"

@@ -181,6 +181,19 @@ fn circular_solver_reports_when_its_bounds_are_reached() {
     });
 }
 
+/// The work is that of all grids. With the reported number of equilibria the search succeeds, with fewer it ends by an
+/// error before the next iteration.
+#[test]
+fn search_for_an_orbit_ends_at_its_limit_of_work() {
+    within("limit of work", || {
+        let (shoot, swing) = &*SWING;
+        let limited = |max_work| PeriodicSolver { max_work, ..PeriodicSolver::default() }.from_mode(shoot, &MODE, 0.03);
+        assert_eq!(limited(swing.equilibria).unwrap().period, swing.period);
+        let Err(CycleError::WorkLimit { work, residual }) = limited(swing.equilibria / 2) else { panic!("no limit") };
+        assert!(work >= swing.equilibria / 2 && work < swing.equilibria && residual.is_finite());
+    });
+}
+
 /// The delay is shorter than the single interval. Delayed values therefore lie in the interval that
 /// is being solved, and the solver iterates until delayed and computed values agree.
 #[test]

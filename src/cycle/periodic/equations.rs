@@ -42,7 +42,7 @@ impl Equations for PeriodicSolver {
     fn newton(&self) -> Newton {
         // A linearisation costs as much as twelve iterations, so that it is kept while the residual decreases
         // fivefold.
-        Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, keep: 0.2 }
+        Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, max_work: self.max_work, keep: 0.2 }
     }
 
     fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError> {

@@ -49,6 +49,9 @@ pub struct PeriodicSolver {
     pub accuracy: f64,
     /// Largest number of iterations for each number of intervals, 30 by default.
     pub max_iterations: usize,
+    /// Largest number of equilibria in all iterations of a search, without those of linearisations; one million by
+    /// default. It is checked after every integration over a period.
+    pub max_work: usize,
     /// Initial guess of the angle of a relative periodic orbit, rad, counterclockwise positive as seen from above the
     /// apex. `None`, the default, for periodic orbits. A shoot that is symmetric about the tangent of its base may
     /// have rotated about it after a period, as on a rosette; the angle is then an unknown like the period. A swing
@@ -58,9 +61,9 @@ pub struct PeriodicSolver {
 }
 
 impl Default for PeriodicSolver {
-    /// 16 intervals of 6 points, a residual of 1e-10, an accuracy of 1e-6, at most 30 iterations, no angle.
+    /// 16 intervals of 6 points, a residual of 1e-10, an accuracy of 1e-6, at most 30 iterations and a million equilibria, no angle.
     fn default() -> Self {
-        Self { intervals: 16, stages: 6, tolerance: 1e-10, accuracy: 1e-6, max_iterations: 30, angle: None }
+        Self { intervals: 16, stages: 6, tolerance: 1e-10, accuracy: 1e-6, max_iterations: 30, max_work: 1_000_000, angle: None }
     }
 }
 

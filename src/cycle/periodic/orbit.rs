@@ -27,7 +27,7 @@ pub struct PeriodicOrbit {
     pub angle: f64,
     /// Number of Newton iterations on the last grid in time.
     pub iterations: usize,
-    /// Number of solved equilibria on the last grid in time.
+    /// Number of solved equilibria on all grids in time, without those of linearisations.
     pub equilibria: usize,
     /// Euclidean norm of x(T) − R(φ) x(0) relative to the larger norm of both states: of all components, or of the
     /// strain alone if that is larger.

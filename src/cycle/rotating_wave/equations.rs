@@ -20,8 +20,9 @@ impl Equations for RotatingWaveSolver {
     const FLOQUET: bool = false;
 
     fn newton(&self) -> Newton {
-        // A Jacobian costs as much as an evaluation, and is computed in each iteration.
-        Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, keep: 0.0 }
+        // A Jacobian costs as much as an evaluation, and is computed in each iteration. An iteration has one
+        // equilibrium, so that their number is limited as well.
+        Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, max_work: usize::MAX, keep: 0.0 }
     }
 
     fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError> {

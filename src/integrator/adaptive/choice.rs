@@ -89,6 +89,8 @@ impl<M: Model> Runs<'_, M> {
                 Err(error) => return Err(failure.unwrap_or(error)),
             }
             coarse.step *= 0.5;
+            // The runs before are not compared with the next ones.
+            coarse.coarsest_step = coarse.step;
         }
         Err(failure.unwrap_or_else(|| self.not_met(ASYMPTOTIC)))
     }

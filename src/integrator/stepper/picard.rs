@@ -272,6 +272,13 @@ impl Picard {
                 self.contraction = if sweep > 1 { slowest } else { self.contraction.max(ratio) };
                 return finite;
             }
+            if sweep > 1 {
+                // The remaining sweeps are not sufficient, even at the faster of the last two contractions.
+                let remaining = (MAX_SWEEPS - 1 - sweep) as i32;
+                if change * ratio.min(last_ratio).powi(remaining) > TOLERANCE {
+                    break;
+                }
+            }
             if sweep > 0 {
                 last_ratio = ratio;
             }
