@@ -18,7 +18,7 @@ impl<M: Model> Shoot<M> {
             return 0.0;
         }
         // Variables without a delay are not read.
-        let read = |delay: f64, tau: f64| history.reading(time - delay, time - delay, tau);
+        let read = |delay: f64, tau: f64| history.reading(time - delay, tau);
         let each = laws.variables().iter();
         let readings: Vec<_> = each.map(|at| at.delay.map(|delay| read(delay, at.time_constant))).collect();
         let mut past = vec![0.0; readings.len()];

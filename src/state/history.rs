@@ -272,7 +272,7 @@ impl History {
     }
 
     /// Times (s) between `from` and `to` at which the time `delay` seconds earlier is that of a level.
-    pub fn passings(&self, delay: f64, from: f64, to: f64) -> impl Iterator<Item = f64> {
+    pub fn passings(&self, delay: f64, from: f64, to: f64) -> impl Iterator<Item = f64> + Clone {
         self.levels.iter().map(move |level| level.time + delay).filter(move |t| *t > from && *t < to)
     }
 

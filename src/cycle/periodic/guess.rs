@@ -83,7 +83,7 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
     let bends = rod.points()[rod.zone()].iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]);
     Ok(PhaseState {
         strain: DVector::from_iterator(2 * points, bends),
-        variables: read(history.reading(now, now, f64::INFINITY)),
+        variables: read(history.reading(now, f64::INFINITY)),
         slopes: (0..return_map.kept).map(interval).collect(),
     })
 }

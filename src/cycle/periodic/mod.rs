@@ -63,7 +63,15 @@ pub struct PeriodicSolver {
 impl Default for PeriodicSolver {
     /// 16 intervals of 6 points, a residual of 1e-10, an accuracy of 1e-6, at most 30 iterations and a million equilibria, no angle.
     fn default() -> Self {
-        Self { intervals: 16, stages: 6, tolerance: 1e-10, accuracy: 1e-6, max_iterations: 30, max_work: 1_000_000, angle: None }
+        Self {
+            intervals: 16,
+            stages: 6,
+            tolerance: 1e-10,
+            accuracy: 1e-6,
+            max_iterations: 30,
+            max_work: 1_000_000,
+            angle: None,
+        }
     }
 }
 

@@ -1,8 +1,10 @@
 //! Change of the intrinsic strain over a step, by quadrature of the growth gradient.
 //!
 //! u*(t1) − u*(t0) = ∫ REGR · gradient dt. The delayed variables are interpolated between the levels of the history.
-//! The step is divided where a delayed time passes a level. The integrand is smooth on each piece, which has three
-//! Gauss points.
+//! Each piece of the step has three Gauss points. The step is one piece if it is not longer than the distances between
+//! the levels at the delayed times, as in a sequence of equal steps. The interpolated variables have a continuous slope
+//! at a level, and a second derivative that jumps by a multiple of the square of the step. The quadrature across the
+//! level then has an error of fifth order. A step that passes several levels is divided at them.
 
 use nalgebra::Vector3;
 
@@ -12,6 +14,9 @@ use crate::numerics::quadrature::rule;
 use crate::section::Section;
 use crate::state::{History, LEVELS, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};
+
+/// Largest number of levels that a delayed time passes inside a piece.
+const MOST_INSIDE: usize = 1;
 
 /// Gauss points of a step, with the interpolation of the delayed variables at each of them. They are the same
 /// for all material points.
@@ -64,7 +69,10 @@ impl GradientIntegral {
         for (k, variable) in variables.iter().enumerate() {
             let Some(delay) = variable.delay else { continue };
             if self.delays.iter().all(|known| known[0] != delay) {
-                self.ends.extend(history.passings(delay, from, to));
+                let passings = history.passings(delay, from, to);
+                if passings.clone().count() > MOST_INSIDE {
+                    self.ends.extend(passings);
+                }
             }
             let pair = [delay, variable.time_constant];
             let place = self.delays.iter().position(|known| *known == pair).unwrap_or_else(|| {
@@ -92,9 +100,7 @@ impl GradientIntegral {
                 let time = a + (b - a) * x;
                 let interpolation = if size.reads_present { levels.weights(time) } else { [0.0; LEVELS] };
                 self.nodes.push(Node { time, weight: w * (b - a), interpolation });
-                // The delayed times of all Gauss points of a piece are between the same two levels as that of
-                // its middle.
-                let read = |[delay, tau]: [f64; 2]| history.reading(0.5 * (a + b) - delay, time - delay, tau);
+                let read = |[delay, tau]: [f64; 2]| history.reading(time - delay, tau);
                 self.readings.extend(self.delays.iter().copied().map(read));
             }
         }

@@ -34,11 +34,11 @@ impl History {
         (level, self.time(level), self.time(level + 1) - self.time(level))
     }
 
-    /// Returns the interpolation at `time` (s) of variables with the time constant `tau` (s), by the functions of the
-    /// piece that contains `inside` (s). Before the first level the variables are constant.
-    pub fn reading(&self, inside: f64, time: f64, tau: f64) -> Reading {
-        let (level, start, h) = self.piece(inside);
-        if time <= start && inside < self.time(0) || h <= 0.0 {
+    /// Returns the interpolation at `time` (s) of variables with the time constant `tau` (s). Before the first level the
+    /// variables are constant.
+    pub fn reading(&self, time: f64, tau: f64) -> Reading {
+        let (level, start, h) = self.piece(time);
+        if time < self.time(0) || h <= 0.0 {
             return Reading { level, weights: [1.0, 0.0, 0.0, 0.0], forcings: None };
         }
         let x = (time - start) / h;
