@@ -288,3 +288,33 @@ fn transient_in_the_strain_is_interpolated() {
     // transient do not become shorter with the others, so that the order is below four.
     assert!(errors[1] < 3e-6 && errors[2] < 6e-7 && order(&errors) > 2.0, "{errors:?}");
 }
+
+/// A memory with each ratio of step to time constant and each delay, beside a memory of 600 s without a delay. From
+/// half a time constant on, halving the step reduces the error at fourth order. For faster memories the steps near the
+/// transient do not become shorter with the others: the error is small, but of no order.
+#[test]
+fn order_holds_for_every_time_constant_above_the_step_and_every_delay() {
+    let steps = [120.0, 60.0, 30.0, 15.0];
+    let slow = Memory { time: 600.0, delay: 0.0 };
+    for time in [12_000.0, 1200.0, 240.0, 60.0, 24.0, 6.0] {
+        for delay in [0.0, 0.3, 1.0, 2.5, 10.0].map(|ratio| ratio * steps[0]) {
+            let fast = Memory { time, delay };
+            let shoot = || reduced(0.05, 10.0 * HOUR).tropism(laws(fast, slow)).scene(Still::tilted(1.0));
+            let make = || shoot().into_dyn().build().unwrap();
+            let times = [0.25, 0.5, 0.75, 1.0].map(|hours| hours * HOUR);
+            let precise = |step: f64| {
+                let mut steps = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(1e-12));
+                steps.tolerance = 1e-12;
+                steps
+            };
+            let found = errors(make, precise, &times, steps, (0.25 * time).min(3.0)).map(|error| error / 0.05);
+            println!("{time} s, {delay} s: {:.2} {found:.1e?}", order(&found));
+            if time >= 2.0 * steps[0] {
+                assert!(order(&found) >= LEAST, "{time} s, {delay} s: {found:?}");
+            } else {
+                // A memory at its steady value in place of the fast one would have an error of 1e-4.
+                assert!(found[0] < 5e-5 && found[3] < 1e-6, "{time} s, {delay} s: {found:?}");
+            }
+        }
+    }
+}

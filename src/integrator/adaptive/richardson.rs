@@ -42,12 +42,13 @@ pub(super) struct Richardson {
     last: Option<(f64, f64)>,
     order: f64,
     converges: bool,
+    is_observed: bool,
 }
 
 impl Richardson {
     /// An estimate for a method of the given order.
     pub fn new(max_order: f64) -> Self {
-        Self { max_order, last: None, order: max_order, converges: true }
+        Self { max_order, last: None, order: max_order, converges: true, is_observed: false }
     }
 
     /// An estimate for elements of the given order. A lower one is assumed before an order is observed, since shapes
@@ -73,6 +74,11 @@ impl Richardson {
         gain.powf(1.0 / self.max_order)
     }
 
+    /// Returns whether the order is that of two differences.
+    pub fn is_observed(&self) -> bool {
+        self.is_observed
+    }
+
     /// Returns whether the differences decrease about as fast as the smallest order requires, or faster.
     pub fn converges(&self) -> bool {
         self.converges
@@ -84,6 +90,7 @@ impl Richardson {
             // For an error e = c h^q the differences between h a, h and h / b have the quotient (a^q − 1)/(1 −
             // b^−q), which increases with q.
             let quotient = |q: f64| (before.powf(q) - 1.0) / (1.0 - ratio.powf(-q));
+            self.is_observed = true;
             self.converges = quotient(MIN_ORDER) * difference <= SAFETY * larger;
             let (mut low, mut high) = (MIN_ORDER, self.max_order);
             for _ in 0..BISECTIONS {
@@ -167,9 +174,14 @@ impl ErrorEstimate {
         let needed = |error: f64, order: f64| (error * caution / aim).powf(1.0 / order);
         let needed = needed(self.time, self.steps.order()).max(needed(self.later, UNOBSERVED)).max(least);
         // An extrapolated run is refined by SAFETY, or by SAFETY * MIN_REFINEMENT if the refinement before was
-        // too small.
-        let is_last = extrapolated && needed <= SAFETY * MIN_REFINEMENT;
-        let compared = if extrapolated && !is_last { needed / SAFETY } else { needed };
+        // too small. It follows runs whose order is observed, since a single difference may be small by chance.
+        let is_observed = self.steps.is_observed();
+        let is_last = extrapolated && is_observed && needed <= SAFETY * MIN_REFINEMENT;
+        let compared = match (extrapolated && !is_last, is_observed) {
+            (true, true) => needed / SAFETY,
+            (true, false) => (needed / SAFETY).max(SAFETY),
+            _ => needed,
+        };
         // A larger refinement is divided. The last of its parts is the largest, since a short run costs less.
         let ratio = if compared > MAX_REFINEMENT {
             (compared / MAX_REFINEMENT).clamp(SAFETY, MAX_REFINEMENT)
