@@ -6,6 +6,7 @@ mod reading;
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use super::CLOSE;
 use crate::error::ParameterError;
 pub(crate) use reading::Reading;
 
@@ -271,9 +272,12 @@ impl History {
         nodes
     }
 
-    /// Times (s) between `from` and `to` at which the time `delay` seconds earlier is that of a level.
+    /// Times (s) between `from` and `to` at which the time `delay` seconds earlier is that of a level. Times closer to
+    /// an end than [`CLOSE`] times the interval are not between them.
     pub fn passings(&self, delay: f64, from: f64, to: f64) -> impl Iterator<Item = f64> + Clone {
-        self.levels.iter().map(move |level| level.time + delay).filter(move |t| *t > from && *t < to)
+        let close = CLOSE * (to - from);
+        let inside = move |t: &f64| *t > from + close && *t < to - close;
+        self.levels.iter().map(move |level| level.time + delay).filter(inside)
     }
 
     /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since

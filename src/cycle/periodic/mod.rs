@@ -61,7 +61,8 @@ pub struct PeriodicSolver {
 }
 
 impl Default for PeriodicSolver {
-    /// 16 intervals of 6 points, a residual of 1e-10, an accuracy of 1e-6, at most 30 iterations and a million equilibria, no angle.
+    /// 16 intervals of 6 points, a residual of 1e-10, an accuracy of 1e-6, at most 30 iterations and a million
+    /// equilibria, no angle.
     fn default() -> Self {
         Self {
             intervals: 16,

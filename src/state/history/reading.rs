@@ -34,8 +34,8 @@ impl History {
         (level, self.time(level), self.time(level + 1) - self.time(level))
     }
 
-    /// Returns the interpolation at `time` (s) of variables with the time constant `tau` (s). Before the first level the
-    /// variables are constant.
+    /// Returns the interpolation at `time` (s) of variables with the time constant `tau` (s). Before the first level
+    /// the variables are constant.
     pub fn reading(&self, time: f64, tau: f64) -> Reading {
         let (level, start, h) = self.piece(time);
         if time < self.time(0) || h <= 0.0 {
