@@ -4,7 +4,11 @@
 //! rotates the whole element, θ is the polynomial through the rotation vectors of its nodes. Derivation:
 //! `docs/method.md`, "One element".
 
+mod nodes;
+
 use nalgebra::{Matrix3, SimdComplexField, SimdPartialOrd, SimdValue, UnitQuaternion, Vector3};
+
+use nodes::chain_slopes;
 
 use super::Inertia;
 use super::elimination::{Elimination, Row, vector_at};
@@ -260,8 +264,7 @@ impl ElementSystem {
         let (chain, chain_t) = (self.chain, self.chain.transpose());
         // Second derivatives of the last rotation vector, contracted with the gradient there (docs/method.md).
         let g = self.gradient[P - 1];
-        let by_last = self.inverse.transpose().jacobian(&theta, &g);
-        let by_first = self.inverse.jacobian(&theta, &g);
+        let [by_last, by_first] = chain_slopes(&self.inverse, &theta, &g);
         let (pp, tt) = (self.hessian.diagonal_block(m), self.hessian.diagonal_block(m + 3));
         let pt = self.hessian.block(m, m + 3);
         let (pp_chain_t, chain_pt) = (pp * chain_t, chain * pt);

@@ -8,6 +8,7 @@ mod joints;
 mod line;
 mod newton;
 mod points;
+mod rod_energy;
 mod saddle;
 mod search;
 mod system;
@@ -15,6 +16,7 @@ mod tangent;
 mod unloaded;
 
 pub use newton::NewtonSolver;
+pub use rod_energy::{NodeTangent, RodEnergy};
 pub use unloaded::Unloaded;
 
 use nalgebra::Vector3;
@@ -22,7 +24,7 @@ use nalgebra::Vector3;
 use crate::constitutive::Constitutive;
 use crate::error::{ParameterError, debug_by_display};
 use crate::load::{InternalForce, Load};
-use crate::rod::{Rod, Tissue, centre_line_tangent};
+use crate::rod::{Rod, RodError, Tissue, centre_line_tangent};
 use crate::scene::Environment;
 use crate::support::{Patch, Reaction, Support};
 
@@ -214,6 +216,9 @@ pub enum EquilibriumError {
         /// The quantity that is not finite.
         what: &'static str,
     },
+    /// A solver has computed a shape that the rod refuses.
+    #[error(transparent)]
+    Shape(#[from] RodError),
     /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as
     /// unloaded, or a number of elements that exceeds the memory.
     #[error(transparent)]
@@ -226,7 +231,14 @@ impl EquilibriumError {
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
-        matches!(self, Self::NoConvergence { .. } | Self::NotHeld { .. } | Self::Unstable { .. } | Self::Folded { .. })
+        matches!(
+            self,
+            Self::NoConvergence { .. }
+                | Self::NotHeld { .. }
+                | Self::Unstable { .. }
+                | Self::Folded { .. }
+                | Self::Shape(RodError::Folded { .. })
+        )
     }
 }
 

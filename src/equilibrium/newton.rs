@@ -29,6 +29,8 @@ macro_rules! with_points {
     };
 }
 
+pub(super) use with_points;
+
 /// Newton's method for equations (9) to (12), with faer's sparse LDLᵀ factorisation.
 ///
 /// The solver has settings and workspace, but no state: calls with equal rods give equal results. Settings are

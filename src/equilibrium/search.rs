@@ -8,7 +8,7 @@ use super::unloaded::take_intrinsic_shape;
 use super::{Equilibrium, EquilibriumError, Inertia};
 use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
-use crate::rod::Rod;
+use crate::rod::{LARGEST_ROTATION, Rod};
 
 /// Largest rotation of a frame in a step, rad. The quadratic model does not hold beyond it.
 const LARGEST_TURN: f64 = 1.0;
@@ -26,8 +26,6 @@ const CHORDS: i32 = 4;
 const SAFE_LOAD: f64 = 2.0;
 /// Smallest ratio of that relative pivot to the step, 1/rad: the change of the couples is not bounded by the load.
 const SAFE: f64 = 10.0;
-/// Longest rotation vector within an element, rad. The logarithm is discontinuous at π.
-const LARGEST_ROTATION: f64 = 3.1;
 /// Fraction of the predicted decrease that a step must achieve (Armijo), the usual value.
 const DECREASE: f64 = 1e-4;
 /// Smallest ratio of the rotation that the couples unbalanced in the initial guess cause to the actual one, for an

@@ -32,6 +32,14 @@ pub enum IntegrationError {
         /// Largest change of an angle in the last correction, rad.
         change: f64,
     },
+    /// A part of a [`TimeStep`](super::TimeStep) is missing.
+    #[error("the step to {time} s lacks its {missing}")]
+    Incomplete {
+        /// End of the step, s.
+        time: f64,
+        /// The part that comes next.
+        missing: &'static str,
+    },
     /// The laws' variables at a material point could not be integrated over the step.
     #[error("the variables of material point {point} cannot be integrated to {time} s")]
     Variables {
@@ -147,6 +155,7 @@ impl IntegrationError {
                 true
             }
             Self::Parameter(_)
+            | Self::Incomplete { .. }
             | Self::Grid { .. }
             | Self::NotFinite { .. }
             | Self::NotReached { .. }

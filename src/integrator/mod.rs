@@ -1,6 +1,6 @@
 //! Integration of a shoot in time.
 //!
-//! `stepper` makes the steps. [`MethodOfSteps`] uses steps of a given length, and [`Adaptive`] chooses them.
+//! `stepper` makes the steps, and [`TimeStepper`] is its public interface. [`MethodOfSteps`] uses steps of a given length, and [`Adaptive`] chooses them.
 
 mod adaptive;
 mod error;
@@ -10,6 +10,7 @@ mod method_of_steps;
 mod simulation;
 mod statistics;
 mod stepper;
+mod time_stepper;
 mod undo;
 
 pub use crate::state::{ConstantHistory, HistoryFunction};
@@ -19,6 +20,8 @@ pub use grid::Grid;
 pub use method_of_steps::MethodOfSteps;
 pub use simulation::Simulation;
 pub use statistics::Statistics;
+pub use stepper::{PointStep, TimeStep};
+pub use time_stepper::TimeStepper;
 
 use crate::model::Model;
 use crate::shoot::Shoot;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::Rod;
+use super::{Rod, UNIT};
 use crate::error::debug_by_display;
 
 /// Inconsistency of the data of a rod.
@@ -31,12 +31,27 @@ pub enum RodError {
         /// Its requirement, with unit.
         requirement: &'static str,
     },
+    /// A frame is rotated too far from that at the first end of its element. A shorter step of a solver, or shorter
+    /// elements are needed.
+    #[error("a node of element {element} is rotated by {rotation:.3} rad from its first end, more than 3.1 rad")]
+    Folded {
+        /// The element, counted from zero at the base.
+        element: usize,
+        /// The rotation, rad.
+        rotation: f64,
+    },
 }
 
 debug_by_display!(RodError);
 
 /// Returns an error for number `index` of a quantity unless `ok`.
-fn unless(ok: bool, what: &'static str, index: usize, value: f64, requirement: &'static str) -> Result<(), RodError> {
+pub(super) fn unless(
+    ok: bool,
+    what: &'static str,
+    index: usize,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), RodError> {
     if ok { Ok(()) } else { Err(RodError::Value { what, index, value, requirement }) }
 }
 
@@ -67,7 +82,7 @@ impl Rod {
         let requirement = "at most the number of elements";
         unless(first <= elements, "first element of the growth zone", 0, first as f64, requirement)?;
         for (i, norm) in self.frames.iter().map(|frame| frame.norm()).enumerate() {
-            unless((norm - 1.0).abs() < 1e-9, "norm of frame", i, norm, "1 (a unit quaternion)")?;
+            unless((norm - 1.0).abs() < UNIT, "norm of frame", i, norm, "1 (a unit quaternion)")?;
         }
         for (what, vectors) in [
             ("square of rotation vector", &self.rotations),

@@ -5,6 +5,7 @@ mod coarse;
 mod lengths;
 mod locate;
 mod loss;
+mod nodes;
 mod pair;
 mod parts;
 mod remesh;
@@ -15,6 +16,7 @@ pub(crate) mod tissue;
 pub use check::RodError;
 pub(crate) use coarse::Place;
 pub(crate) use lengths::UNEVEN;
+pub(crate) use nodes::LARGEST_ROTATION;
 pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
 pub use tissue::MaterialPoint;
@@ -71,10 +73,14 @@ pub struct Rod {
     reactions: Vec<Reaction>,
 }
 
+/// Largest difference of the norm of a frame from one, and largest rotation of a base that keeps its frame (rad):
+/// far above the rounding of products of quaternions, and below any error of a shape.
+const UNIT: f64 = 1e-9;
+
 /// Returns an error for a base whose quaternion is not of norm one.
 fn check_base(base: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
     let norm = base.coords.norm();
-    ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
+    ParameterError::unless((norm - 1.0).abs() < UNIT, "norm of the base frame's quaternion", norm, "1")
 }
 
 impl Rod {

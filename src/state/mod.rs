@@ -16,7 +16,7 @@ pub use error::StateError;
 pub(crate) use history::{History, LEVELS, Nodes, ORDER, Reading, Spare};
 pub use history_function::{ConstantHistory, HistoryFunction};
 pub(crate) use plan::Plan;
-pub(crate) use predictor::{Predictor, intrinsic_moments};
+pub(crate) use predictor::{Moments, Predictor, intrinsic_moments};
 #[cfg(feature = "serde")]
 pub(crate) use saved::check_format;
 

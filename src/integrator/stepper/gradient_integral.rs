@@ -57,22 +57,54 @@ impl GradientIntegral {
         (smooth, transient): (&Nodes, Option<f64>),
         [from, to]: [f64; 2],
     ) {
-        self.nodes.clear();
-        self.readings.clear();
         self.ends.clear();
         self.ends.extend([from, to]);
-        let variables = laws.variables();
-        let size = laws.size();
+        self.begin(laws, |ends, delay| {
+            let passings = history.passings(delay, from, to);
+            if passings.clone().count() > MOST_INSIDE {
+                ends.extend(passings);
+            }
+        });
+        self.ends.sort_unstable_by(f64::total_cmp);
+        let levels = self.levels_of(history, smooth, transient);
+        let (x, w) = rule::<3>();
+        for piece in 1..self.ends.len() {
+            let [a, b] = [self.ends[piece - 1], self.ends[piece]];
+            if b <= a {
+                continue;
+            }
+            for (x, w) in x.iter().zip(w) {
+                self.push(history, laws, &levels, (a + (b - a) * x, w * (b - a)));
+            }
+        }
+    }
+
+    /// Prepares [`add`](Self::add) for the rate of the intrinsic strain at a `time` (s) in a step, 1/(m s), instead of
+    /// its change in an interval. The other arguments are those of [`prepare`](Self::prepare).
+    pub fn prepare_rate(
+        &mut self,
+        history: &History,
+        laws: &Declaration,
+        (smooth, transient): (&Nodes, Option<f64>),
+        time: f64,
+    ) {
+        self.begin(laws, |_, _| ());
+        let levels = self.levels_of(history, smooth, transient);
+        self.push(history, laws, &levels, (time, 1.0));
+    }
+
+    /// Lists the delays of the laws. Calls `each` with the ends of the pieces and with each delay (s).
+    fn begin(&mut self, laws: &Declaration, mut each: impl FnMut(&mut Vec<f64>, f64)) {
+        self.nodes.clear();
+        self.readings.clear();
+        let (variables, size) = (laws.variables(), laws.size());
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
         self.delays.clear();
         self.delayed.iter_mut().for_each(Vec::clear);
         for (k, variable) in variables.iter().enumerate() {
             let Some(delay) = variable.delay else { continue };
             if self.delays.iter().all(|known| known[0] != delay) {
-                let passings = history.passings(delay, from, to);
-                if passings.clone().count() > MOST_INSIDE {
-                    self.ends.extend(passings);
-                }
+                each(&mut self.ends, delay);
             }
             let pair = [delay, variable.time_constant];
             let place = self.delays.iter().position(|known| *known == pair).unwrap_or_else(|| {
@@ -84,26 +116,24 @@ impl GradientIntegral {
             }
             self.delayed[place].push(k);
         }
-        self.ends.sort_unstable_by(f64::total_cmp);
+    }
+
+    /// Keeps the levels through which the present stimuli are interpolated, and returns them with their times.
+    fn levels_of(&mut self, history: &History, smooth: &Nodes, transient: Option<f64>) -> Levels {
         let mut levels = Levels { count: smooth.len(), transient, ..Levels::default() };
         for (time, level) in levels.times.iter_mut().zip(smooth.iter()) {
             *time = history.time(*level);
         }
         self.levels = *smooth;
-        let (x, w) = rule::<3>();
-        for piece in self.ends.windows(2) {
-            let [a, b] = [piece[0], piece[1]];
-            if b <= a {
-                continue;
-            }
-            for (x, w) in x.iter().zip(w) {
-                let time = a + (b - a) * x;
-                let interpolation = if size.reads_present { levels.weights(time) } else { [0.0; LEVELS] };
-                self.nodes.push(Node { time, weight: w * (b - a), interpolation });
-                let read = |[delay, tau]: [f64; 2]| history.reading(time - delay, tau);
-                self.readings.extend(self.delays.iter().copied().map(read));
-            }
-        }
+        levels
+    }
+
+    /// Appends a time (s) with its weight.
+    fn push(&mut self, history: &History, laws: &Declaration, levels: &Levels, (time, weight): (f64, f64)) {
+        let interpolation = if laws.size().reads_present { levels.weights(time) } else { [0.0; LEVELS] };
+        self.nodes.push(Node { time, weight, interpolation });
+        let read = |[delay, tau]: [f64; 2]| history.reading(time - delay, tau);
+        self.readings.extend(self.delays.iter().copied().map(read));
     }
 
     /// Adds to `sums` the changes of the intrinsic strain over the interval (1/m) of consecutive points of the zone,

@@ -8,11 +8,14 @@ mod gradient_integral;
 mod memories;
 mod mesh;
 mod options;
+mod part;
 mod phases;
 mod picard;
+mod point_step;
 mod relaxation;
 mod start;
 mod step_end;
+mod time_step;
 mod transient;
 
 use nalgebra::Vector3;
@@ -31,7 +34,7 @@ use crate::rod::Rod;
 use crate::scene::after;
 use crate::section::Section;
 use crate::shoot::{Mesh, Shoot};
-use crate::state::{Spare, State, intrinsic_moments};
+use crate::state::{Spare, State};
 use crate::support::Reaction;
 use crate::tropism::Declaration;
 use collocation::ExponentialCollocation;
@@ -39,9 +42,11 @@ use gradient_integral::GradientIntegral;
 use memories::Declared;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
-use phases::check_slender;
+use part::Part;
+pub use point_step::PointStep;
 use step_end::EQUAL_STEPS;
-pub(super) use step_end::StepEnd;
+pub(super) use step_end::{StepEnd, next_discontinuity_ahead, permitted_step};
+pub use time_step::TimeStep;
 
 /// Workspace of a run. It keeps no state between calls.
 #[derive(Debug, Clone, Default)]
@@ -112,18 +117,8 @@ impl Stepper {
         mut observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
         options.check(shoot)?;
-        self.prepare(shoot, options.max_work)?;
-        if shoot.state.history.levels() == 0 {
-            self.begin(shoot, solver, &ConstantHistory::Empty, options.known)?;
-        }
-        let (declared, known) = (self.laws.size(), shoot.state.history.size());
-        let own = known == (declared.variables, declared.stimuli);
-        ParameterError::unless(own, "number of variables in the state", known.0 as f64, "that of the shoot's laws")?;
-        shoot.state.check_reach(self.laws.longest_delay())?;
+        self.resume(shoot, solver, options.max_work, options.known)?;
         self.reserve_levels(&mut shoot.state, &options);
-        if shoot.state.changed {
-            self.pass_discontinuity(shoot, solver, 0)?;
-        }
         observe(shoot, None);
         let mut retries_left = options.retries;
         while shoot.state.time < options.until && self.statistics.steps < options.max_steps {
@@ -131,6 +126,26 @@ impl Stepper {
             observe(shoot, Some(end));
         }
         Ok(self.statistics())
+    }
+
+    /// Prepares for steps: begins a run unless the shoot was started, checks its history, and passes the discontinuity
+    /// of an exchange of laws.
+    pub fn resume(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        max_work: usize,
+        known: Option<Equilibrium>,
+    ) -> Outcome {
+        self.prepare(shoot, max_work)?;
+        if shoot.state.history.levels() == 0 {
+            self.begin(shoot, solver, &ConstantHistory::Empty, known)?;
+        }
+        let (declared, known) = (self.laws.size(), shoot.state.history.size());
+        let own = known == (declared.variables, declared.stimuli);
+        ParameterError::unless(own, "number of variables in the state", known.0 as f64, "that of the shoot's laws")?;
+        shoot.state.check_reach(self.laws.longest_delay())?;
+        if shoot.state.changed { self.pass_discontinuity(shoot, solver, 0) } else { Ok(()) }
     }
 
     /// Reads the declaration of the laws, and resets the statistics.
@@ -192,45 +207,26 @@ impl Stepper {
         end: StepEnd,
         options: &RunOptions,
     ) -> Outcome {
-        self.begin_increment(shoot);
-        let step = self.begin_step(shoot, &options.mesh, end)?;
-        self.collocation.begin_step();
-        let before = intrinsic_moments(&shoot.state.rod);
-        self.integrate_strain(shoot, step)?;
-        if self.is_explicit(step) {
-            check_slender(shoot, step.to)?;
-        }
-        self.elongate(shoot, step)?;
-        shoot.state.predictor.extrapolate(&mut shoot.state.rod, &before, step.from, step.to);
-        shoot.state.time = step.to;
+        let mut step = TimeStep::begin(self, (shoot, solver), (end, &options.mesh), None)?;
+        step.integrate_strain()?;
         let mut corrections = 0;
         loop {
-            let found = match self.solve_equilibrium(shoot, solver, end.before()) {
-                // The last equilibrium is a safer initial guess than the extrapolated shape.
-                Err(error) if error.is_recoverable() && corrections == 0 => {
-                    shoot.state.predictor.take_last(&mut shoot.state.rod);
-                    self.solve_equilibrium(shoot, solver, end.before())?
-                }
-                found => found?,
-            };
-            self.record(&found, shoot)?;
-            self.sense(shoot)?;
-            self.integrate_variables(shoot, step)?;
-            if self.is_explicit(step) {
+            let _ = step.equilibrate()?;
+            step.sense()?;
+            step.integrate_variables()?;
+            if step.is_explicit() {
                 break;
             }
-            let change = self.integrate_strain(shoot, step)?;
+            let change = step.integrate_strain()?;
             if change <= options.tolerance {
-                check_slender(shoot, step.to)?;
                 break;
             }
             if corrections == options.max_corrections {
-                return Err(IntegrationError::NotConverged { time: step.to, change });
+                return Err(IntegrationError::NotConverged { time: end.time, change });
             }
             corrections += 1;
         }
-        self.end_step(shoot, step);
-        if end.discontinuity { self.pass_discontinuity(shoot, solver, end.generation) } else { Ok(()) }
+        step.finish().map(|_| ())
     }
 
     /// Adds an equilibrium to the statistics. After a snap the earlier equilibria are no longer extrapolated.
@@ -247,6 +243,11 @@ impl Stepper {
             shoot.state.predictor.forget();
         }
         Ok(())
+    }
+
+    /// Resets the work of the integration of the variables for a step and its corrections.
+    fn begin_variables(&mut self) {
+        self.collocation.begin_step();
     }
 
     /// Adapts the elements to a step, stores the initial strains and positions, and appends a level to the history.

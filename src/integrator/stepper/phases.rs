@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::collocation::Levels;
 use super::transient::smooth_levels;
-use super::{IntegrationError, Outcome, ROUNDING, Step, Stepper};
+use super::{IntegrationError, Outcome, PointStep, ROUNDING, Step, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver, HeldRod};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -31,9 +31,9 @@ impl Stepper {
         let Step { from, to, leaving, growth: [start, end] } = step;
         let history = &state.history;
         let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
-        let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
+        let (zone, leaving) = (state.rod.zone(), leaving * state.rod.order().points());
         self.gradient_integral.prepare(history, &self.laws, (&smooth, transient), [from, to]);
-        let points = &mut state.rod.points_mut()[zone];
+        let points = &state.rod.points()[zone];
         self.places.clear();
         self.places.extend(points.iter().zip(&self.starts).map(|(point, (_, distance))| (point.section, *distance)));
         self.changes.clear();
@@ -53,16 +53,48 @@ impl Stepper {
         }
         let (places, changes) = (&self.places[leaving..], &mut self.changes[leaving..]);
         self.gradient_integral.add(laws, history, (leaving, start), places, changes);
+        self.apply_changes(shoot, to)
+    }
+
+    /// Sets the intrinsic strain of the points of the zone to that at the start of the step plus the changes. Returns
+    /// the largest difference from the present one as an angle over the length of the shoot, rad.
+    pub(super) fn apply_changes(&self, shoot: &mut Shoot<impl Model>, to: f64) -> Outcome<f64> {
+        if self.changes.iter().any(|change| !change.sum().is_finite()) {
+            return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
+        }
+        let rod = &mut shoot.state.rod;
+        let (length, zone) = (rod.length(), rod.zone());
         let mut largest = 0.0_f64;
-        for ((point, (intrinsic, _)), change) in points.iter_mut().zip(&self.starts).zip(&self.changes) {
-            if !change.sum().is_finite() {
-                return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
-            }
+        for ((point, (intrinsic, _)), change) in rod.points_mut()[zone].iter_mut().zip(&self.starts).zip(&self.changes)
+        {
             let new = intrinsic + change;
             largest = largest.max((new - point.intrinsic).norm());
             point.intrinsic = new;
         }
         Ok(largest * length)
+    }
+
+    /// Evaluates the rate of the intrinsic strain of a point of the zone, given by its index among all points, at a
+    /// `time` (s) in a step, 1/(m s).
+    pub(super) fn strain_rate(
+        &mut self,
+        shoot: &Shoot<impl Model>,
+        step: Step,
+        point: usize,
+        time: f64,
+    ) -> Outcome<Vector3<f64>> {
+        let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &shoot.state);
+        self.check_size(tropism)?;
+        let Step { from, to, growth: [start, end], .. } = step;
+        let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
+        // Laws are evaluated after a discontinuity at the start, and before one at the end.
+        let time = time.clamp(start, end);
+        self.gradient_integral.prepare_rate(&state.history, &self.laws, (&smooth, transient), time);
+        let index = point - state.rod.zone().start;
+        let (place, mut rate) = ([(state.rod.points()[point].section, self.starts[index].1)], [Vector3::zeros()]);
+        self.gradient_integral.add((growth, tropism), &state.history, (index, start), &place, &mut rate);
+        let finite = rate[0].sum().is_finite();
+        if finite { Ok(rate[0]) } else { Err(IntegrationError::NotFinite { what: "growth gradient", time }) }
     }
 
     /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
@@ -79,9 +111,14 @@ impl Stepper {
             return self.solve_held(shoot, solver, &environment);
         }
         self.force.update(rod, model.load(), &environment);
-        solver
-            .equilibrate(rod, model.constitutive(), &self.force)
-            .map_err(|error| IntegrationError::Equilibrium { time, error })
+        let (base, elements, zone) = (rod.frames()[0], rod.elements(), rod.zone());
+        let found = solver.equilibrate(rod, model.constitutive(), &self.force);
+        let found = found.map_err(|error| IntegrationError::Equilibrium { time, error })?;
+        // The history belongs to these elements, and the scene determines the base.
+        let kept = (rod.frames()[0], rod.elements(), rod.zone()) == (base, elements, zone);
+        let name = "number of elements after the equilibrium solver";
+        ParameterError::unless(kept, name, rod.elements() as f64, "that of before, with the same zone and base")?;
+        Ok(found)
     }
 
     /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
@@ -221,6 +258,40 @@ impl Stepper {
         integrated.or_else(|point| {
             // More specific errors take precedence.
             self.check_size(tropism)?;
+            check?;
+            Err(IntegrationError::Variables { time: step.to, point: first + point })
+        })
+    }
+
+    /// Sets the variables at the last level by a function of those at the level before and of the stimuli at both, for
+    /// each point of the zone, and evaluates their rates.
+    pub(super) fn set_variables(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        step: Step,
+        mut integrate: impl FnMut(&PointStep, &mut [f64]),
+    ) -> Outcome {
+        let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
+        self.check_size(tropism)?;
+        if self.laws.size().variables == 0 {
+            return Ok(());
+        }
+        let (first, levels, mut check) = (state.rod.zone().start, state.history.last_two(), Ok(()));
+        let mut point = first;
+        let set = state.history.each_step((&levels, 0), |[before, rates_before], stimuli, variables, rates| {
+            let stimuli = [stimuli[0], stimuli[1]];
+            variables.copy_from_slice(before);
+            integrate(&PointStep { point, variables: before, rates: rates_before, stimuli, law: tropism }, variables);
+            point += 1;
+            rates.fill(f64::NAN);
+            tropism.rates(variables, stimuli[1], rates);
+            let finite = variables.iter().chain(&*rates).all(|number| number.is_finite());
+            if finite {
+                check = self.memories.check(variables, rates, stimuli[1]);
+            }
+            finite && check.is_ok()
+        });
+        set.or_else(|point| {
             check?;
             Err(IntegrationError::Variables { time: step.to, point: first + point })
         })

@@ -7,7 +7,7 @@ use crate::growth::GrowthLaw;
 use crate::integrator::error::MAX_PARTS;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
-use crate::shoot::Shoot;
+use crate::shoot::{Mesh, Shoot};
 use crate::state::CLOSE;
 use crate::tropism::Declaration;
 
@@ -104,13 +104,16 @@ fn sharp_generation(shoot: &Shoot<impl Model>, laws: &Declaration, options: &Run
     generations.min().map(|generation| generation + 1)
 }
 
-/// Returns the longest step that growth permits, s. The tissue that leaves the zone in one step becomes one
+/// Returns the longest step up to `size` that growth permits on the way to the time `until`, s. The tissue that leaves the zone in one step becomes one
 /// element, which must not exceed the longest element.
 ///
 /// # Errors
 /// The step would be divided into more than [`MAX_PARTS`].
-fn longest_step(shoot: &Shoot<impl Model>, options: &RunOptions) -> Outcome<f64> {
-    let &RunOptions { until, step: size, mesh, .. } = options;
+pub(in crate::integrator) fn permitted_step(
+    shoot: &Shoot<impl Model>,
+    [size, until]: [f64; 2],
+    mesh: &Mesh,
+) -> Outcome<f64> {
     let (t, growth) = (shoot.state.time, shoot.model.growth());
     let zone = growth.zone_length();
     if !(growth.elongates() && zone.is_finite()) {
@@ -170,9 +173,13 @@ pub(super) fn next_discontinuity_after(shoot: &Shoot<impl Model>, t: f64) -> Res
     next_discontinuity(&shoot.model, if t == shoot.state.smooth_since { after(t) } else { t })
 }
 
-/// Returns the end of the next step.
-pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions) -> Outcome<StepEnd> {
-    let (t, until, size) = (shoot.state.time, options.until, options.step);
+/// Returns the next discontinuity of a law or the scene on the way to the time `until` (s). One that differs from it by
+/// rounding is there.
+pub(in crate::integrator) fn next_discontinuity_ahead(
+    shoot: &Shoot<impl Model>,
+    until: f64,
+) -> Result<f64, ParameterError> {
+    let t = shoot.state.time;
     // Discontinuities that differ by rounding count as one.
     let passed = t == shoot.state.smooth_since;
     let discontinuity = next_discontinuity_after(shoot, t)?;
@@ -182,9 +189,13 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
         discontinuity,
         "later than the one before by more than rounding (s): does the law announce times without end?",
     )?;
-    // A discontinuity that differs from the end of the run by rounding is at the end.
-    let discontinuity =
-        if discontinuity > before(until) && discontinuity < after(until) { until } else { discontinuity };
+    Ok(if discontinuity > before(until) && discontinuity < after(until) { until } else { discontinuity })
+}
+
+/// Returns the end of the next step.
+pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions) -> Outcome<StepEnd> {
+    let (t, until, size) = (shoot.state.time, options.until, options.step);
+    let discontinuity = next_discontinuity_ahead(shoot, until)?;
     let (passed_point, next_point) = breaking_points(shoot, laws, size);
     let is_close = |time: &f64| (time - next_point).abs() <= CLOSE * size;
     let next_point = [discontinuity, until].into_iter().find(is_close).unwrap_or(next_point);
@@ -208,7 +219,7 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     // The passed breaking point may be later than the present by rounding.
     let interval = discontinuity.min(next_point) - shoot.state.smooth_since.max(passed_point.min(t));
     step = step.min(longest_to_compare(shoot, options, interval, rise));
-    step = step.min(longest_step(shoot, options)?);
+    step = step.min(permitted_step(shoot, [size, until], &options.mesh)?);
     let last_step = shoot.state.history.last_step();
     let smooth = shoot.state.smooth_since;
     // Steps after a breaking point are as long as the last one before it.

@@ -1,0 +1,29 @@
+//! Parts of a time step.
+
+/// Parts of a time step, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Part {
+    /// Adaptation of the elements, and motion of the tissue.
+    Growth,
+    /// Intrinsic strain.
+    Strain,
+    /// Equilibrium.
+    Shape,
+    /// Stimuli.
+    Stimuli,
+    /// Variables of the laws.
+    Variables,
+}
+
+impl Part {
+    /// Name for messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Growth => "growth",
+            Self::Strain => "intrinsic strain",
+            Self::Shape => "equilibrium",
+            Self::Stimuli => "stimuli",
+            Self::Variables => "variables of the laws",
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! A time step as a value: its parts are called one after the other.
+
+use nalgebra::Vector3;
+
+use super::phases::check_slender;
+use super::step_end::StepEnd;
+use super::{IntegrationError, Outcome, Part, PointStep, Statistics, Step, Stepper};
+use crate::equilibrium::{Equilibrium, EquilibriumSolver};
+use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
+use crate::model::Model;
+use crate::shoot::{Mesh, Shoot};
+use crate::state::{Moments, State, intrinsic_moments};
+
+/// A time step that has begun, with the parts of which an integrator composes it.
+///
+/// [`TimeStepper::begin`](crate::integrator::TimeStepper::begin) has divided elements, moved the tissue by the growth
+/// law to the end of the step, and appended the end to the history of the laws. The other parts follow in this order:
+///
+/// | part | method | or your own |
+/// |---|---|---|
+/// | differential growth, equation (4) | [`integrate_strain`](Self::integrate_strain) | [`strain_rate`](Self::strain_rate), [`set_strain`](Self::set_strain) |
+/// | shape | [`equilibrate`](Self::equilibrate) | a solver of your own |
+/// | stimuli | [`sense`](Self::sense) | |
+/// | variables, equations (5) and (6), memories | [`integrate_variables`](Self::integrate_variables) | [`set_variables`](Self::set_variables) |
+/// | end | [`finish`](Self::finish) | |
+///
+/// Parts may be repeated, for example to correct the strain of an implicit step. A part before which another one is
+/// missing returns [`Incomplete`](IntegrationError::Incomplete). A step that is dropped without `finish`, also after an
+/// error, leaves the shoot as it was before `begin`. [`MethodOfSteps`](crate::integrator::MethodOfSteps) and
+/// [`Adaptive`](crate::integrator::Adaptive) make their steps by the same methods.
+#[derive(Debug)]
+pub struct TimeStep<'a, M, E> {
+    stepper: &'a mut Stepper,
+    shoot: &'a mut Shoot<M>,
+    solver: &'a mut E,
+    step: Step,
+    end: StepEnd,
+    /// Moments of the intrinsic strain at the start of the step.
+    moments: Moments,
+    /// The last part that was made; the order of `Part` is that of the step.
+    reached: Part,
+    /// State that is restored unless the step is finished; `None` if the caller restores it.
+    undo: Option<&'a State>,
+}
+
+impl<M, E> Drop for TimeStep<'_, M, E> {
+    fn drop(&mut self) {
+        if let Some(before) = self.undo {
+            self.shoot.state.copy_from(before);
+        }
+    }
+}
+
+impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
+    /// Adapts the elements, moves the tissue and appends the end of the step to the history.
+    pub(in crate::integrator) fn begin(
+        stepper: &'a mut Stepper,
+        (shoot, solver): (&'a mut Shoot<M>, &'a mut E),
+        (end, mesh): (StepEnd, &Mesh),
+        undo: Option<&'a State>,
+    ) -> Outcome<Self> {
+        let step = Step { from: shoot.state.time, to: end.time, leaving: 0, growth: [end.time; 2] };
+        let moments = Moments::zeros();
+        let mut begun = Self { stepper, shoot, solver, step, end, moments, reached: Part::Growth, undo };
+        let Self { stepper, shoot, step, moments, .. } = &mut begun;
+        stepper.begin_increment(shoot);
+        *step = stepper.begin_step(shoot, mesh, end)?;
+        stepper.begin_variables();
+        *moments = intrinsic_moments(&shoot.state.rod);
+        stepper.elongate(shoot, *step)?;
+        shoot.state.time = end.time;
+        Ok(begun)
+    }
+
+    /// The shoot during the step: its lengths are those at the end, and the other quantities those that were set last.
+    #[must_use]
+    pub fn shoot(&self) -> &Shoot<M> {
+        self.shoot
+    }
+
+    /// Start and end of the step, s.
+    #[must_use]
+    pub fn times(&self) -> [f64; 2] {
+        [self.step.from, self.step.to]
+    }
+
+    /// The material points that are in the growth zone at the start of the step, as indices among all points of the
+    /// rod.
+    #[must_use]
+    pub fn points(&self) -> std::ops::Range<usize> {
+        self.shoot.state.rod.zone()
+    }
+
+    /// Whether the step is not longer than the shortest delay of the laws. The change of the intrinsic strain then
+    /// depends only on what is known at the start of the step.
+    #[must_use]
+    pub fn is_explicit(&self) -> bool {
+        self.stepper.is_explicit(self.step)
+    }
+
+    /// The time in the step during which a point is in the growth zone, s: from the start to its exit, or to the end.
+    /// `None` for a point that is outside already.
+    #[must_use]
+    pub fn growing(&self, point: usize) -> Option<[f64; 2]> {
+        let index = point.checked_sub(self.points().start)?;
+        let (_, distance) = *self.stepper.starts.get(index)?;
+        let [from, to] = self.times();
+        let [start, end] = self.step.growth;
+        let leaves = index < self.step.leaving * self.shoot.state.rod.order().points();
+        let exit = leaves.then(|| self.shoot.model.growth().exit_time(distance, start, end)).flatten();
+        Some([from, exit.unwrap_or(to)])
+    }
+
+    /// The rate of the intrinsic strain of a point at a time in the interval of [`growing`](Self::growing), ∂u*/∂t =
+    /// REGR · gradient, components along the directors, 1/(m s). The delayed variables are interpolated in the history.
+    /// Where a law reads variables or present stimuli in the step itself, those of the last part are used: variables
+    /// that increase at their rates at the start, and the stimuli at the start, until they are set.
+    ///
+    /// # Errors
+    /// [`Parameter`](IntegrationError::Parameter) for a point outside the growth zone, and a time outside the interval;
+    /// [`NotFinite`](IntegrationError::NotFinite) for a law that returns NaN or infinity.
+    pub fn strain_rate(&mut self, point: usize, time: f64) -> Outcome<Vector3<f64>> {
+        let requirement = "that of a point in the growth zone";
+        let Some([from, to]) = self.growing(point) else {
+            ParameterError::unless(false, "index of a material point", point as f64, requirement)?;
+            return Ok(Vector3::zeros());
+        };
+        let requirement = "in the step, before the exit of the point from the growth zone (s)";
+        ParameterError::unless(time >= from && time <= to, "time of a rate of the strain", time, requirement)?;
+        self.stepper.strain_rate(self.shoot, self.step, point, time)
+    }
+
+    /// Integrates the intrinsic strain over the step, to fourth order: the rates of [`strain_rate`](Self::strain_rate)
+    /// on the pieces between the levels of the delayed history. Returns the largest change relative to the present
+    /// intrinsic strain, as an angle over the length of the shoot, rad.
+    ///
+    /// # Errors
+    /// [`NotFinite`](IntegrationError::NotFinite); [`NotSlender`](IntegrationError::NotSlender) in an explicit step.
+    pub fn integrate_strain(&mut self) -> Outcome<f64> {
+        let change = self.stepper.integrate_strain(self.shoot, self.step)?;
+        self.strained(change)
+    }
+
+    /// Sets the intrinsic strain of the points in the growth zone: that at the start of the step plus the given
+    /// changes, 1/m, components along the directors, one for each of [`points`](Self::points). Returns the same change
+    /// as [`integrate_strain`](Self::integrate_strain), rad.
+    ///
+    /// # Errors
+    /// [`Parameter`](IntegrationError::Parameter) for another number of changes, and the errors of
+    /// [`integrate_strain`](Self::integrate_strain).
+    pub fn set_strain(&mut self, changes: &[Vector3<f64>]) -> Outcome<f64> {
+        let (count, requirement) = (changes.len(), "that of the points in the growth zone");
+        ParameterError::unless(count == self.points().len(), "number of changes of strain", count as f64, requirement)?;
+        self.stepper.changes.clear();
+        self.stepper.changes.extend_from_slice(changes);
+        let change = self.stepper.apply_changes(self.shoot, self.step.to)?;
+        self.strained(change)
+    }
+
+    fn strained(&mut self, change: f64) -> Outcome<f64> {
+        // The strain of an implicit step may be corrected later.
+        if self.is_explicit() {
+            check_slender(self.shoot, self.step.to)?;
+        }
+        self.reached = self.reached.max(Part::Strain);
+        Ok(change)
+    }
+
+    /// Moves the base to its place at the end of the step, and solves the equilibrium under the load of that time. The
+    /// initial guess is extrapolated from earlier equilibria; if the solver fails with it, the last shape is tried.
+    ///
+    /// # Errors
+    /// [`Incomplete`](IntegrationError::Incomplete) without strain, [`Equilibrium`](IntegrationError::Equilibrium), and
+    /// [`NotFinite`](IntegrationError::NotFinite) for a scene that returns NaN or infinity.
+    pub fn equilibrate(&mut self) -> Outcome<Equilibrium> {
+        self.require(Part::Strain)?;
+        let first = self.reached < Part::Shape;
+        let Self { stepper, shoot, solver, step, end, moments, .. } = self;
+        let time = end.before();
+        if first {
+            shoot.state.predictor.extrapolate(&mut shoot.state.rod, moments, step.from, step.to);
+        }
+        let found = match stepper.solve_equilibrium(shoot, *solver, time) {
+            // The last equilibrium is a safer initial guess than the extrapolated shape.
+            Err(error) if error.is_recoverable() && first => {
+                shoot.state.predictor.take_last(&mut shoot.state.rod);
+                stepper.solve_equilibrium(shoot, *solver, time)?
+            }
+            found => found?,
+        };
+        stepper.record(&found, shoot)?;
+        self.reached = self.reached.max(Part::Shape);
+        Ok(found)
+    }
+
+    /// Evaluates the stimuli of the laws at the points in the growth zone, in the shape of the last equilibrium.
+    ///
+    /// # Errors
+    /// [`Incomplete`](IntegrationError::Incomplete) without an equilibrium in this step, and
+    /// [`NotFinite`](IntegrationError::NotFinite).
+    pub fn sense(&mut self) -> Outcome {
+        self.require(Part::Shape)?;
+        self.stepper.sense(self.shoot)?;
+        self.reached = self.reached.max(Part::Stimuli);
+        Ok(())
+    }
+
+    /// Integrates the variables of the laws over the step, to fourth order, by exponential collocation with stimuli
+    /// that are interpolated in time.
+    ///
+    /// # Errors
+    /// [`Incomplete`](IntegrationError::Incomplete) without stimuli, [`Variables`](IntegrationError::Variables), and
+    /// [`Parameter`](IntegrationError::Parameter) for rates that contradict the declaration of the laws.
+    pub fn integrate_variables(&mut self) -> Outcome {
+        self.require(Part::Stimuli)?;
+        self.stepper.integrate_variables(self.shoot, self.step)?;
+        self.reached = Part::Variables;
+        Ok(())
+    }
+
+    /// Sets the variables of the laws at the end of the step: `integrate` is called with each point of the growth zone,
+    /// and with its variables, to be changed from those at the start to those at the end. The rates at the end are
+    /// those of the laws.
+    ///
+    /// # Errors
+    /// [`Incomplete`](IntegrationError::Incomplete) without stimuli, [`Variables`](IntegrationError::Variables) for
+    /// variables or rates that are not finite, and [`Parameter`](IntegrationError::Parameter) for rates that contradict
+    /// the declaration of the laws.
+    pub fn set_variables(&mut self, integrate: impl FnMut(&PointStep, &mut [f64])) -> Outcome {
+        self.require(Part::Stimuli)?;
+        self.stepper.set_variables(self.shoot, self.step, integrate)?;
+        self.reached = Part::Variables;
+        Ok(())
+    }
+
+    /// Ends the step: the tissue outside the growth zone is mature from now on. If a law or the scene has a
+    /// discontinuity at the end of the step, the equilibrium and the stimuli after it are computed. Returns the cost of
+    /// the step.
+    ///
+    /// # Errors
+    /// [`Incomplete`](IntegrationError::Incomplete) if a part is missing: [`sense`](Self::sense) is needed for laws
+    /// with stimuli, and the variables for laws with variables. [`NotSlender`](IntegrationError::NotSlender), and the
+    /// errors of [`equilibrate`](Self::equilibrate) and [`sense`](Self::sense) at a discontinuity.
+    pub fn finish(mut self) -> Outcome<Statistics> {
+        let size = self.stepper.laws.size();
+        self.require(match (size.variables, size.stimuli) {
+            (0, 0) => Part::Shape,
+            (0, _) => Part::Stimuli,
+            _ => Part::Variables,
+        })?;
+        if !self.is_explicit() {
+            check_slender(self.shoot, self.step.to)?;
+        }
+        let Self { stepper, shoot, solver, step, end, .. } = &mut self;
+        stepper.end_step(shoot, *step);
+        if end.discontinuity {
+            stepper.pass_discontinuity(shoot, *solver, end.generation)?;
+        }
+        self.undo = None;
+        Ok(self.stepper.statistics())
+    }
+
+    /// Returns an error unless a part of the step was made.
+    fn require(&self, part: Part) -> Outcome {
+        if self.reached >= part {
+            Ok(())
+        } else {
+            Err(IntegrationError::Incomplete { time: self.step.to, missing: part.name() })
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! Time steps for integrators outside the crate.
+
+use super::error::Outcome;
+use super::stepper::{StepEnd, Stepper, TimeStep, next_discontinuity_ahead, permitted_step};
+use super::undo::undo_on_error;
+use super::{HistoryFunction, ROUNDING, Statistics};
+use crate::equilibrium::EquilibriumSolver;
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::scene::after;
+use crate::shoot::Shoot;
+use crate::state::State;
+
+/// The parts of a run, from which an [`Integrator`](super::Integrator) is composed: the start, the choice of the ends of
+/// steps, and [steps](TimeStep) of several parts. It has workspace only; everything that later steps depend on is in the
+/// state of the shoot.
+///
+/// An integrator of second order: the midpoint rule for the strain, and Heun's method for the variables of the laws.
+/// The strain is not corrected, so that steps must not be longer than the shortest delay.
+///
+/// ```
+/// use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+/// use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, Statistics, TimeStepper};
+/// use morphorod::{Model, Shoot};
+///
+/// struct Heun {
+///     step: f64,
+///     solver: NewtonSolver,
+///     parts: TimeStepper,
+/// }
+///
+/// impl Heun {
+///     fn step_to(&mut self, shoot: &mut Shoot<impl Model>, end: f64) -> Result<Statistics, IntegrationError> {
+///         let mut step = self.parts.begin(shoot, &mut self.solver, end)?;
+///         // Differential growth by the midpoint rule, up to the exit of each point from the growth zone.
+///         let mut changes = Vec::new();
+///         for point in step.points() {
+///             let [from, to] = step.growing(point).expect("it is in the growth zone");
+///             changes.push(step.strain_rate(point, 0.5 * (from + to))? * (to - from));
+///         }
+///         step.set_strain(&changes)?;
+///         let _ = step.equilibrate()?;
+///         step.sense()?;
+///         let [from, to] = step.times();
+///         let (mut guess, mut rates) = (Vec::new(), Vec::new());
+///         step.set_variables(|at, variables| {
+///             guess.clear();
+///             guess.extend(at.variables.iter().zip(at.rates).map(|(y, rate)| y + (to - from) * rate));
+///             rates.resize(guess.len(), 0.0);
+///             at.rates_at(&guess, at.stimuli[1], &mut rates);
+///             for (y, (first, last)) in variables.iter_mut().zip(at.rates.iter().zip(&rates)) {
+///                 *y += 0.5 * (to - from) * (first + last);
+///             }
+///         })?;
+///         step.finish()
+///     }
+/// }
+///
+/// impl Integrator for Heun {
+///     fn start(
+///         &mut self,
+///         shoot: &mut Shoot<impl Model>,
+///         history: &impl HistoryFunction,
+///     ) -> Result<Statistics, IntegrationError> {
+///         self.parts.start(shoot, &mut self.solver, history)
+///     }
+///
+///     fn advance_at_most(
+///         &mut self,
+///         shoot: &mut Shoot<impl Model>,
+///         until: f64,
+///         max_steps: usize,
+///     ) -> Result<Statistics, IntegrationError> {
+///         let before = shoot.state().clone();
+///         let mut run = || {
+///             let mut cost = self.parts.resume(shoot, &mut self.solver)?;
+///             while shoot.time() < until && cost.steps < max_steps {
+///                 let end = self.parts.next_end(shoot, self.step, until)?;
+///                 cost += self.step_to(shoot, end)?;
+///             }
+///             Ok(cost)
+///         };
+///         let outcome = run();
+///         if outcome.is_err() {
+///             shoot.restore(&before)?;
+///         }
+///         outcome
+///     }
+/// }
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct TimeStepper {
+    pub(super) stepper: Stepper,
+    /// State before the call, or before the step.
+    pub(super) backup: Option<State>,
+}
+
+impl TimeStepper {
+    /// Solves the equilibrium of a shoot at its present time, and sets the history of its laws, as
+    /// [`Integrator::start`](super::Integrator::start).
+    ///
+    /// # Errors
+    /// Those of [`Integrator::start`](super::Integrator::start). The shoot does not change then.
+    pub fn start<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        solver: &mut impl EquilibriumSolver,
+        history: &impl HistoryFunction,
+    ) -> Outcome<Statistics> {
+        let Self { stepper, backup } = self;
+        undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history, None))
+    }
+
+    /// Prepares a shoot for steps: starts it with an empty history unless it was started, and computes the shape after
+    /// an exchange of its laws. It has no effect on a shoot that needs neither. [`begin`](Self::begin) calls it.
+    ///
+    /// # Errors
+    /// Those of [`start`](Self::start), and [`Parameter`](super::IntegrationError::Parameter) for a history that does
+    /// not fit the laws. The shoot does not change then.
+    pub fn resume<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        solver: &mut impl EquilibriumSolver,
+    ) -> Outcome<Statistics> {
+        let Self { stepper, backup } = self;
+        undo_on_error(shoot, backup, |shoot, _| stepper.resume(shoot, solver, usize::MAX, None))?;
+        Ok(stepper.statistics())
+    }
+
+    /// The end of a step of at most `longest` seconds towards the time `until` (s). It is earlier at the next
+    /// discontinuity that the laws or the scene announce, and if the tissue would grow by more than an element in the
+    /// step. Steps that are longer than the shortest delay of the laws, see
+    /// [`is_explicit`](TimeStep::is_explicit), are permitted.
+    ///
+    /// # Errors
+    /// [`Parameter`](super::IntegrationError::Parameter) for a step that is not positive, for a time that is not in the
+    /// future, and for discontinuities without end; [`GrowsTooFast`](super::IntegrationError::GrowsTooFast).
+    pub fn next_end(&self, shoot: &Shoot<impl Model>, longest: f64, until: f64) -> Outcome<f64> {
+        ParameterError::positive("time step", longest)?;
+        let now = check_future("end of the steps", shoot, until)?;
+        let target = next_discontinuity_ahead(shoot, until)?.min(until);
+        let step = permitted_step(shoot, [longest, until], &shoot.mesh)?;
+        Ok(if target - now <= step * (1.0 + ROUNDING) { target } else { now + step })
+    }
+
+    /// Begins a step to the time `end` (s), which [`next_end`](Self::next_end) bounds. The equilibria of the step use
+    /// the solver. Changes of contact with obstacles in the step are not located.
+    ///
+    /// # Errors
+    /// Those of [`resume`](Self::resume); [`Parameter`](super::IntegrationError::Parameter) for an end that is not in
+    /// the future, or after a discontinuity; [`Uneven`](super::IntegrationError::Uneven). The shoot does not change
+    /// then.
+    pub fn begin<'a, M: Model, E: EquilibriumSolver>(
+        &'a mut self,
+        shoot: &'a mut Shoot<M>,
+        solver: &'a mut E,
+        end: f64,
+    ) -> Outcome<TimeStep<'a, M, E>> {
+        check_future("end of the step", shoot, end)?;
+        let Self { stepper, backup } = self;
+        let undo = backup.get_or_insert_with(|| shoot.state.clone());
+        undo.copy_from(&shoot.state);
+        let ready = stepper.resume(shoot, solver, usize::MAX, None).and_then(|()| {
+            let discontinuity = next_discontinuity_ahead(shoot, end)?;
+            let requirement = "not after the next discontinuity of a law or the scene (s)";
+            ParameterError::unless(end <= discontinuity, "end of the step", end, requirement)?;
+            Ok(end == discontinuity)
+        });
+        let discontinuity = ready.inspect_err(|_| shoot.state.copy_from(undo))?;
+        let end = StepEnd { time: end, discontinuity, kink: false, generation: 0, contact_change: false, target: end };
+        let mesh = shoot.mesh;
+        TimeStep::begin(stepper, (shoot, solver), (end, &mesh), Some(undo))
+    }
+}
+
+/// Returns the time of a shoot, or an error unless a time (s) is finite and in its future by more than rounding.
+fn check_future(name: &'static str, shoot: &Shoot<impl Model>, time: f64) -> Result<f64, ParameterError> {
+    let now = shoot.time();
+    let ok = time > after(after(now)) && time.is_finite();
+    ParameterError::unless(ok, name, time, "finite, and later than the present by more than rounding (s)")?;
+    Ok(now)
+}
