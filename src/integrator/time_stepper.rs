@@ -20,7 +20,8 @@ use crate::state::State;
 ///
 /// ```
 /// use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
-/// use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, Statistics, TimeStepper};
+/// use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, Statistics};
+/// use morphorod::integrator::{TimeStep, TimeStepper};
 /// use morphorod::{Model, Shoot};
 ///
 /// struct Heun {
@@ -29,31 +30,29 @@ use crate::state::State;
 ///     parts: TimeStepper,
 /// }
 ///
-/// impl Heun {
-///     fn step_to(&mut self, shoot: &mut Shoot<impl Model>, end: f64) -> Result<Statistics, IntegrationError> {
-///         let mut step = self.parts.begin(shoot, &mut self.solver, end)?;
-///         // Differential growth by the midpoint rule, up to the exit of each point from the growth zone.
-///         let mut changes = Vec::new();
-///         for point in step.points() {
-///             let [from, to] = step.growing(point).expect("it is in the growth zone");
-///             changes.push(step.strain_rate(point, 0.5 * (from + to))? * (to - from));
-///         }
-///         step.set_strain(&changes)?;
-///         let _ = step.equilibrate()?;
-///         step.sense()?;
-///         let [from, to] = step.times();
-///         let (mut guess, mut rates) = (Vec::new(), Vec::new());
-///         step.set_variables(|at, variables| {
-///             guess.clear();
-///             guess.extend(at.variables.iter().zip(at.rates).map(|(y, rate)| y + (to - from) * rate));
-///             rates.resize(guess.len(), 0.0);
-///             at.rates_at(&guess, at.stimuli[1], &mut rates);
-///             for (y, (first, last)) in variables.iter_mut().zip(at.rates.iter().zip(&rates)) {
-///                 *y += 0.5 * (to - from) * (first + last);
-///             }
-///         })?;
-///         step.finish()
+/// /// Makes the parts of a step.
+/// fn make<M: Model>(step: &mut TimeStep<M, NewtonSolver>) -> Result<(), IntegrationError> {
+///     // Differential growth by the midpoint rule, up to the exit of each point from the growth zone.
+///     let mut changes = Vec::new();
+///     for point in step.points() {
+///         let [from, to] = step.growing(point).unwrap_or(step.times());
+///         changes.push(step.strain_rate(point, 0.5 * (from + to))? * (to - from));
 ///     }
+///     step.set_strain(&changes)?;
+///     let _ = step.equilibrate()?;
+///     step.sense()?;
+///     let [from, to] = step.times();
+///     let (mut guess, mut rates) = (Vec::new(), Vec::new());
+///     step.set_variables(|at, variables| {
+///         guess.clear();
+///         guess.extend(at.variables.iter().zip(at.rates).map(|(y, rate)| y + (to - from) * rate));
+///         rates.resize(guess.len(), 0.0);
+///         at.rates_at(&guess, at.stimuli[1], &mut rates);
+///         for (y, (first, last)) in variables.iter_mut().zip(at.rates.iter().zip(&rates)) {
+///             *y += 0.5 * (to - from) * (first + last);
+///         }
+///     })?;
+///     Ok(())
 /// }
 ///
 /// impl Integrator for Heun {
@@ -71,28 +70,27 @@ use crate::state::State;
 ///         until: f64,
 ///         max_steps: usize,
 ///     ) -> Result<Statistics, IntegrationError> {
-///         let before = shoot.state().clone();
-///         let mut run = || {
-///             let mut cost = self.parts.resume(shoot, &mut self.solver)?;
+///         let Self { step, solver, parts } = self;
+///         parts.undo_on_error(shoot, |parts, shoot| {
+///             let mut cost = parts.resume(shoot, solver)?;
 ///             while shoot.time() < until && cost.steps < max_steps {
-///                 let end = self.parts.next_end(shoot, self.step, until)?;
-///                 cost += self.step_to(shoot, end)?;
+///                 let end = parts.next_end(shoot, *step, until)?;
+///                 let mut step = parts.begin(shoot, solver, end)?;
+///                 make(&mut step)?;
+///                 cost += step.finish()?;
 ///             }
 ///             Ok(cost)
-///         };
-///         let outcome = run();
-///         if outcome.is_err() {
-///             shoot.restore(&before)?;
-///         }
-///         outcome
+///         })
 ///     }
 /// }
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct TimeStepper {
     pub(super) stepper: Stepper,
-    /// State before the call, or before the step.
-    pub(super) backup: Option<State>,
+    /// State before the step.
+    backup: Option<State>,
+    /// State before the call.
+    pub(super) before_call: Option<State>,
 }
 
 impl TimeStepper {
@@ -107,7 +105,7 @@ impl TimeStepper {
         solver: &mut impl EquilibriumSolver,
         history: &impl HistoryFunction,
     ) -> Outcome<Statistics> {
-        let Self { stepper, backup } = self;
+        let Self { stepper, backup, .. } = self;
         undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history, None))
     }
 
@@ -122,9 +120,25 @@ impl TimeStepper {
         shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
     ) -> Outcome<Statistics> {
-        let Self { stepper, backup } = self;
+        let Self { stepper, backup, .. } = self;
         undo_on_error(shoot, backup, |shoot, _| stepper.resume(shoot, solver, usize::MAX, None))?;
         Ok(stepper.statistics())
+    }
+
+    /// Calls `work`, which may make several steps, and restores the state of the shoot if it fails: an
+    /// [`Integrator`](super::Integrator) leaves the shoot unchanged after an error.
+    ///
+    /// # Errors
+    /// The error of `work`.
+    pub fn undo_on_error<M: Model, T>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        work: impl FnOnce(&mut Self, &mut Shoot<M>) -> Outcome<T>,
+    ) -> Outcome<T> {
+        let mut before = self.before_call.take();
+        let outcome = undo_on_error(shoot, &mut before, |shoot, _| work(self, shoot));
+        self.before_call = before;
+        outcome
     }
 
     /// The end of a step of at most `longest` seconds towards the time `until` (s). It is earlier at the next
@@ -157,7 +171,7 @@ impl TimeStepper {
         end: f64,
     ) -> Outcome<TimeStep<'a, M, E>> {
         check_future("end of the step", shoot, end)?;
-        let Self { stepper, backup } = self;
+        let Self { stepper, backup, .. } = self;
         let undo = backup.get_or_insert_with(|| shoot.state.clone());
         undo.copy_from(&shoot.state);
         let ready = stepper.resume(shoot, solver, usize::MAX, None).and_then(|()| {
