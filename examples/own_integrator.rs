@@ -6,8 +6,8 @@
 //! 1. **Heun's method** (`own_integrator/heun.rs`), of second order, with one equilibrium per step. The shoot grows and
 //!    rights itself, and tissue leaves its growth zone.
 //! 2. **Kinematics** (`own_integrator/kinematic.rs`). A shoot without weight has the intrinsic strain, and no
-//!    equilibrium is solved. While it is shorter than its growth zone, an oscillator bends it to an arc that is known in
-//!    closed form.
+//!    equilibrium is solved. While it is shorter than its growth zone, an oscillator bends it to an arc that is known
+//!    in closed form.
 //!
 //! # Options
 //! `--hours 8`: a longer run of the first shoot.

@@ -1,15 +1,16 @@
-//! Two solvers of equilibria that are written outside the library: dynamic relaxation, and a continuation through folds.
+//! Two solvers of equilibria that are written outside the library: dynamic relaxation, and a continuation through
+//! folds.
 //!
-//! Both use the public interface for solvers: `RodEnergy` gives the energy, the unbalanced couples and the tangent of a
-//! rod at its frames, and `Rod::set_shape` sets the frames. The chapter `docs/own-methods.md` explains it.
+//! They use the public interface for solvers: `RodEnergy` returns the energy, the unbalanced couples and the tangent of
+//! a rod at its frames, and `Rod::set_shape` sets the frames. The chapter `docs/own-methods.md` explains it.
 //!
 //! 1. **Dynamic relaxation** (`own_solver/relaxation.rs`) implements `EquilibriumSolver`. It finds the shape of a
 //!    horizontal shoot under its weight, and then serves the integrator of a shoot that rights itself.
 //! 2. **Pseudo-arclength continuation** (`own_solver/arc_length.rs`). A flat upright rod carries a weight on its apex
 //!    that is larger than Euler's, so that it leans to one side. A lateral force pushes it to the other side. At a fold
 //!    the leaning shape ceases to exist, and the solver of the library, which finds stable equilibria, jumps to the
-//!    other side. The continuation passes the fold, follows the unstable shapes back, and reaches the other side through
-//!    a second fold. The force at the fold is compared with elliptic integrals.
+//!    other side. The continuation passes the fold, follows the unstable shapes back, and reaches the other side
+//!    through a second fold. The force at the fold is compared with elliptic integrals.
 //!
 //! # Options
 //! - `--weight 3`: closer to Euler's load (2.467), the folds move together.

@@ -1,4 +1,4 @@
-//! Chapters: recipes, laws of your own, and the method with its accuracy, run time and limits.
+//! Chapters: recipes, laws and methods of your own, and the method with its accuracy, run time and limits.
 
 /// Short programs: reading, stopping, changing and varying shoots, and many shoots at once.
 #[doc = include_str!("../docs/recipes.md")]
@@ -17,6 +17,15 @@ pub mod saving {}
     "</figure>"
 )]
 pub mod own_laws {}
+
+/// Writing a solver of equilibria and an integrator.
+#[doc = include_str!("../docs/own-methods.md")]
+#[doc = concat!(
+    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
+    include_str!("../docs/pictures/own_solver.svg"),
+    "</figure>"
+)]
+pub mod own_methods {}
 
 /// Equations, discretisation and limits of the method.
 #[doc = include_str!("../docs/method.md")]

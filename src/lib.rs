@@ -78,7 +78,8 @@
 //! | [`ensemble`] | many shoots on threads and in job arrays: [`run`](ensemble::run) |
 //! | [`fit`] | estimation of parameters from tracked tips and centre lines |
 //! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
-//! | [`guide`] | [recipes](guide::recipes), [own laws](guide::own_laws), the [method](guide::method), other chapters |
+//! | [`guide`] | [recipes](guide::recipes), the [method](guide::method), and further chapters; among them |
+//! | | [own laws](guide::own_laws) and [own methods](guide::own_methods) |
 //!
 //! A [`Shoot`] has a state and a [`Model`], its six laws as one type; [`Laws`] is the usual one. A [`Scene`]
 //! is gravity and the base as functions of time.

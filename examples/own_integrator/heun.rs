@@ -6,10 +6,11 @@ use morphorod::integrator::{
 };
 use morphorod::{Model, Shoot};
 
-/// The midpoint rule for the intrinsic strain, and Heun's method for the variables of the laws. One equilibrium per step.
+/// The midpoint rule for the intrinsic strain, and Heun's method for the variables of the laws. One equilibrium per
+/// step.
 ///
-/// The strain at the end of a step follows from delayed variables. It is not corrected with the variables at the end, so
-/// that a step must not be longer than the shortest delay.
+/// The strain at the end of a step follows from delayed variables. It is not corrected with the variables at the end,
+/// so that a step must not be longer than the shortest delay.
 pub struct Heun<E> {
     /// Longest step, s.
     pub step: f64,

@@ -1,7 +1,7 @@
 //! The force at which a leaning column snaps to the other side, by elliptic integrals.
 //!
-//! With ω the angle of the tangent from the direction of the total force, reversed, the rod is a pendulum: B ω″ = −F sin
-//! ω, ω(0) = γ, ω′(ℓ) = 0, where tan γ = H/P for the lateral force H and the weight P, and F² = H² + P². With the
+//! With ω the angle of the tangent from the direction of the total force, reversed, the rod is a pendulum: B ω″ = −F
+//! sin ω, ω(0) = γ, ω′(ℓ) = 0, where tan γ = H/P for the lateral force H and the weight P, and F² = H² + P². With the
 //! amplitude ω(ℓ) = 2 asin k the first integral gives
 //!
 //! ```text

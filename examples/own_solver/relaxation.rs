@@ -14,8 +14,8 @@ const INERTIA: f64 = 2.0;
 ///
 /// A step of unit time adds the unbalanced couple of each node, over its inertia, to its angular velocity, and rotates
 /// the node by this velocity. The inertia is proportional to the sum of the row of the tangent, the bound of Gershgorin
-/// for its eigenvalues, so that the steps are stable. Where the motion begins to increase the energy, all velocities are
-/// set to zero. The method needs no linear solver, and its number of steps is proportional to the number of nodes.
+/// for its eigenvalues, so that the steps are stable. Where the motion begins to increase the energy, all velocities
+/// are set to zero. The method needs no linear solver, and its number of steps is proportional to the number of nodes.
 #[derive(Debug, Clone, Copy)]
 pub struct DynamicRelaxation {
     /// Largest acceptable error of a frame, rad.

@@ -8,8 +8,6 @@ mod nodes;
 
 use nalgebra::{Matrix3, SimdComplexField, SimdPartialOrd, SimdValue, UnitQuaternion, Vector3};
 
-use nodes::chain_slopes;
-
 use super::Inertia;
 use super::elimination::{Elimination, Row, vector_at};
 use super::line::LineYields;
@@ -315,6 +313,13 @@ fn symmetric_product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     let [x, y, z] = [0, 1, 2].map(|i| entry(i, i));
     let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| entry(i, j));
     Matrix3::new(x, xy, xz, xy, y, yz, xz, yz, z)
+}
+
+/// Second derivatives of a rotation vector by rotations of the frame of the node and of the first frame, contracted
+/// with the gradient `g` by the rotation vector: B = ∂(Aᵀ g)/∂θ and C = ∂(A g)/∂θ, where `inverse` is A.
+#[inline]
+fn chain_slopes(inverse: &Form, theta: &Vector3<f64>, g: &Vector3<f64>) -> [Matrix3<f64>; 2] {
+    [inverse.transpose().jacobian(theta, g), inverse.jacobian(theta, g)]
 }
 
 #[inline]

@@ -15,7 +15,7 @@ mod system;
 mod tangent;
 mod unloaded;
 
-pub use newton::NewtonSolver;
+pub use newton::{NewtonSolver, NewtonWorkspace};
 pub use rod_energy::{NodeTangent, RodEnergy};
 pub use unloaded::Unloaded;
 

@@ -53,20 +53,19 @@ pub struct NewtonSolver {
     /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded
     /// step.
     pub stable_only: bool,
-    /// Memory that successive calls reuse, allocated by the first of them. Its type is not exported;
-    /// `..NewtonSolver::default()` sets it.
-    pub workspace: Workspace,
+    /// Memory that successive calls reuse, allocated by the first of them; `..NewtonSolver::default()` sets it.
+    pub workspace: NewtonWorkspace,
 }
 
 /// Memory that successive calls of a [`NewtonSolver`] reuse. A clone is empty.
 #[derive(Debug, Default)]
-pub struct Workspace {
+pub struct NewtonWorkspace {
     system: System,
     /// Strain of the centre line of an equilibrium before it is accepted.
     line_strains: Vec<Vector3<f64>>,
 }
 
-impl Clone for Workspace {
+impl Clone for NewtonWorkspace {
     fn clone(&self) -> Self {
         Self::default()
     }
@@ -75,7 +74,7 @@ impl Clone for Workspace {
 impl Default for NewtonSolver {
     /// Error 1e-11 rad, at most 1000 iterations, stable equilibria only.
     fn default() -> Self {
-        Self { tolerance: 1e-11, max_iterations: 1000, stable_only: true, workspace: Workspace::default() }
+        Self { tolerance: 1e-11, max_iterations: 1000, stable_only: true, workspace: NewtonWorkspace::default() }
     }
 }
 

@@ -2,13 +2,12 @@
 
 use super::error::Outcome;
 use super::grid::GridUse;
-use super::stepper::{MAX_CORRECTIONS, RunOptions, Stepper};
+use super::stepper::{MAX_CORRECTIONS, RunOptions};
 use super::undo::undo_on_error;
-use super::{Grid, HistoryFunction, Integrator, Statistics};
+use super::{Grid, HistoryFunction, Integrator, Statistics, TimeStepper};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::state::State;
 
 /// Integrator of fourth order in time with a fixed longest step, for laws with any delay.
 ///
@@ -37,16 +36,8 @@ pub struct MethodOfSteps<E = NewtonSolver> {
     pub max_work: usize,
     /// Solver of the equilibria.
     pub solver: E,
-    /// Memory that successive calls reuse. Its type is not exported.
-    pub workspace: Workspace,
-}
-
-/// Memory that successive calls of [`MethodOfSteps`] reuse.
-#[derive(Debug, Clone, Default)]
-pub struct Workspace {
-    stepper: Stepper,
-    /// State before the call.
-    backup: Option<State>,
+    /// The steps, with the memory that successive calls reuse; `..MethodOfSteps::new(step)` sets it.
+    pub workspace: TimeStepper,
 }
 
 impl MethodOfSteps<NewtonSolver> {
@@ -64,7 +55,7 @@ impl<E> MethodOfSteps<E> {
     /// most 30 corrections of a step reduce their change of angles to 1e-8 rad.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        let workspace = Workspace::default();
+        let workspace = TimeStepper::default();
         let (max_corrections, max_work) = (MAX_CORRECTIONS, usize::MAX);
         Self { step, tolerance: 1e-8, max_corrections, retries: 0, max_work, solver, workspace }
     }
@@ -98,8 +89,8 @@ impl<E> MethodOfSteps<E> {
 
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics> {
-        let Self { solver, workspace: Workspace { stepper, backup }, .. } = self;
-        undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history, None))
+        let Self { solver, workspace, .. } = self;
+        workspace.start(shoot, solver, history)
     }
 
     fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics> {
@@ -115,9 +106,9 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
             coarsest_step: None,
             known: None,
         };
-        let Self { solver, workspace: Workspace { stepper, backup }, .. } = self;
+        let Self { solver, workspace: TimeStepper { stepper, before_call, .. }, .. } = self;
         let position = stepper.grid.position();
-        undo_on_error(shoot, backup, |shoot, _| stepper.advance(shoot, solver, options, |_, _| ()))
+        undo_on_error(shoot, before_call, |shoot, _| stepper.advance(shoot, solver, options, |_, _| ()))
             .inspect_err(|_| self.workspace.stepper.grid.rewind(position))
     }
 }

@@ -1,6 +1,7 @@
 //! Integration of a shoot in time.
 //!
-//! `stepper` makes the steps, and [`TimeStepper`] is its public interface. [`MethodOfSteps`] uses steps of a given length, and [`Adaptive`] chooses them.
+//! `stepper` makes the steps, and [`TimeStepper`] is its public interface. [`MethodOfSteps`] uses steps of a given
+//! length, and [`Adaptive`] chooses them.
 
 mod adaptive;
 mod error;
@@ -14,7 +15,7 @@ mod time_stepper;
 mod undo;
 
 pub use crate::state::{ConstantHistory, HistoryFunction};
-pub use adaptive::Adaptive;
+pub use adaptive::{Adaptive, AdaptiveWorkspace};
 pub use error::IntegrationError;
 pub use grid::Grid;
 pub use method_of_steps::MethodOfSteps;

@@ -1,6 +1,7 @@
 //! Time steps for integrators outside the crate.
 
 use super::error::Outcome;
+use super::grid::GridUse;
 use super::stepper::{StepEnd, Stepper, TimeStep, next_discontinuity_ahead, permitted_step};
 use super::undo::undo_on_error;
 use super::{HistoryFunction, ROUNDING, Statistics};
@@ -11,9 +12,9 @@ use crate::scene::after;
 use crate::shoot::Shoot;
 use crate::state::State;
 
-/// The parts of a run, from which an [`Integrator`](super::Integrator) is composed: the start, the choice of the ends of
-/// steps, and [steps](TimeStep) of several parts. It has workspace only; everything that later steps depend on is in the
-/// state of the shoot.
+/// The parts of a run, from which an [`Integrator`](super::Integrator) is composed: the start, the choice of the ends
+/// of steps, and [steps](TimeStep) of several parts. It has workspace only; everything that later steps depend on is in
+/// the state of the shoot.
 ///
 /// An integrator of second order: the midpoint rule for the strain, and Heun's method for the variables of the laws.
 /// The strain is not corrected, so that steps must not be longer than the shortest delay.
@@ -98,7 +99,7 @@ impl TimeStepper {
     /// [`Integrator::start`](super::Integrator::start).
     ///
     /// # Errors
-    /// Those of [`Integrator::start`](super::Integrator::start). The shoot does not change then.
+    /// The errors of [`Integrator::start`](super::Integrator::start). The shoot does not change then.
     pub fn start<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
@@ -113,8 +114,8 @@ impl TimeStepper {
     /// an exchange of its laws. It has no effect on a shoot that needs neither. [`begin`](Self::begin) calls it.
     ///
     /// # Errors
-    /// Those of [`start`](Self::start), and [`Parameter`](super::IntegrationError::Parameter) for a history that does
-    /// not fit the laws. The shoot does not change then.
+    /// The errors of [`start`](Self::start), and [`Parameter`](super::IntegrationError::Parameter) for a history that
+    /// does not fit the laws. The shoot does not change then.
     pub fn resume<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
@@ -161,8 +162,8 @@ impl TimeStepper {
     /// the solver. Changes of contact with obstacles in the step are not located.
     ///
     /// # Errors
-    /// Those of [`resume`](Self::resume); [`Parameter`](super::IntegrationError::Parameter) for an end that is not in
-    /// the future, or after a discontinuity; [`Uneven`](super::IntegrationError::Uneven). The shoot does not change
+    /// The errors of [`resume`](Self::resume); [`Parameter`](super::IntegrationError::Parameter) for an end that is not
+    /// in the future, or after a discontinuity; [`Uneven`](super::IntegrationError::Uneven). The shoot does not change
     /// then.
     pub fn begin<'a, M: Model, E: EquilibriumSolver>(
         &'a mut self,
@@ -174,6 +175,8 @@ impl TimeStepper {
         let Self { stepper, backup, .. } = self;
         let undo = backup.get_or_insert_with(|| shoot.state.clone());
         undo.copy_from(&shoot.state);
+        let grid = matches!(stepper.grid, GridUse::Free);
+        ParameterError::unless(grid, "grid that is recorded or followed", f64::NAN, "none for single steps")?;
         let ready = stepper.resume(shoot, solver, usize::MAX, None).and_then(|()| {
             let discontinuity = next_discontinuity_ahead(shoot, end)?;
             let requirement = "not after the next discontinuity of a law or the scene (s)";

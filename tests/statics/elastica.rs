@@ -64,7 +64,7 @@ fn apical(x: f64, y: f64, z: f64) -> ApicalForce<impl Fn(f64) -> Vector3<f64>> {
 /// Projection and deflection of the tip, relative to the length, and end slope (rad) of a
 /// cantilever along e1. The transverse end load is P = `load` · E I/ℓ² along −e3. Reference: K. E.
 /// Bisshopp and D. C. Drucker (1945), Quart. Appl. Math. 3, 272–275.
-fn bisshopp_drucker(load: f64) -> [f64; 3] {
+pub(super) fn bisshopp_drucker(load: f64) -> [f64; 3] {
     let root = load.sqrt();
     let start = |k: f64| (0.5_f64.sqrt() / k).min(1.0).asin();
     let (mut low, mut high) = (0.5_f64.sqrt(), 1.0);

@@ -20,6 +20,7 @@ mod long_growth;
 mod moving_base;
 mod obstacles;
 mod order_in_time;
+mod own_integrators;
 mod random_scenes;
 mod righting;
 mod shoots_that_stretch;

@@ -1,20 +1,13 @@
 //! Derivatives of the energy of an element by rotations of the frames at its nodes.
 //!
-//! The unknowns of an element are rotation vectors relative to its first frame. Rotations R → R exp(φ̂) of the frames at
-//! node k and at the first end change the rotation vector of the node by δθ = A φk − Aᵀ φ0, with A = Jr⁻¹(θ).
+//! The unknowns of an element are rotation vectors relative to its first frame. Rotations R → R exp(φ̂) of the frames
+//! at node k and at the first end change the rotation vector of the node by δθ = A φk − Aᵀ φ0, with A = Jr⁻¹(θ).
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{ElementData, ElementSystem, symmetric_part};
+use super::{ElementData, ElementSystem, chain_slopes, symmetric_part};
 use crate::reference_element::MAX_POINTS;
 use crate::so3::{Form, s_functions};
-
-/// Second derivatives of a rotation vector by rotations of the frame of the node and of the first frame, contracted
-/// with the gradient `g` by the rotation vector: B = ∂(Aᵀ g)/∂θ and C = ∂(A g)/∂θ, where `inverse` is A.
-#[inline]
-pub(super) fn chain_slopes(inverse: &Form, theta: &Vector3<f64>, g: &Vector3<f64>) -> [Matrix3<f64>; 2] {
-    [inverse.transpose().jacobian(theta, g), inverse.jacobian(theta, g)]
-}
 
 /// The form A at a rotation vector.
 fn chain(theta: &Vector3<f64>) -> Form {
@@ -59,10 +52,11 @@ impl ElementSystem {
                     found[k + 1][l + 1] = a[k].transpose() * theta * a[l];
                 }
             }
-            found[k + 1][k + 1] += symmetric_part(&(b * a[k]));
+            found[k + 1][k + 1] = symmetric_part(&(found[k + 1][k + 1] + b * a[k]));
             found[0][k + 1] = (a[k].transpose() * mixed - b * a[k].transpose()).transpose();
-            found[0][0] += symmetric_part(&(c * a[k].transpose())) - a[k] * mixed - (a[k] * block(k, P)).transpose();
+            found[0][0] += c * a[k].transpose() - a[k] * mixed - (a[k] * block(k, P)).transpose();
         }
+        found[0][0] = symmetric_part(&found[0][0]);
         found
     }
 }

@@ -44,7 +44,7 @@ impl Adaptive {
         }
         shoot.state.forget();
         let (error, found, refinement) = self.refine_equilibrium(shoot, self.tolerance, 1.0)?;
-        let mut statistics = self.stepper.start(shoot, &mut self.solver, history, Some(found))?;
+        let mut statistics = self.workspace.stepper.start(shoot, &mut self.workspace.solver, history, Some(found))?;
         let error = Some(error + statistics.equilibrium_error);
         statistics += refinement;
         Ok(Statistics { error, ..statistics })
@@ -59,7 +59,7 @@ impl Adaptive {
         tolerance: f64,
         weight: f64,
     ) -> Outcome<(f64, Equilibrium, Statistics)> {
-        self.solver.tolerance = tolerance_of_equilibria(tolerance);
+        self.workspace.solver.tolerance = tolerance_of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
         // Positions have order 2 p in the length of short elements. The estimate assumes two orders less, since
         // elements that are barely short enough may not show the full order.
@@ -127,7 +127,7 @@ impl Adaptive {
     ) -> Outcome<Result<Equilibrium, usize>> {
         let many = shoot.rod().elements() >= MAX_ELEMENTS_TO_UNFOLD;
         let time = shoot.time();
-        match self.stepper.solve_equilibrium(shoot, &mut self.solver, time) {
+        match self.workspace.stepper.solve_equilibrium(shoot, &mut self.workspace.solver, time) {
             Err(IntegrationError::Equilibrium { error: EquilibriumError::Folded { element }, .. }) if !many => {
                 Ok(Err(element))
             }

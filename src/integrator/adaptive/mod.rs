@@ -78,6 +78,9 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// #     .scene(Still::tilted(0.5)).load(Weight { density: 1000.0 }).build()?;
 /// let cost = Adaptive::new(1e-5).advance(&mut shoot, 3600.0)?;
 /// assert!(cost.error.is_some_and(|error| error <= 1e-5));
+/// // Other settings are written as a struct literal.
+/// let bounded = Adaptive { max_work: 100_000, ..Adaptive::new(1e-5) };
+/// # let _ = bounded;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -109,8 +112,16 @@ pub struct Adaptive {
     /// Largest [`work`](Statistics::work) of a call with its trial runs; ten million by default. It is checked after
     /// every equilibrium.
     pub max_work: usize,
+    /// Memory that successive calls reuse; `..Adaptive::new(tolerance)` sets it.
+    pub workspace: AdaptiveWorkspace,
+}
+
+/// Memory that successive calls of [`Adaptive`] reuse.
+#[derive(Debug, Clone, Default)]
+pub struct AdaptiveWorkspace {
     solver: NewtonSolver,
     stepper: Stepper,
+    /// State before the call.
     backup: Option<State>,
 }
 
@@ -118,8 +129,7 @@ impl Adaptive {
     /// An integrator with a tolerance relative to the length.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
-        let (solver, stepper) = (NewtonSolver::default(), Stepper::default());
-        Self { tolerance, max_work: 10_000_000, solver, stepper, backup: None }
+        Self { tolerance, max_work: 10_000_000, workspace: AdaptiveWorkspace::default() }
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -138,7 +148,8 @@ impl Adaptive {
         observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
         let tolerance = tolerance_of_equilibria(plan.tolerance);
-        self.solver.tolerance = tolerance;
+        let AdaptiveWorkspace { solver, stepper, .. } = &mut self.workspace;
+        solver.tolerance = tolerance;
         let options = RunOptions {
             until,
             step: plan.step,
@@ -151,7 +162,7 @@ impl Adaptive {
             coarsest_step: Some(plan.coarsest_step),
             known,
         };
-        self.stepper.advance(shoot, &mut self.solver, options, observe)
+        stepper.advance(shoot, solver, options, observe)
     }
 
     /// Calls `work` with the shoot and a copy of its state. Restores this state if `work` fails.
@@ -160,9 +171,9 @@ impl Adaptive {
         shoot: &mut Shoot<M>,
         work: impl FnOnce(&mut Self, &mut Shoot<M>, &State) -> Outcome<Statistics>,
     ) -> Outcome<Statistics> {
-        let mut backup = self.backup.take();
+        let mut backup = self.workspace.backup.take();
         let answer = undo_on_error(shoot, &mut backup, |shoot, before| work(self, shoot, before));
-        self.backup = backup;
+        self.workspace.backup = backup;
         answer
     }
 }

@@ -148,7 +148,7 @@ impl<'a, M: Model> Runs<'a, M> {
     ) -> Outcome<Statistics> {
         let limits = [max_steps, self.work_left()];
         let result = self.integrator.follow(self.shoot, plan, until, limits, known, observe);
-        self.spent += self.integrator.stepper.statistics().as_trial();
+        self.spent += self.integrator.workspace.stepper.statistics().as_trial();
         result
     }
 

@@ -2,7 +2,8 @@
 
 use crate::tropism::TropismLaw;
 
-/// A material point over a step, from which [`TimeStep::set_variables`](super::TimeStep::set_variables) computes its variables.
+/// A material point over a step, from which [`TimeStep::set_variables`](super::TimeStep::set_variables) computes its
+/// variables.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub struct PointStep<'a> {

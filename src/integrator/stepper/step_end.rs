@@ -104,8 +104,8 @@ fn sharp_generation(shoot: &Shoot<impl Model>, laws: &Declaration, options: &Run
     generations.min().map(|generation| generation + 1)
 }
 
-/// Returns the longest step up to `size` that growth permits on the way to the time `until`, s. The tissue that leaves the zone in one step becomes one
-/// element, which must not exceed the longest element.
+/// Returns the longest step up to `size` that growth permits on the way to the time `until`, s. The tissue that leaves
+/// the zone in one step becomes one element, which must not exceed the longest element.
 ///
 /// # Errors
 /// The step would be divided into more than [`MAX_PARTS`].

@@ -19,17 +19,18 @@ use crate::state::{Moments, State, intrinsic_moments};
 ///
 /// | part | method | or your own |
 /// |---|---|---|
-/// | differential growth, equation (4) | [`integrate_strain`](Self::integrate_strain) | [`strain_rate`](Self::strain_rate), [`set_strain`](Self::set_strain) |
-/// | shape | [`equilibrate`](Self::equilibrate) | a solver of your own |
+/// | differential growth (4) | [`integrate_strain`](Self::integrate_strain) | [`set_strain`](Self::set_strain) |
+/// | shape | [`equilibrate`](Self::equilibrate) | the solver |
 /// | stimuli | [`sense`](Self::sense) | |
-/// | variables, equations (5) and (6), memories | [`integrate_variables`](Self::integrate_variables) | [`set_variables`](Self::set_variables) |
+/// | variables (5), (6) | [`integrate_variables`](Self::integrate_variables) | [`set_variables`](Self::set_variables) |
 /// | end | [`finish`](Self::finish) | |
 ///
 /// Parts may be repeated, for example to correct the strain of an implicit step. A part before which another one is
 /// missing returns [`Incomplete`](IntegrationError::Incomplete). A step that is dropped without `finish`, also after an
-/// error, leaves the shoot as it was before `begin`. [`MethodOfSteps`](crate::integrator::MethodOfSteps) and
+/// error, restores the shoot to its state before `begin`. [`MethodOfSteps`](crate::integrator::MethodOfSteps) and
 /// [`Adaptive`](crate::integrator::Adaptive) make their steps by the same methods.
 #[derive(Debug)]
+#[must_use = "a step that is dropped is undone"]
 pub struct TimeStep<'a, M, E> {
     stepper: &'a mut Stepper,
     shoot: &'a mut Shoot<M>,
@@ -114,8 +115,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
 
     /// The rate of the intrinsic strain of a point at a time in the interval of [`growing`](Self::growing), ∂u*/∂t =
     /// REGR · gradient, components along the directors, 1/(m s). The delayed variables are interpolated in the history.
-    /// Where a law reads variables or present stimuli in the step itself, those of the last part are used: variables
-    /// that increase at their rates at the start, and the stimuli at the start, until they are set.
+    /// A law may read variables or present stimuli of the step itself. Until they are set, the variables increase at
+    /// their rates at the start, and the stimuli are those at the start.
     ///
     /// # Errors
     /// [`Parameter`](IntegrationError::Parameter) for a point outside the growth zone, and a time outside the interval;

@@ -1,0 +1,226 @@
+//! Integrators outside the crate: the parts of a time step, and the integrators of the example `own_integrator`.
+
+#[path = "../../examples/own_integrator/heun.rs"]
+mod heun;
+#[path = "../../examples/own_integrator/kinematic.rs"]
+mod kinematic;
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::fixtures::shoots::{HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, righting, steering};
+use approx::assert_abs_diff_eq;
+use heun::Heun;
+use kinematic::Kinematic;
+use morphorod::equilibrium::NewtonSolver;
+use morphorod::growth::UniformGrowth;
+use morphorod::integrator::{ConstantHistory, IntegrationError, Integrator, MethodOfSteps, TimeStepper};
+use morphorod::load::{Cut, Load};
+use morphorod::tropism::Oscillator;
+use morphorod::{DynLaws, Environment, Order, ParameterError, Shoot, Still};
+use nalgebra::{UnitQuaternion, Vector3};
+
+fn tight() -> NewtonSolver {
+    NewtonSolver::with_tolerance(1e-11)
+}
+
+/// A growing shoot that rights itself, whose tissue leaves the growth zone.
+fn leaving() -> Shoot<DynLaws> {
+    let growth = UniformGrowth { zone_length: 0.04, time: 20.0 * HOUR };
+    let builder = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(4).growth(growth);
+    let builder = builder.tropism(steering(STATOLITHS)).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
+    builder.into_dyn().build().unwrap()
+}
+
+/// A lateral force of 20 µN on the apex from 1000 s to 4000 s.
+struct Switched;
+
+impl Load for Switched {
+    fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
+        if (1000.0..4000.0).contains(&environment.time) { Vector3::y() * 2e-5 } else { Vector3::zeros() }
+    }
+
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        [1000.0, 4000.0].into_iter().find(|time| *time > t).unwrap_or(f64::INFINITY)
+    }
+}
+
+/// A shoot of constant length with discontinuities of the load.
+fn pushed() -> Shoot<DynLaws> {
+    righting().elements(4).load((WEIGHT, Switched)).into_dyn().build().unwrap()
+}
+
+#[test]
+fn heuns_method_of_the_example_has_second_order() {
+    for (name, shoot, steps) in [
+        ("leaving", leaving as fn() -> Shoot<DynLaws>, [120.0, 60.0, 30.0, 15.0]),
+        ("pushed", pushed, [240.0, 120.0, 60.0, 30.0]),
+    ] {
+        let mut exact = shoot();
+        MethodOfSteps::new(15.0).advance(&mut exact, 2.0 * HOUR).unwrap();
+        let errors = steps.map(|step| {
+            let mut shoot = shoot();
+            Heun::new(step, tight()).advance(&mut shoot, 2.0 * HOUR).unwrap();
+            (shoot.tip() - exact.tip()).norm()
+        });
+        let slope = order(&errors);
+        println!("{name}: {slope:.2} {errors:?}");
+        // Three halvings of usual steps do not reach the limit to all digits.
+        assert!((1.8..2.6).contains(&slope), "{name}: {slope} {errors:?}");
+    }
+}
+
+#[test]
+fn kinematics_of_a_weightless_shoot_converge_to_the_closed_form_at_second_order() {
+    // While the whole shoot grows, u1* = A sin ωt and u2* = A (1 − cos ωt) with A = α/(r τg ω).
+    let (length, time, law) = (0.03, 20.0 * HOUR, Oscillator::new(0.2, 1440.0));
+    let (rate, end) = (TAU / law.period, 900.0);
+    let (sin, cos) = (rate * end).sin_cos();
+    let strain = Vector3::new(sin, 1.0 - cos, 0.0) * (law.sensitivity / (RADIUS * time * rate));
+    let exact = UnitQuaternion::from_scaled_axis(strain * (length * (end / time).exp()));
+    let errors = [60.0, 30.0, 15.0, 7.5].map(|step| {
+        let growth = UniformGrowth { zone_length: 0.07, time };
+        let builder = Shoot::builder(YOUNG).length(length).radius(RADIUS).elements(8).order(Order::Two);
+        let builder = builder.growth(growth).tropism(law).scene(Still::weightless());
+        let mut shoot = builder.into_dyn().build().unwrap();
+        let cost = Kinematic::new(step).advance(&mut shoot, end).unwrap();
+        assert_eq!((cost.steps, cost.factorisations, cost.evaluations), ((end / step) as usize, 0, 0));
+        shoot.rod().apex_frame().angle_to(&exact)
+    });
+    println!("kinematics: {:.3} {errors:?}", order(&errors));
+    assert!((order(&errors) - 2.0).abs() < 0.02, "{errors:?}");
+}
+
+#[test]
+fn parts_of_a_step_are_those_of_the_crates_integrator() {
+    let mut own = growing().elements(4).into_dyn().build().unwrap();
+    let mut run = MethodOfSteps::new(180.0);
+    let (mut parts, mut solver) = (TimeStepper::default(), NewtonSolver::with_tolerance(1e-8));
+    let mut exact = own.clone();
+    run.start(&mut exact, &ConstantHistory::Empty).unwrap();
+    parts.start(&mut own, &mut solver, &ConstantHistory::Empty).unwrap();
+    assert!(own.state() == exact.state());
+    while exact.time() < 2.0 * HOUR {
+        let cost = run.step(&mut exact, 2.0 * HOUR).unwrap();
+        let mut step = parts.begin(&mut own, &mut solver, exact.time()).unwrap();
+        step.integrate_strain().unwrap();
+        let _ = step.equilibrate().unwrap();
+        step.sense().unwrap();
+        step.integrate_variables().unwrap();
+        assert_eq!(step.finish().unwrap(), cost);
+        assert!(own.state() == exact.state(), "{} s", own.time());
+    }
+}
+
+/// Asserts that a call returned the error of a parameter whose name contains some words.
+fn refused<T>(answer: Result<T, IntegrationError>, words: &str) {
+    match answer {
+        Err(IntegrationError::Parameter(ParameterError { name, .. })) => assert!(name.contains(words), "{name}"),
+        Err(error) => panic!("{error}, not {words}"),
+        Ok(_) => panic!("{words} was accepted"),
+    }
+}
+
+#[test]
+fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
+    let mut shoot = leaving();
+    let (mut parts, mut solver) = (TimeStepper::default(), tight());
+    parts.resume(&mut shoot, &mut solver).unwrap();
+    let before = shoot.state().clone();
+    let missing = |answer: Result<(), IntegrationError>, name: &str| {
+        let error = answer.unwrap_err();
+        assert!(matches!(error, IntegrationError::Incomplete { time: 60.0, missing } if missing == name), "{error}");
+    };
+    let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
+    missing(step.equilibrate().map(|_| ()), "intrinsic strain");
+    missing(step.sense(), "equilibrium");
+    step.integrate_strain().unwrap();
+    missing(step.integrate_variables(), "stimuli");
+    let _ = step.equilibrate().unwrap();
+    missing(step.set_variables(|_, _| ()), "stimuli");
+    step.sense().unwrap();
+    missing(step.finish().map(|_| ()), "variables of the laws");
+    assert!(*shoot.state() == before);
+    let step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
+    assert!(step.shoot().time() == 60.0 && step.times() == [0.0, 60.0] && step.is_explicit());
+    drop(step);
+    assert!(*shoot.state() == before);
+    // All parts in their order, some of them twice.
+    let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
+    for _ in 0..2 {
+        step.integrate_strain().unwrap();
+        let _ = step.equilibrate().unwrap();
+        step.sense().unwrap();
+        step.integrate_variables().unwrap();
+    }
+    step.finish().unwrap();
+    shoot.restore(&shoot.state().clone()).unwrap();
+    assert_eq!(shoot.time(), 60.0);
+}
+
+#[test]
+fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
+    let mut shoot = pushed();
+    let (mut parts, mut solver) = (TimeStepper::default(), tight());
+    parts.resume(&mut shoot, &mut solver).unwrap();
+    let before = shoot.state().clone();
+    for bad in [0.0, -60.0, f64::NAN, f64::INFINITY] {
+        refused(parts.begin(&mut shoot, &mut solver, bad).map(|_| ()), "end of the step");
+        refused(parts.next_end(&shoot, 60.0, bad), "end of the steps");
+    }
+    for bad in [0.0, -60.0, f64::NAN, f64::INFINITY] {
+        refused(parts.next_end(&shoot, bad, 60.0), "time step");
+    }
+    // The force begins at 1000 s.
+    refused(parts.begin(&mut shoot, &mut solver, 1001.0).map(|_| ()), "end of the step");
+    assert_eq!(parts.next_end(&shoot, 5000.0, 9000.0).unwrap(), 1000.0);
+    assert_eq!(parts.next_end(&shoot, 300.0, 9000.0).unwrap(), 300.0);
+    assert_eq!(parts.next_end(&shoot, 300.0, 200.0).unwrap(), 200.0);
+    assert!(*shoot.state() == before);
+    let mut step = parts.begin(&mut shoot, &mut solver, 100.0).unwrap();
+    let points = step.points();
+    let number = points.len();
+    refused(step.strain_rate(points.end, 50.0), "index of a material point");
+    for bad in [-1.0, 101.0, f64::NAN] {
+        refused(step.strain_rate(points.start, bad), "time of a rate");
+    }
+    assert!(step.growing(points.end).is_none() && step.growing(usize::MAX).is_none());
+    refused(step.set_strain(&vec![Vector3::zeros(); number + 1]), "number of changes");
+    let mut changes = vec![Vector3::zeros(); number];
+    changes[1].y = f64::NAN;
+    assert!(matches!(step.set_strain(&changes), Err(IntegrationError::NotFinite { what: "growth gradient", .. })));
+    changes[1].y = 1e4;
+    assert!(matches!(step.set_strain(&changes), Err(IntegrationError::NotSlender { .. })));
+    step.integrate_strain().unwrap();
+    let _ = step.equilibrate().unwrap();
+    step.sense().unwrap();
+    let first = points.start;
+    let error = step.set_variables(|at, y| y[0] = if at.point == first + 2 { f64::NAN } else { 0.0 }).unwrap_err();
+    assert!(matches!(error, IntegrationError::Variables { point, .. } if point == first + 2), "{error}");
+    drop(step);
+    assert!(*shoot.state() == before);
+    // An error in a later step of a call undoes the call.
+    let failed = parts.undo_on_error(&mut shoot, |parts, shoot| {
+        for end in [60.0, 120.0, 1200.0] {
+            let mut step = parts.begin(shoot, &mut solver, end)?;
+            step.integrate_strain()?;
+            let _ = step.equilibrate()?;
+            step.sense()?;
+            step.integrate_variables()?;
+            step.finish()?;
+        }
+        Ok(())
+    });
+    refused(failed, "end of the step");
+    assert!(*shoot.state() == before);
+}
+
+#[test]
+fn shape_at_a_discontinuity_is_that_after_it() {
+    let (mut own, mut exact) = (pushed(), pushed());
+    Heun::new(250.0, tight()).advance(&mut own, 1000.0).unwrap();
+    MethodOfSteps::new(250.0).advance(&mut exact, 1000.0).unwrap();
+    // Before the force the shoot is in its plane. The force moves the tip by about a millimetre across it, in proportion
+    // to quantities that both methods compute to 1e-3.
+    assert!((own.tip().y).abs() > 1e-3);
+    assert_abs_diff_eq!(own.tip().y, exact.tip().y, epsilon = 1e-5);
+}
