@@ -6,11 +6,15 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 
 use crate::fixtures::held::Held;
 use crate::fixtures::rods::{DENSITY, RADIUS, bending_stiffness};
-use morphorod::load::Weight;
+use morphorod::constitutive::{Constitutive, LinearElastic};
+use morphorod::equilibrium::NewtonSolver;
+use morphorod::load::{Load, Weight};
+use morphorod::rod::Rod;
 use morphorod::support::{
     Contact, ConvexPolyhedron, Cuboid, Cylinder, Distance, HalfSpace, Obstacle, Reaction, Support, Union,
 };
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use morphorod::{Order, Scene, Still};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Length, m.
 const LENGTH: f64 = 0.05;
@@ -153,5 +157,66 @@ fn union_on_springs_moves_by_the_forces_on_all_of_its_surfaces() {
             assert_abs_diff_eq!((one.force - other.force).norm(), 0.0, epsilon = 1e-8 * force.norm());
         }
         assert_abs_diff_eq!((sprung.rod.tip() - rigid.rod.tip()).norm(), 0.0, epsilon = 1e-9 * LENGTH);
+    }
+}
+
+/// A box with its frame as a quaternion i, j, k, w. Lengths are in metres.
+fn cuboid(centre: [f64; 3], [i, j, k, w]: [f64; 4], half_edges: [f64; 3]) -> Cuboid {
+    let frame = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+    Cuboid { centre: centre.into(), frame, half_edges: half_edges.into() }
+}
+
+#[test]
+fn rods_do_not_penetrate_edges_between_their_stations() {
+    // Scenes of a random search in which a rod bends over a thin stick, and beside edges of a box.
+    let scenes = [
+        (
+            cuboid(
+                [0.024055, -0.0101, -0.040789],
+                [-0.143203, -0.037484, 0.005786, 0.988966],
+                [4.356e-3, 9.09e-4, 6.93e-4],
+            ),
+            (6.5469e7, 0.070846, 3.86e-4),
+            [-0.187951, -0.929697, 0.062768, -0.310479],
+            (6, Order::Four),
+            [0.0, 0.0, 0.0],
+        ),
+        (
+            cuboid(
+                [0.005183, 0.053077, -0.050642],
+                [-0.060186, -0.326704, 0.889513, 0.313701],
+                [1.3e-2, 4.0483e-2, 5.784e-3],
+            ),
+            (1.7576e7, 0.118869, 4.035e-4),
+            [-0.485886, 0.521455, 0.478173, 0.513177],
+            (13, Order::Eight),
+            [-1.08005, 8.32606, 6.80547],
+        ),
+        (
+            cuboid(
+                [-0.014223, -0.003606, -0.003236],
+                [-0.931577, -0.101282, -0.115836, 0.329376],
+                [4.326e-3, 1.421e-3, 8.327e-3],
+            ),
+            (3.08496e6, 0.07437, 3.0135e-4),
+            [-0.572973, -0.12052, 0.793302, -0.166877],
+            (9, Order::Eight),
+            [21.7497, -21.0883, 8.0136],
+        ),
+    ];
+    for (obstacle, (youngs_modulus, length, radius), [i, j, k, w], (elements, order), intrinsic) in scenes {
+        let scene = Still { base: UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)), ..Still::upright() };
+        let mut rod = Rod::uniform(length, radius, scene.base, elements, order).expect("a rod");
+        rod.set_intrinsic(|_| intrinsic.into());
+        let tissue: &dyn Constitutive = &LinearElastic { youngs_modulus, poissons_ratio: 0.5 };
+        let (load, support): (&dyn Load, &dyn Support) =
+            (&Weight { density: DENSITY }, &Contact { obstacle, radius, friction: 0.0 });
+        let held = NewtonSolver::default().solve_held(&mut rod, &tissue, &load, &support, &scene.environment(0.0));
+        let held = held.expect("an equilibrium");
+        for place in held.rod.centre_line_at(401) {
+            let gap = obstacle.distance(&place, 0.0).value - radius;
+            // Places between material points have the error of the interpolation.
+            assert!(gap > -1e-5 * length, "penetration {:e} of the length", -gap / length);
+        }
     }
 }

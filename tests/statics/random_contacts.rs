@@ -90,7 +90,9 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
             assert!(tangential <= friction * reaction.normal + 1e-4 * largest, "{seed}: {reaction:?}");
             assert!((gap.value - RADIUS).abs() < 1e-5 * length, "{seed}: {:e}", (gap.value - RADIUS) / length);
         }
-        for place in held.rod.centre_line_at(401) {
+        // `centre_line_at` integrates the tangents within an element more accurately than the discrete equations. In an
+        // element of order four that bends much its places differ from theirs by up to 1e-5 of the length.
+        for place in (0..=400).filter_map(|i| Some(held.rod.at(length * f64::from(i) / 400.0)?.0)) {
             for contact in &obstacles {
                 let gap = contact.obstacle.distance(&place, 0.0).value - RADIUS;
                 // Three of the first 1800 scenes penetrate between stations by more than 1e-9 plus the reported

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::line::{Line, Place};
-use super::obstacles::Gaps;
+use super::obstacles::{Gaps, Sample};
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::rod::Rod;
@@ -23,6 +23,7 @@ impl HeldSearch<'_> {
                 spring.locate(&self.laws, &site.position, time);
             }
         }
+        let reach = self.length / self.parent.elements() as f64;
         for at in &mut self.candidates {
             let stiffness = self.body.stiffness(&rod.point_within(at.element, at.x));
             at.flexibility = at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
@@ -32,7 +33,9 @@ impl HeldSearch<'_> {
             let frame = rod.frame_within(at.element, at.x);
             at.tangent = frame * Vector3::z();
             at.bend = frame * rod.strain_within(at.element, at.x).cross(&Vector3::z());
-            at.slides = at.point && at.approach().1 > SETTINGS.flat / self.length;
+            // At an edge inside an obstacle the gap has a kink, and the derivatives do not show the place of least gap.
+            let (slope, bend) = at.approach();
+            at.slides = at.point && bend > SETTINGS.flat / self.length && slope.abs() <= bend * reach;
             if self.obstacles.contacts[at.obstacle].friction > 0.0 {
                 let material = rod.initial_apex_distance(at.element, at.x);
                 at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle));
@@ -50,20 +53,34 @@ impl HeldSearch<'_> {
         for obstacle in 0..self.obstacles.contacts.len() {
             let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle };
             let own: Vec<&Candidate> = self.candidates.iter().filter(|at| at.obstacle == obstacle).collect();
-            new.extend(self.penetrating(&gaps, &own, bound));
+            let values = self.gaps_at_stations(obstacle);
+            new.extend(self.minima(&gaps, &own, &values, bound));
+            new.extend(self.penetrating(&gaps, &own, &values, bound));
         }
-        let near = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let (length, element) = (self.length, self.length / self.parent.elements() as f64);
+        let (near, spacing) = (SETTINGS.near * element, SETTINGS.spacing * element);
+        let base = self.first_place();
         let mut changed = false;
-        let free = self.body.system().joints.free_base.is_some();
-        // A base that is not free does not move.
-        for (at, s) in new.into_iter().filter(|(_, s)| free || *s > SETTINGS.spacing * near) {
-            let close = |own: &&mut Candidate| {
-                own.obstacle == at.obstacle && own.point && at.point && (own.arc_length - s).abs() < near
+        for (at, s) in new.into_iter().filter(|(_, s)| *s >= base) {
+            let strays = |own: &Candidate| {
+                let inside = own.arc_length > length * SAME && own.arc_length < length * (1.0 - SAME);
+                own.point && !own.slides && inside && own.approach().0.abs() > SETTINGS.steep
             };
+            // Contact points that are no place of least gap move to one.
+            let leaves = |own: &Candidate| strays(own) || own.slides && own.status == Status::Open;
+            let close = |own: &&mut Candidate| {
+                let (same, distance) = (own.obstacle == at.obstacle, (own.arc_length - s).abs());
+                same && own.point && at.point && (distance < near || distance < element && leaves(own))
+            };
+            // Two stations at one place would share an undetermined force.
+            let known = |own: &Candidate| own.obstacle == at.obstacle && (own.arc_length - s).abs() <= spacing;
+            if !at.point && self.candidates.iter().any(known) {
+                continue;
+            }
             changed = true;
             match self.candidates.iter_mut().find(close) {
                 // Elements do not resolve two minima that are so close.
-                Some(own) if own.slides || own.status == Status::Open => {
+                Some(own) if own.slides || own.status == Status::Open || strays(own) => {
                     (own.element, own.x, own.arc_length) = (at.element, at.x, s);
                 }
                 // Beside a contact point that is flat the rod lies on the obstacle.
@@ -77,85 +94,120 @@ impl HeldSearch<'_> {
         changed
     }
 
-    /// New candidates for one obstacle.
-    fn penetrating(&self, gaps: &Gaps, own: &[&Candidate], bound: f64) -> Vec<(Candidate, f64)> {
-        let margin = SAME * self.length;
-        let close = SETTINGS.near * self.length / self.parent.elements() as f64;
-        let same = SETTINGS.spacing * self.length / self.parent.elements() as f64;
-        let mut new = Vec::new();
-        let within =
-            |at: &Candidate, from: f64, to: f64| at.arc_length >= from - margin && at.arc_length <= to + margin;
+    /// The smallest arc length of a candidate, m. A base that is not free does not move.
+    fn first_place(&self) -> f64 {
         let free = self.body.system().joints.free_base.is_some();
-        let places = &self.line.places;
-        let gap = |place: &Place| self.obstacles.gap_at(gaps.obstacle, &place.position).value;
-        let values: Vec<f64> = places.iter().map(gap).collect();
-        if let [base, next, ..] = &places[..]
-            && free
-            && values[0] < bound
-        {
-            let base = gaps.at(base);
-            let near = || own.iter().filter(|at| within(at, 0.0, next.arc_length));
-            let level = base.gap + SETTINGS.rounding * self.length;
-            let known = |at: &&&Candidate| {
-                at.arc_length <= if at.slides { close } else { same } || at.slides && at.gap.value <= level
-            };
-            let beside = bound < 0.0 && near().any(|at| !at.point || at.status != Status::Open);
-            if near().find(known).is_none() && (base.slope >= 0.0 || beside) {
-                new.push((Candidate::at(gaps.obstacle, (0, 0.0), !beside), 0.0));
-            }
-        }
-        for (i, ends) in places.windows(2).enumerate() {
-            // A gap changes by at most the length of the centre line.
-            if !(values[i] + values[i + 1] - (ends[1].path - ends[0].path) < 2.0 * bound) {
-                continue;
-            }
-            let ends = [&ends[0], &ends[1]].map(|place| gaps.at(place));
+        let shortest = SETTINGS.spacing * SETTINGS.near * self.length / self.parent.elements() as f64;
+        if free { 0.0 } else { shortest }
+    }
+
+    /// The intervals between two neighbouring stations in which the gap to an obstacle may be less than `bound` (m).
+    fn intervals<'b>(
+        &'b self,
+        gaps: &'b Gaps,
+        values: &'b [f64],
+        bound: f64,
+    ) -> impl Iterator<Item = [Sample; 2]> + 'b {
+        let all = values.windows(2).zip(self.line.places.windows(2));
+        // A gap changes by at most the length of the centre line.
+        let low = move |(values, ends): &(&[f64], &[Place])| {
+            values[0] + values[1] - (ends[1].path - ends[0].path) < 2.0 * bound
+        };
+        all.filter(low).map(|(_, ends)| [&ends[0], &ends[1]].map(|place| gaps.at(place)))
+    }
+
+    /// The largest penetration at the local minima of all gaps, m: also at those that the elements do not resolve.
+    pub(super) fn penetration(&self, rod: &Rod) -> f64 {
+        let each = (0..self.obstacles.contacts.len()).flat_map(|obstacle| {
+            let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle };
+            let values = self.gaps_at_stations(obstacle);
+            let minima = |[from, to]: [Sample; 2]| gaps.minima(&from, &to, 0.0);
+            self.intervals(&gaps, &values, 0.0).flat_map(minima).map(|least| -least.gap).collect::<Vec<f64>>()
+        });
+        each.fold(0.0, f64::max)
+    }
+
+    /// The gap to an obstacle at all stations, m.
+    fn gaps_at_stations(&self, obstacle: usize) -> Vec<f64> {
+        self.line.places.iter().map(|place| self.obstacles.gap_at(obstacle, &place.position).value).collect()
+    }
+
+    /// New candidates at the local minima of the gap to an obstacle, which has the given values at all stations. In an
+    /// interval in which the rod lies on the obstacle they are its ends.
+    fn minima(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<(Candidate, f64)> {
+        let mut new = Vec::new();
+        for ends in self.intervals(gaps, values, bound) {
             let [from, to] = &ends;
-            // A contact point that slides belongs to the minimum beside it, and the end of a contact segment is moved
-            // to its place later.
-            let covered = own.iter().any(|at| {
-                let reach = if at.slides { 0.0 } else { close };
-                let beside = within(at, from.arc_length - reach, to.arc_length + reach);
-                beside && (at.slides || !at.point && at.status != Status::Open)
-            });
             let flat = to.slope - from.slope < SETTINGS.flat / self.length * (to.arc_length - from.arc_length);
-            if !covered && let Some(least) = gaps.least(from, to, bound) {
-                if !flat || bound > 0.0 {
-                    new.push((Candidate::at(gaps.obstacle, (least.element, least.x), true), least.arc_length));
-                } else {
-                    // The rod lies on the obstacle here.
-                    for end in ends.iter().filter(|end| free || end.arc_length > margin) {
-                        let place =
-                            if end.x == 0.0 && end.element > 0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
-                        let known = own.iter().any(|at| (at.arc_length - end.arc_length).abs() <= margin)
-                            || new.iter().any(|(_, s): &(Candidate, f64)| (s - end.arc_length).abs() <= margin);
-                        if !known {
-                            new.push((Candidate::at(gaps.obstacle, place, false), end.arc_length));
-                        }
-                    }
+            for least in gaps.minima(from, to, bound) {
+                if own.iter().any(|at| self.represents(at, &least, [from, to])) {
                     continue;
                 }
-            }
-            let next = places.get(i + 2).map_or(to.arc_length, |next| next.arc_length);
-            let near = || own.iter().filter(|at| within(at, from.arc_length, next));
-            let known = near().any(|at| {
-                let level = at.gap.value - SETTINGS.rounding * self.length;
-                let distance = (at.arc_length - to.arc_length).abs();
-                distance <= if at.slides { close } else { same } || at.slides && to.gap >= level
-            });
-            if known || !(to.gap < bound) {
-                continue;
-            }
-            let apex = i + 2 == places.len() && to.slope <= 0.0;
-            // Beside a contact that penetrates at the next station, the contact is a segment.
-            let beside = bound < 0.0 && near().any(|at| !at.slides && (!at.point || at.status != Status::Open));
-            if apex || beside {
-                new.push((
-                    Candidate::at(gaps.obstacle, (places[i + 1].element, places[i + 1].x), !beside),
-                    to.arc_length,
-                ));
+                if !flat || bound > 0.0 {
+                    new.push((Candidate::at(gaps.obstacle, (least.element, least.x), true), least.arc_length));
+                    continue;
+                }
+                for end in ends.iter().filter(|end| end.arc_length >= self.first_place()) {
+                    let place =
+                        if end.x == 0.0 && end.element > 0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
+                    new.push((Candidate::at(gaps.obstacle, place, false), end.arc_length));
+                }
             }
         }
         new
+    }
+
+    /// New candidates at stations that penetrate an obstacle: ends of the rod where the gap decreases outwards, and
+    /// stations next to a part of the rod that follows the obstacle.
+    fn penetrating(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<(Candidate, f64)> {
+        let (margin, element) = (SAME * self.length, self.length / self.parent.elements() as f64);
+        let (close, same) = (SETTINGS.near * element, SETTINGS.spacing * element);
+        let places = &self.line.places;
+        let mut new = Vec::new();
+        for (i, place) in places.iter().enumerate().filter(|(i, _)| values[*i] < bound) {
+            let (before, next) = (&places[i.saturating_sub(1)], places.get(i + 1).unwrap_or(place));
+            let within = before.arc_length - margin..=next.arc_length + margin;
+            let near = || own.iter().filter(|at| within.contains(&at.arc_length));
+            let level = values[i] + SETTINGS.rounding * self.length;
+            let known = near().any(|at| {
+                let distance = (at.arc_length - place.arc_length).abs();
+                distance <= if at.slides { close } else { same } || at.slides && at.gap.value <= level
+            });
+            if known {
+                continue;
+            }
+            let slope = gaps.at(place).slope;
+            let end = i == 0 && slope >= 0.0 || i + 1 == places.len() && slope <= 0.0;
+            // Beside a contact that penetrates at the next station, the contact is a segment.
+            let beside = bound < 0.0 && near().any(|at| Self::follows(at));
+            if end || beside {
+                let at = Candidate::at(gaps.obstacle, (place.element, place.x), !beside);
+                new.push((at, place.arc_length));
+            }
+        }
+        new
+    }
+
+    /// Whether a candidate is in contact at a place where the rod follows the obstacle.
+    fn follows(at: &Candidate) -> bool {
+        !at.slides && (!at.point || at.status != Status::Open) && at.approach().0.abs() <= SETTINGS.steep
+    }
+
+    /// Whether a candidate represents a local minimum of the gap between two neighbouring stations: the candidate
+    /// slides to it, or the rod follows the obstacle there.
+    fn represents(&self, at: &Candidate, least: &Sample, [from, to]: [&Sample; 2]) -> bool {
+        let close = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let by = least.arc_length - at.arc_length;
+        if at.slides {
+            let inside = at.arc_length >= from.arc_length && at.arc_length <= to.arc_length;
+            let towards = by.abs() <= close || inside && at.approach().0 * by < 0.0;
+            // An open contact does not stay beside a place that penetrates the obstacle.
+            let open = at.status == Status::Open && least.gap < 0.0;
+            return towards && !(open && at.gap.value > least.gap + SETTINGS.rounding * self.length);
+        }
+        let beside = at.arc_length >= from.arc_length - close && at.arc_length <= to.arc_length + close;
+        // A parabola that begins with the slope m is deepest at the distance d by m d/2.
+        let shallow = -least.gap <= 0.5 * SETTINGS.steep * by.abs().max(close);
+        beside && shallow && !at.point && Self::follows(at) && at.status != Status::Open
     }
 }

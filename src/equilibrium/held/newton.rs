@@ -81,8 +81,10 @@ impl HeldSearch<'_> {
             }
             course.last = turn;
             if course.reach == Reach::Far && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
-                // In a descent friction dissipates energy in every step: slip counts from the last one.
+                // In a descent friction dissipates energy in every step: slip counts from the last one. The places
+                // without slip have to be those of the present shape in the next step.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
+                self.locate(rod);
             }
         }
         Err(self.not_found(course.last))
@@ -119,16 +121,22 @@ impl HeldSearch<'_> {
             // A descent goes on from there.
             return if course.is_guarded() { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
         }
+        self.found.error = self.found.error.max(self.penetration(rod) / self.length);
         Ok(true)
     }
 
     /// Moves nodes to the contacts. Returns whether any moved.
     fn move_nodes(&mut self, rod: &mut Rod, course: &mut Course) -> bool {
-        if course.placements >= SETTINGS.placements.0 || self.obstacles.contacts.is_empty() {
+        if self.obstacles.contacts.is_empty() {
             return false;
         }
         let Some((patches, distance)) = self.misplaced(rod) else { return false };
         course.distance = distance / self.length;
+        if course.placements >= SETTINGS.placements.0 {
+            // An answer on these nodes has this error.
+            self.found.error = self.found.error.max(course.distance);
+            return false;
+        }
         course.placements += 1;
         course.answer = Some(self.snapshot(rod));
         let old = self.candidates.clone();

@@ -1,5 +1,7 @@
 //! The obstacles of a rod, and the places of the rod that are close to them.
 
+use std::convert::Infallible;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::Candidate;
@@ -7,11 +9,17 @@ use super::law::{Gap, Status};
 use super::line::{Line, Place};
 use super::reduced::Surfaces;
 use super::settings::SETTINGS;
+use crate::numerics::scalar::bracketed_root;
 use crate::rod::Rod;
 use crate::support::{Contact, Obstacle, Patch, Reaction};
 
 /// Number of halvings of an interval between two stations in the search for places close to an obstacle.
 const DEPTH: usize = 16;
+/// Smallest number of halvings. A minimum that the slopes at the ends of an interval of length h do not show is less
+/// than κ h²/8 deep for the curvature κ of the rod, if the obstacle is convex.
+const LEAST_DEPTH: usize = 2;
+/// Accuracy of the place of a minimum, relative to an element.
+const PLACED: f64 = 1e-12;
 /// Length of an interval that is not halved further, relative to the radius of curvature of the obstacle.
 const RESOLUTION: f64 = 0.25;
 
@@ -156,29 +164,25 @@ impl Gaps<'_, '_> {
         Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
     }
 
-    /// The place of the least local minimum of the gap inside an interval between two neighbouring stations, among
-    /// minima below `bound` (m).
-    pub fn least(&self, from: &Sample, to: &Sample, bound: f64) -> Option<Sample> {
-        let element = to.element;
-        let from = if from.element == element { *from } else { Sample { element, x: 0.0, ..*from } };
+    /// The local minima of the gap below `bound` (m) inside an interval between two neighbouring stations. A minimum
+    /// may be a kink of the gap, where the nearest face of an obstacle changes.
+    pub fn minima(&self, from: &Sample, to: &Sample, bound: f64) -> Vec<Sample> {
+        let from = if from.element == to.element { *from } else { Sample { element: to.element, x: 0.0, ..*from } };
         let finest = RESOLUTION * from.radius.min(to.radius);
-        let (mut parts, mut least) = (vec![(from, *to, 0)], None::<Sample>);
+        let (mut parts, mut minima) = (vec![(from, *to, 0)], Vec::new());
         while let Some((from, to, depth)) = parts.pop() {
             let size = to.path - from.path;
             if !(from.gap + to.gap - size < 2.0 * bound) {
                 continue;
             }
-            if size > finest && depth < DEPTH {
-                let middle = self.at(&self.line.place(self.rod, (element, 0.5 * (from.x + to.x))));
-                parts.extend([(from, middle, depth + 1), (middle, to, depth + 1)]);
-            } else if from.slope < 0.0 && to.slope > 0.0 {
-                let at = self.minimum(&from, &to);
-                if at.gap < bound && least.is_none_or(|least| at.gap < least.gap) {
-                    least = Some(at);
-                }
+            if depth < LEAST_DEPTH || size > finest && depth < DEPTH {
+                let middle = self.at(&self.line.place(self.rod, (to.element, 0.5 * (from.x + to.x))));
+                parts.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
+            } else if from.slope < 0.0 && to.slope >= 0.0 {
+                minima.extend(Some(self.minimum(&from, &to)).filter(|at| at.gap < bound));
             }
         }
-        least
+        minima
     }
 
     /// A lower bound of the gap inside an interval between two neighbouring places. Intervals are halved until the
@@ -195,24 +199,14 @@ impl Gaps<'_, '_> {
         self.lowest(&from, &middle, depth + 1).min(self.lowest(&middle, to, depth + 1))
     }
 
-    /// The minimum of the gap between two places with slopes of opposite signs: regula falsi with halving.
+    /// The minimum of the gap between two places of an element with slopes of opposite signs.
     fn minimum(&self, from: &Sample, to: &Sample) -> Sample {
-        let (mut low, mut high) = (*from, *to);
-        let mut at = low;
-        for i in 0..60 {
-            let share = if i % 3 == 2 { 0.5 } else { low.slope / (low.slope - high.slope) };
-            let x = low.x + (high.x - low.x) * share;
-            at = self.at(&self.line.place(self.rod, (to.element, x)));
-            if at.slope < 0.0 {
-                low = at
-            } else {
-                high = at
-            }
-            if at.slope.abs() < 1e-12 || high.x - low.x < 1e-12 {
-                break;
-            }
-        }
-        at
+        let at = |x: f64| self.at(&self.line.place(self.rod, (to.element, x)));
+        let bracket = [from, to].map(|sample| (sample.x, sample.slope));
+        let Ok(ends) = bracketed_root(bracket, PLACED, |x| Ok::<_, Infallible>(at(x).slope));
+        // At a kink the slope has no zero, and the ends of the bracket are on both sides.
+        let [a, b] = ends.map(at);
+        if a.gap <= b.gap { a } else { b }
     }
 }
 

@@ -65,6 +65,9 @@ pub(super) struct Settings {
     pub flat: f64,
     /// Largest slope of the rod against an obstacle at a contact point.
     pub tangential: f64,
+    /// Largest slope of the rod against an obstacle at a station where the rod follows the obstacle. It is about twenty
+    /// times the depth to which a coarse rod penetrates between two stations, relative to their distance.
+    pub steep: f64,
     /// Gap of an open contact point that is no candidate any more, relative to the length.
     pub far: f64,
     /// Number of saddles of the energy that are left, and the largest rotation by which each is left, rad: large
@@ -109,6 +112,7 @@ pub(super) const SETTINGS: Settings = Settings {
     near: 0.1,
     flat: 1e-3,
     tangential: 1e-6,
+    steep: 0.05,
     far: 1e-2,
     saddles: (4, 0.1),
     softenings: 12,
