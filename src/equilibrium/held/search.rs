@@ -277,7 +277,16 @@ impl<'a> HeldSearch<'a> {
     /// Sum of the distances by which holds and contacts are violated, m.
     pub(super) fn violation(&self) -> f64 {
         let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
-        links.chain(self.candidates.iter().map(|at| (-at.gap.value).max(0.0))).sum()
+        links.chain(self.candidates.iter().map(|at| (-self.least_gap(at)).max(0.0))).sum()
+    }
+
+    /// The least gap beside a candidate, m: that of the parabola through its place, within half an element. A candidate
+    /// that has not moved to the place of least gap yet would hide a penetration there.
+    fn least_gap(&self, at: &Candidate) -> f64 {
+        let ((slope, bend), reach) = (at.approach(), 0.5 * self.length / self.parent.elements() as f64);
+        let inside = self.end(at).is_none_or(|outward| slope * outward > 0.0);
+        let moved = if at.slides && inside { (-slope / bend).clamp(-reach, reach) } else { 0.0 };
+        at.gap.value + moved * (slope + 0.5 * bend * moved)
     }
 
     /// Largest distance by which a hold or a contact is violated, m.
