@@ -273,8 +273,9 @@ impl Picard {
                 return finite;
             }
             if sweep > 1 {
-                // The remaining sweeps are not sufficient, even at the faster of the last two contractions.
-                let remaining = (MAX_SWEEPS - 1 - sweep) as i32;
+                // The expected next change of the last sweep is above the tolerance, even with the faster one of the
+                // last two contractions.
+                let remaining = (MAX_SWEEPS - sweep) as i32;
                 if change * ratio.min(last_ratio).powi(remaining) > TOLERANCE {
                     break;
                 }
