@@ -23,7 +23,7 @@ use super::extended::{Conditions, Difference, Unknowns};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::stability::Linearisation;
+use crate::stability::{Crossing, Linearisation};
 use exponents::growing;
 use inner_product::InnerProduct;
 
@@ -124,29 +124,34 @@ impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
-    /// The branch that begins at an onset of oscillations (a Hopf bifurcation) in the range. The first point has
-    /// about the given `amplitude` of the tip (m), at least a hundredth of the length; its parameter is computed.
+    /// The branch that begins at an onset of oscillations (a Hopf bifurcation) in the range, found by
+    /// [`onset`](crate::stability::onset()) or [`crossings`](crate::stability::crossings()). The first point has about
+    /// the given `amplitude` of the tip (m), at least a hundredth of the length; its parameter is computed.
+    ///
+    /// The mode is that of the root which crosses the axis with the frequency of the onset. It need not be the
+    /// rightmost root: without proprioception infinitely many roots accumulate at zero.
     ///
     /// # Errors
-    /// A range or an amplitude out of range, a shoot at the onset whose rightmost root is real, errors of the
-    /// corrector at the first point (no orbit near the guess, or one that no grid in time resolves), or a first
-    /// parameter outside the range.
+    /// A range or an amplitude out of range, an onset without oscillations or one of the essential spectrum, a shoot
+    /// without a root at this frequency, errors of the corrector at the first point (no orbit near the guess, or one
+    /// that no grid in time resolves), or a first parameter outside the range.
     pub fn from_onset(
         mut solver: S,
         mut family: F,
-        onset: f64,
+        onset: &Crossing<1>,
         amplitude: f64,
         within: RangeInclusive<f64>,
     ) -> Result<Self, CycleError> {
-        check_range(&within, ("onset", onset))?;
-        let shoot = family(onset)?;
+        let [parameter] = onset.parameters;
+        check_range(&within, ("onset", parameter))?;
+        ParameterError::positive("frequency of the onset", onset.frequency)?;
+        let shoot = family(parameter)?;
         let share = amplitude / shoot.rod().length();
         let what = "amplitude of the first orbit, in lengths of the shoot";
         ParameterError::unless((LEAST..1.0).contains(&share), what, share, "from 0.01 to 1")?;
-        let root = Linearisation::about(&shoot)?.rightmost()?;
-        ParameterError::positive("frequency of the mode", root.value.im)?;
+        let root = onset.mode(&Linearisation::about(&shoot)?)?;
         let of_amplitude = |solver: &S, amplitude: f64| {
-            Ok::<_, CycleError>(Unknowns { parameter: onset, ..solver.of_mode(&shoot, &root, amplitude)? })
+            Ok::<_, CycleError>(Unknowns { parameter, ..solver.of_mode(&shoot, &root, amplitude)? })
         };
         let guess = of_amplitude(&solver, amplitude)?;
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);

@@ -2,8 +2,9 @@
 //! stationary.
 //!
 //! The leading multipliers of the return map give initial guesses of all leading roots. Newton's method on the
-//! determinant corrects them. A multiplier μ = exp(λT) determines λ up to multiples of 2πi/T. If a multiplier has
-//! no root nearby, the grid of the map is refined.
+//! determinant corrects them. A multiplier μ = exp(λT) determines λ up to multiples of 2πi/T. Roots that are real in
+//! the fixed frame are pairs λ ± iν in the corotating frame, whose two multipliers are equal. Each root of a pair is
+//! therefore assigned a multiplier of its own. If a multiplier has no root nearby, the grid of the map is refined.
 
 use std::f64::consts::TAU;
 
@@ -84,15 +85,16 @@ impl RotatingWave {
         let zero = function.polish(Complex::ZERO, &[])?;
         let mut known = vec![zero];
         let mut multipliers: Vec<Complex<f64>> = spectrum.values.iter().map(|one| one.value).collect();
-        let distance = |z: &Complex<f64>| (z - 1.0).norm();
-        let nearest =
-            (0..multipliers.len()).min_by(|a, b| distance(&multipliers[*a]).total_cmp(&distance(&multipliers[*b])));
-        let trivial = multipliers.remove(nearest.ok_or(f64::INFINITY)?);
-        if !(zero.norm() < ASYMMETRY * rate && distance(&trivial) < APART * rate * period) {
-            return Err((distance(&trivial) / period).max(zero.norm()) / rate);
+        let one = Complex::from(1.0);
+        let trivial = remove_nearest(&mut multipliers, one, f64::INFINITY).ok_or(f64::INFINITY)?;
+        let distance = (trivial - one).norm();
+        if !(zero.norm() < ASYMMETRY * rate && distance < APART * rate * period) {
+            return Err((distance / period).max(zero.norm()) / rate);
         }
         let mut roots = Vec::<Eigenvalue>::new();
-        for multiplier in multipliers.into_iter().filter(|multiplier| multiplier.im >= 0.0) {
+        // Largest multipliers first. The conjugate of a root has a multiplier of its own.
+        multipliers.reverse();
+        while let Some(multiplier) = multipliers.pop() {
             let first = multiplier.ln() / period;
             let frame = |k: i32| first + Complex::new(0.0, TAU / period * f64::from(k));
             // The Newton step is shortest from the value next to a root.
@@ -103,12 +105,12 @@ impl RotatingWave {
             if !(difference < APART * rate) {
                 return Err(difference / rate);
             }
-            // A positive multiplier belongs to a real root, a negative one to a conjugate pair.
             let value = Complex::new(value.re, value.im.abs());
             let value = if value.im < REAL * rate { Complex::from(value.re) } else { value };
             known.push(value);
             if value.im > 0.0 {
                 known.push(value.conj());
+                remove_nearest(&mut multipliers, multiplier.conj(), APART * rate * period);
             }
             roots.push(Eigenvalue { value, residual: difference });
         }
@@ -133,6 +135,13 @@ impl RotatingWave {
         let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;
         Spectrum::of(start.flat().len(), wanted, |x| monodromy.apply_flat(x))
     }
+}
+
+/// Removes the number nearest to a given one from a list, if their distance is below a limit.
+fn remove_nearest(list: &mut Vec<Complex<f64>>, to: Complex<f64>, within: f64) -> Option<Complex<f64>> {
+    let distances = list.iter().map(|z| (z - to).norm()).enumerate();
+    let (nearest, _) = distances.filter(|(_, d)| *d < within).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(list.remove(nearest))
 }
 
 /// The characteristic function det M(λ), with M = λ + ν ẑ × − REGR ∂gradient.

@@ -1,11 +1,11 @@
 //! A crossing of the imaginary axis.
 
-use nalgebra::SVector;
+use nalgebra::{Complex, SVector};
 
-use super::follow::Follower;
+use super::follow::{Follower, find_alike};
 use super::mesh_error::{MeshError, ROUNDING, check_finer};
 use crate::linear::StabilityError;
-use crate::stability::spectrum::{Linearisation, Part};
+use crate::stability::spectrum::{Linearisation, Part, Root};
 
 /// A crossing of the imaginary axis: a root iω at a value of one parameter, or a point of a boundary in two.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +111,14 @@ impl<const N: usize> Crossing<N> {
 }
 
 impl Crossing<1> {
+    /// The root of a linearisation at this crossing, with its mode. The mesh may differ from that of the crossing.
+    ///
+    /// # Errors
+    /// An essential root, or a linearisation without a root near this one.
+    pub(crate) fn mode(&self, linear: &Linearisation) -> Result<Root, StabilityError> {
+        linear.with_mode(find_alike(linear, self.place.part, Complex::new(0.0, self.frequency))?)
+    }
+
     /// The crossing at a root, whose parameter is measured in its own unit.
     pub(super) fn at(place: Follower<1>) -> Self {
         Self::new(place, SVector::zeros(), SVector::repeat(1.0))

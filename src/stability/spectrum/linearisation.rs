@@ -148,10 +148,8 @@ impl Linearisation {
     /// that affect the root.
     pub fn rightmost(&self) -> Result<Root, StabilityError> {
         let roots = self.isolated(&self.essential()?)?.into_iter();
-        let (name, value) =
-            roots.reduce(|a, b| if b.1.re > a.1.re { b } else { a }).ok_or(StabilityError::NoIsolatedRoot)?;
-        let block = self.spectrum.blocks().find(|(other, _)| *other == name);
-        block.map(|(_, block)| Root::new(block, value)).ok_or(StabilityError::NoIsolatedRoot)
+        let rightmost = roots.reduce(|a, b| if b.1.re > a.1.re { b } else { a });
+        self.with_mode(rightmost.ok_or(StabilityError::NoIsolatedRoot)?)
     }
 
     /// The rightmost root, isolated or essential, and the part that it belongs to.
@@ -178,6 +176,15 @@ impl Linearisation {
         guess: Complex<f64>,
     ) -> Result<Option<Complex<f64>>, StabilityError> {
         self.spectrum.part(part).map(|part| zero_near(part, guess)).transpose()
+    }
+
+    /// A root of a part, with its mode.
+    ///
+    /// # Errors
+    /// A part of the essential spectrum.
+    pub(in crate::stability) fn with_mode(&self, (part, value): Found) -> Result<Root, StabilityError> {
+        let block = self.spectrum.blocks().find(|(name, _)| *name == part);
+        block.map(|(_, block)| Root::new(block, value)).ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// The unstable isolated root with the smallest real part, and the number of roots that it represents.
