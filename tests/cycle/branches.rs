@@ -1,6 +1,8 @@
 //! Branches of periodic orbits along a parameter: branches that start at the onset of oscillations, branches with
 //! folds, and the bifurcations at which the stability changes.
 
+use std::sync::LazyLock;
+
 use super::{assert_complex_eq, family, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, shape};
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};
@@ -8,12 +10,19 @@ use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::cycle::{
     Bifurcation, BranchPoint, Continuation, CycleError, PeriodicSolver, RotatingWave, RotatingWaveSolver,
 };
+use morphorod::stability::{Crossing, Linearisation, onset};
 use morphorod::tropism::{Declaration, Perception, SettledStatoliths, Site, Source};
 use morphorod::{DynLaws, Shoot};
 use nalgebra::Complex;
 
 /// Length at the onset of oscillations of the reduced model, m.
 const ONSET: f64 = 0.065_614_866;
+
+/// Crossing of the axis at this onset. Both perceptions of these tests have the same gain for small tilts.
+static CROSSING: LazyLock<Crossing<1>> = LazyLock::new(|| {
+    let mut shoots = sensing(SettledStatoliths, 6);
+    onset(|length| Linearisation::about(&shoots(length).unwrap()), 0.06, 0.07).unwrap()
+});
 
 /// Reduced model with a given perception of gravity and equal elements, as a family over the length (m).
 fn sensing(
@@ -74,7 +83,7 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
     let branch = Continuation::from_onset(
         RotatingWaveSolver::default(),
         sensing(SettledStatoliths, 6),
-        ONSET,
+        &CROSSING,
         2e-3,
         0.065..=end,
     );
@@ -106,7 +115,7 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
 #[test]
 fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     let solver = PeriodicSolver::default();
-    let branch = Continuation::from_onset(solver, sensing(SettledStatoliths, 6), ONSET, 8e-3, 0.065..=0.067);
+    let branch = Continuation::from_onset(solver, sensing(SettledStatoliths, 6), &CROSSING, 8e-3, 0.065..=0.067);
     let points = all(branch.unwrap().largest_step(0.15).unwrap());
     let last = points.last().unwrap();
     // Reference values of excursion (mm), period (min) and exponents in the plane and out of it (1/h). They are those
@@ -154,7 +163,8 @@ fn exact_fold() -> (f64, f64) {
 #[test]
 fn branch_of_circles_turns_at_the_exact_fold() {
     let within = 0.06..=0.0657;
-    let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 5), ONSET, 1e-2, within.clone());
+    let branch =
+        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 5), &CROSSING, 1e-2, within.clone());
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
     assert_eq!(special(&points), [Bifurcation::Fold, Bifurcation::Torus]);
     let at = points.iter().position(|point| point.bifurcation == Some(Bifurcation::Fold)).unwrap();
@@ -190,7 +200,8 @@ fn branch_of_circles_turns_at_the_exact_fold() {
 #[test]
 fn branch_of_circles_followed_backwards_passes_the_same_fold() {
     let within = 0.06..=0.066;
-    let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, 1e-2, within.clone());
+    let branch =
+        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), &CROSSING, 1e-2, within.clone());
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
     let fold = points.iter().find(|point| point.bifurcation == Some(Bifurcation::Fold)).unwrap();
     let last = points.last().unwrap();
@@ -219,7 +230,7 @@ fn branch_of_circles_followed_backwards_passes_the_same_fold() {
 #[test]
 fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
     let solver = swing_solver();
-    let branch = Continuation::from_onset(solver, sensing(Keen, 2), ONSET, 1.2e-2, 0.06..=0.0657);
+    let branch = Continuation::from_onset(solver, sensing(Keen, 2), &CROSSING, 1.2e-2, 0.06..=0.0657);
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
     assert_eq!(special(&points), [Bifurcation::Fold, Bifurcation::Pitchfork]);
     let at = |special| points.iter().position(|point| point.bifurcation == Some(special)).unwrap();
@@ -252,8 +263,10 @@ fn assert_refused(answer: Result<(), CycleError>) {
 
 #[test]
 fn invalid_ranges_and_amplitudes_of_a_branch_from_the_onset_are_refused() {
-    let from = |onset, amplitude, within| {
-        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 4), onset, amplitude, within).map(|_| ())
+    let from = |parameter, amplitude, within| {
+        let mut onset = *CROSSING;
+        onset.parameters = [parameter];
+        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 4), &onset, amplitude, within).map(|_| ())
     };
     assert_refused(from(ONSET, 0.0, 0.06..=0.07));
     assert_refused(from(ONSET, f64::NAN, 0.06..=0.07));
@@ -265,7 +278,7 @@ fn invalid_ranges_and_amplitudes_of_a_branch_from_the_onset_are_refused() {
     assert_refused(from(ONSET, 2e-3, ONSET..=0.066));
     // The exponents of such a small circle cannot be distinguished from those that vanish by symmetry.
     assert_refused(from(ONSET, 1e-4, 0.06..=0.066));
-    // Far below the onset the mode decays, and no orbit has this amplitude.
+    // Far below the onset no root is next to that of the crossing.
     assert!(from(0.05, 2e-3, 0.05..=0.051).is_err());
 }
 
@@ -302,7 +315,8 @@ fn errors_of_the_family_end_the_branch() {
 /// First circle beyond the fold, where the chord from the onset does not approximate the tangent.
 #[test]
 fn branch_with_a_first_circle_beyond_the_fold_reaches_the_end_of_its_range() {
-    let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, 3e-2, 0.06..=0.066);
+    let branch =
+        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), &CROSSING, 3e-2, 0.06..=0.066);
     assert_eq!(all(branch.unwrap()).last().unwrap().parameter, 0.066);
 }
 
@@ -360,7 +374,7 @@ fn folding(
     amplitude: f64,
 ) -> Continuation<RotatingWaveSolver, impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone> {
     let branch =
-        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, amplitude, 0.06..=0.066);
+        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), &CROSSING, amplitude, 0.06..=0.066);
     branch.unwrap().largest_step(0.1).unwrap()
 }
 

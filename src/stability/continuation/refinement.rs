@@ -2,10 +2,14 @@
 
 use std::iter::{once, successors};
 
+use nalgebra::Complex;
+
 use super::follow::find_alike;
 use super::mesh_error::{ACCURACY, Convergence, ROUNDING, check_finer};
 use crate::error::ParameterError;
 use crate::linear::StabilityError;
+use crate::model::Model;
+use crate::shoot::Shoot;
 use crate::stability::spectrum::{Linearisation, Part, Root};
 
 /// Relative tolerance and range of meshes of a mesh refinement.
@@ -129,7 +133,7 @@ impl Refinement {
         family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
         line: f64,
     ) -> Result<Vec<Root>, StabilityError> {
-        self.refine_roots(family, |linear| linear.roots(line))
+        Ok(self.refine_roots(family, |linear| Ok(((), linear.roots(line)?)))?.1)
     }
 
     /// Finds the rightmost isolated root as [`Linearisation::rightmost`] does, to the tolerance; its error is
@@ -142,38 +146,119 @@ impl Refinement {
         &self,
         family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
     ) -> Result<Root, StabilityError> {
-        let found = self.refine_roots(family, |linear| Ok(vec![linear.rightmost()?]))?;
+        let (_, found) = self.refine_roots(family, |linear| Ok(((), vec![linear.rightmost()?])))?;
         found.into_iter().next().ok_or(StabilityError::NoIsolatedRoot)
     }
 
-    /// Seeks roots on every mesh, until those of two meshes agree in number and value.
-    fn refine_roots(
+    /// Seeks roots on every mesh, until those of two meshes agree in number and value, and a further answer agrees, too.
+    /// Returns the finer linearisation, and its roots with their errors.
+    fn refine_roots<A: PartialEq>(
         &self,
         mut family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
-        sought: impl Fn(&Linearisation) -> Result<Vec<Root>, StabilityError>,
-    ) -> Result<Vec<Root>, StabilityError> {
+        sought: impl Fn(&Linearisation) -> Result<(A, Vec<Root>), StabilityError>,
+    ) -> Result<(Linearisation, Vec<Root>), StabilityError> {
         self.check()?;
-        let (roots, ..) = self.converge(|n, coarser: Option<(Vec<Root>, usize, Convergence)>| {
-            let linear = family(n)?;
-            let mut roots = sought(&linear)?;
-            let Some((coarse, elements, mut convergence)) = coarser else {
+        let (found, ..) = self.converge(|n, coarser: Option<OnMesh<A>>| {
+            let mut linear = family(n)?;
+            let (answer, mut roots) = sought(&linear)?;
+            let Some(((coarse, of_coarse), before, mut convergence)) = coarser else {
                 let convergence = Convergence { just_resolved: n > self.first, ..Convergence::default() };
-                return Ok(((roots, linear.elements(), convergence), None));
+                return Ok((((linear, roots), answer, convergence), None));
             };
-            check_finer(elements, &linear)?;
-            let changes: Vec<f64> = roots.iter().map(|root| distance(root, &coarse)).collect();
-            let sizes: Vec<f64> =
-                roots.iter().map(|root| root.value.norm().max(linear.characteristic.smallest_modulus())).collect();
-            let largest = changes.iter().zip(&sizes).map(|(change, size)| change / size).fold(ROUNDING, f64::max);
-            let share = convergence.error_share(largest, elements, &linear);
-            for ((root, change), size) in roots.iter_mut().zip(changes).zip(sizes) {
-                root.error = Some((change * share).max(ROUNDING * size));
+            check_finer(coarse.elements(), &linear)?;
+            let sizes = roots.iter().map(|root| linear.size(root.value));
+            let changes: Vec<f64> = roots.iter().map(|root| distance(root, &of_coarse)).collect();
+            let largest = changes.iter().zip(sizes).map(|(change, size)| change / size).fold(ROUNDING, f64::max);
+            let share = convergence.error_share(largest, coarse.elements(), &linear);
+            for (root, change) in roots.iter_mut().zip(changes) {
+                root.error = Some((change * share).max(ROUNDING * linear.size(root.value)));
             }
-            let agree = coarse.len() == roots.len();
+            let agree = of_coarse.len() == roots.len() && before == answer;
             let estimate = if agree { (largest * share).max(ROUNDING) } else { f64::INFINITY };
-            Ok(((roots, linear.elements(), convergence), Some(estimate)))
+            linear.compare_with(coarse, share);
+            Ok((((linear, roots), answer, convergence), Some(estimate)))
         })?;
-        Ok(roots)
+        Ok(found)
+    }
+}
+
+/// A linearisation with the roots sought, a further answer, and the convergence so far.
+type OnMesh<A> = ((Linearisation, Vec<Root>), A, Convergence);
+
+/// Largest number of elements of a linearisation that refines itself. On this mesh one evaluation of the characteristic
+/// function takes a fifth of a second, and a search some minutes.
+const MOST_ELEMENTS: usize = 128;
+
+impl Linearisation {
+    /// Linearises a shoot about its present state, which must be a steady state, on a mesh that resolves its waves. The
+    /// elements are divided into 2, 3, 4, 6, 8 … parts until the number of unstable roots and the rightmost isolated root
+    /// of two meshes agree, and the estimated error of the root is below `tolerance`, relative to |λ| or to a
+    /// thousandth of the slowest rate. All roots that [`roots`](Self::roots) and [`rightmost`](Self::rightmost) then
+    /// return have an estimate of their [error](Root::error), from the mesh before. The shoot is not changed.
+    ///
+    /// ```
+    /// # use morphorod::Shoot;
+    /// # use morphorod::constitutive::LinearElastic;
+    /// # use morphorod::growth::{Ongoing, UniformGrowth};
+    /// # use morphorod::load::Weight;
+    /// # use morphorod::stability::Linearisation;
+    /// # use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+    /// # let memory = Memory { time: 720.0, delay: 720.0 };
+    /// // Fast growth causes short waves, which eight elements do not resolve.
+    /// let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    ///     .length(0.07).radius(5e-4).elements(8)
+    ///     .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 12e3 }))
+    ///     .tropism((
+    ///         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+    ///         Proprioception { sensitivity: 5.0 }.remembered(memory),
+    ///     ))
+    ///     .load(Weight { density: 1000.0 })
+    ///     .build()?;
+    /// assert!(Linearisation::about(&shoot)?.unstable().is_err());
+    /// let linear = Linearisation::resolved(&shoot, 1e-6)?;
+    /// println!("{} unstable roots on {} elements", linear.unstable()?, linear.elements());
+    /// let root = linear.rightmost()?;
+    /// assert!(root.error.is_some_and(|error| error < 1e-6 * root.value.norm()));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Errors of [`about`](Self::about), a tolerance below 1e-9, or a tolerance that 128 elements, or two parts of each
+    /// element if there are more than 64, do not meet.
+    pub fn resolved(shoot: &Shoot<impl Model>, tolerance: f64) -> Result<Self, StabilityError> {
+        let elements = shoot.rod().elements();
+        let meshes = Refinement { tolerance, first: 1, last: (MOST_ELEMENTS / elements).max(2) };
+        let answers = |linear: &Self| {
+            let number = match linear.unstable() {
+                Err(StabilityError::InfinitelyMany { .. }) => None,
+                number => Some(number?),
+            };
+            match linear.rightmost() {
+                Err(StabilityError::NoIsolatedRoot) => Ok((number, Vec::new())),
+                root => Ok((number, vec![root?])),
+            }
+        };
+        let found = meshes.refine_roots(|parts| Self::refined(shoot, parts), answers);
+        let (linear, _) = found.map_err(|error| match error {
+            StabilityError::ToleranceNotMet { tolerance, error, elements: parts } => {
+                StabilityError::ToleranceNotMet { tolerance, error, elements: parts * elements }
+            }
+            error => error,
+        })?;
+        Ok(linear)
+    }
+
+    /// The size to which the error of a root is relative, 1/s: |λ|, or a thousandth of the slowest rate.
+    fn size(&self, root: Complex<f64>) -> f64 {
+        root.norm().max(self.characteristic.smallest_modulus())
+    }
+
+    /// Estimated error of a root due to the mesh, 1/s. None without a coarser mesh, or if the root has moved so far from
+    /// that mesh that no estimate is possible.
+    pub(in crate::stability) fn error_of(&self, part: Part, root: Complex<f64>) -> Option<f64> {
+        let (coarser, share) = self.coarser.as_ref()?;
+        let (_, there) = find_alike(coarser, part, root).ok()?;
+        Some(((there - root).norm() * share).max(ROUNDING * self.size(root)))
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Complex, Vector3};
 
+use super::block::Block;
 use super::characteristic::CharacteristicMatrix;
 use super::count::count_along;
 use super::motion::{ForcedResponse, Root};
@@ -25,11 +26,14 @@ use crate::tropism::Growing;
 pub struct Linearisation {
     pub(in crate::stability) characteristic: Arc<CharacteristicMatrix>,
     spectrum: Spectrum,
+    /// The linearisation on a coarser mesh, and the error of a root relative to its change from that mesh.
+    pub(in crate::stability) coarser: Option<(Box<Linearisation>, f64)>,
 }
 
 impl Linearisation {
-    /// Linearises a shoot about its present state, which must be a steady state. A shoot that was just built is
-    /// in a steady state if it is upright and its laws keep it so.
+    /// Linearises a shoot about its present state, which must be a steady state, on its own mesh;
+    /// [`resolved`](Self::resolved) refines the mesh. A shoot that was just built is in a steady state if it is upright
+    /// and its laws keep it so.
     /// [`solve_steady_state`](crate::stability::solve_steady_state()) brings others into one. Length, stiffness
     /// and zone are kept constant. Obstacles that the shoot does not touch have no effect. The shoot is not changed.
     ///
@@ -76,7 +80,7 @@ impl Linearisation {
         let characteristic = CharacteristicMatrix::about(shoot, &rod, statics, regr, (&steady, &force), &mut solver)?;
         let characteristic = Arc::new(characteristic);
         let spectrum = Spectrum::of(&characteristic)?;
-        Ok(Self { characteristic, spectrum })
+        Ok(Self { characteristic, spectrum, coarser: None })
     }
 
     /// The number of elements in the growth zone.
@@ -134,8 +138,8 @@ impl Linearisation {
         let requirement = "right of −0.9/τm and of the essential spectrum, or of zero where that is empty (1/s)";
         ParameterError::unless(ok, LINE, line, requirement)?;
         let mut found: Vec<Root> = Vec::new();
-        for (_, block) in self.spectrum.blocks() {
-            found.extend(roots_right_of(block, line)?.into_iter().map(|value| Root::new(block, value)));
+        for (part, block) in self.spectrum.blocks() {
+            found.extend(roots_right_of(block, line)?.into_iter().map(|value| self.root(part, block, value)));
         }
         found.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
         Ok(found)
@@ -184,7 +188,18 @@ impl Linearisation {
     /// A part of the essential spectrum.
     pub(in crate::stability) fn with_mode(&self, (part, value): Found) -> Result<Root, StabilityError> {
         let block = self.spectrum.blocks().find(|(name, _)| *name == part);
-        block.map(|(_, block)| Root::new(block, value)).ok_or(StabilityError::NoIsolatedRoot)
+        block.map(|(_, block)| self.root(part, block, value)).ok_or(StabilityError::NoIsolatedRoot)
+    }
+
+    /// A root of a block, with its mode and the error of its mesh if that is known.
+    fn root(&self, part: Part, block: &Block, value: Complex<f64>) -> Root {
+        Root { error: self.error_of(part, value), ..Root::new(block, value) }
+    }
+
+    /// Keeps a linearisation on a coarser mesh for estimates of errors. A share of the change of a root is its error.
+    pub(in crate::stability) fn compare_with(&mut self, mut coarser: Self, share: f64) {
+        coarser.coarser = None;
+        self.coarser = Some((Box::new(coarser), share));
     }
 
     /// The unstable isolated root with the smallest real part, and the number of roots that it represents.
