@@ -77,10 +77,11 @@ pub enum StabilityError {
         /// Largest real part of the essential spectrum, 1/s.
         abscissa: f64,
     },
-    /// The mesh does not resolve the steady state, or waves that contribute to the characteristic function;
-    /// take more elements, or [`Linearisation::resolved`](crate::stability::Linearisation::resolved). Next to the essential spectrum, and with fast growth and no proprioception, ever
-    /// shorter waves contribute, and possibly no mesh resolves them. A tilted shoot without proprioception has
-    /// no steady state, which appears as a shape that no mesh resolves.
+    /// The mesh does not resolve the steady state, or waves that contribute to the characteristic function. Take
+    /// more elements; [`Linearisation::resolved`](crate::stability::Linearisation::resolved) does so for waves.
+    /// Next to the essential spectrum, and with fast growth and no proprioception, ever shorter waves contribute,
+    /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
+    /// appears as a shape that no mesh resolves.
     #[error("the mesh does not resolve {what}, with an error of {error:.1e}; take more elements")]
     UnderResolved {
         /// The quantity, with the unit of its error.

@@ -150,8 +150,8 @@ impl Refinement {
         found.into_iter().next().ok_or(StabilityError::NoIsolatedRoot)
     }
 
-    /// Seeks roots on every mesh, until those of two meshes agree in number and value, and a further answer agrees, too.
-    /// Returns the finer linearisation, and its roots with their errors.
+    /// Seeks roots on every mesh, until those of two meshes agree in number and value, and a further answer
+    /// agrees, too. Returns the finer linearisation, and its roots with their errors.
     fn refine_roots<A: PartialEq>(
         &self,
         mut family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
@@ -190,11 +190,13 @@ type OnMesh<A> = ((Linearisation, Vec<Root>), A, Convergence);
 const MOST_ELEMENTS: usize = 128;
 
 impl Linearisation {
-    /// Linearises a shoot about its present state, which must be a steady state, on a mesh that resolves its waves. The
-    /// elements are divided into 2, 3, 4, 6, 8 … parts until the number of unstable roots and the rightmost isolated root
-    /// of two meshes agree, and the estimated error of the root is below `tolerance`, relative to |λ| or to a
-    /// thousandth of the slowest rate. All roots that [`roots`](Self::roots) and [`rightmost`](Self::rightmost) then
-    /// return have an estimate of their [error](Root::error), from the mesh before. The shoot is not changed.
+    /// Linearises a shoot about its present state, which must be a steady state, on a mesh that resolves its waves.
+    /// The elements are divided into 2, 3, 4, 6, 8 … parts. Refinement ends when the number of unstable roots and
+    /// the rightmost isolated root agree on two meshes, and the estimated error of the root is below `tolerance`,
+    /// relative to |λ| or to a thousandth of the slowest rate. The shoot is not changed.
+    ///
+    /// The roots that [`roots`](Self::roots) and [`rightmost`](Self::rightmost) then return have an estimate of
+    /// their [error](Root::error), from the mesh before.
     ///
     /// ```
     /// # use morphorod::Shoot;
@@ -253,8 +255,8 @@ impl Linearisation {
         root.norm().max(self.characteristic.smallest_modulus())
     }
 
-    /// Estimated error of a root due to the mesh, 1/s. None without a coarser mesh, or if the root has moved so far from
-    /// that mesh that no estimate is possible.
+    /// Estimated error of a root due to the mesh, 1/s. None without a coarser mesh, or without a root next to this
+    /// one on that mesh.
     pub(in crate::stability) fn error_of(&self, part: Part, root: Complex<f64>) -> Option<f64> {
         let (coarser, share) = self.coarser.as_ref()?;
         let (_, there) = find_alike(coarser, part, root).ok()?;
