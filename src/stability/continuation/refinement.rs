@@ -206,9 +206,9 @@ impl Linearisation {
     /// # use morphorod::stability::Linearisation;
     /// # use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
     /// # let memory = Memory { time: 720.0, delay: 720.0 };
-    /// // Fast growth causes short waves, which eight elements do not resolve.
+    /// // Fast growth causes short waves.
     /// let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    ///     .length(0.07).radius(5e-4).elements(8)
+    ///     .length(0.07).radius(5e-4).elements(2)
     ///     .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 12e3 }))
     ///     .tropism((
     ///         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
@@ -216,7 +216,6 @@ impl Linearisation {
     ///     ))
     ///     .load(Weight { density: 1000.0 })
     ///     .build()?;
-    /// assert!(Linearisation::about(&shoot)?.unstable().is_err());
     /// let linear = Linearisation::resolved(&shoot, 1e-6)?;
     /// println!("{} unstable roots on {} elements", linear.unstable()?, linear.elements());
     /// let root = linear.rightmost()?;
