@@ -71,6 +71,7 @@
 //! | [`load`] | weight and other forces: [`Load`](load::Load) |
 //! | [`support`] | holds, springs, joints and obstacles: [`Support`](support::Support) |
 //! | [`equilibrium`] | equilibria of a rod: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
+//! | [`check`] | whether the methods of a law of your own agree with each other |
 //! | [`profile`] | strain, force, couple and growth rate at any place along a rod |
 //! | [`integrator`] | integration in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | steady states, characteristic roots, onset of oscillations |
@@ -101,6 +102,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod check;
 #[cfg(feature = "serde")]
 pub mod checkpoint;
 mod compositions;
@@ -138,7 +140,7 @@ pub use nalgebra;
 pub use reference_element::Order;
 pub use scene::{Along, Environment, Scene, Still, Turned};
 pub use section::Section;
-pub use shoot::{Shoot, ShootBuilder};
+pub use shoot::{Energies, Shoot, ShootBuilder};
 pub use state::{State, StateError};
 
 /// The programs of the README, compiled and run as tests.

@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::growth::GrowthLaw;
 use crate::load::{Cut, InternalForce, Load};
-use crate::rod::{MaterialPoint, Rod, Tissue, weighted};
+use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, weighted};
 use crate::scene::Environment;
 
 /// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
@@ -34,6 +34,8 @@ pub struct Place {
     pub couple: Vector3<f64>,
     /// The force n that the part beyond exerts on the part below, in the fixed frame, N.
     pub force: Vector3<f64>,
+    /// The elastic energy of bending, twist, shear and stretch per unstretched length, J/m.
+    pub elastic_energy: f64,
     /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of constant
     /// length it is the rate of the ongoing differential growth.
     pub regr: f64,
@@ -251,17 +253,21 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let zone = self.growth.zone_length();
         let (in_zone, elongates) = (e >= rod.first_growing(), self.growth.elongates());
         let speed = |sigma: f64| if elongates { self.growth.apical_speed(sigma.min(zone), time) } else { 0.0 };
+        let elastic = strain_under(self.material, &tissue, &near, &couple);
+        let line = self.material.line_response(&tissue, &frame.inverse_transform_vector(&force));
+        let energy = self.material.respond(&tissue, &elastic).energy + line.map_or(0.0, |line| line.energy);
         Place {
             arc_length: length - sigma,
             apex_distance: sigma,
             tissue,
             position: beyond.position,
             frame,
-            strain: intrinsic + strain_under(self.material, &tissue, &near, &couple),
-            line_strain: line_strain_under(self.material, &tissue, &frame, &force),
+            strain: intrinsic + elastic,
+            line_strain: line.map_or(centre_line_tangent(), |line| line.strain),
             intrinsic,
             couple,
             force,
+            elastic_energy: energy,
             regr: if in_zone { self.growth.regr(sigma, time) } else { 0.0 },
             speed: if in_zone { speed(length) - speed(sigma) } else { 0.0 },
         }

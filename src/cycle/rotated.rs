@@ -10,13 +10,8 @@ pub(super) fn rotated(rod: &Rod, angle: f64) -> Rod {
     let along_directors = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     let base = rod.frames()[0];
     let in_space = base * along_directors * base.inverse();
-    let mut out = rod.clone();
-    let (frames, rotations) = out.shape_mut();
-    frames.iter_mut().for_each(|frame| *frame = in_space * *frame * along_directors.inverse());
-    let rotate = |vector: &mut Vector3<f64>| *vector = along_directors * *vector;
-    rotations.iter_mut().for_each(rotate);
-    out.line_strains_mut().iter_mut().for_each(rotate);
-    out.points_mut().iter_mut().for_each(|point| point.intrinsic = along_directors * point.intrinsic);
+    let mut out = rod.with_turned_directors(&along_directors.inverse());
+    out.shape_mut().0.iter_mut().for_each(|frame| *frame = in_space * *frame);
     // Removes the rounding error of the clamped base.
     out.shape_mut().0[0] = base;
     out

@@ -21,6 +21,7 @@ pub use unloaded::Unloaded;
 
 use nalgebra::Vector3;
 
+use crate::check::{self, LawError};
 use crate::constitutive::Constitutive;
 use crate::error::{ParameterError, debug_by_display};
 use crate::load::{InternalForce, Load};
@@ -221,6 +222,9 @@ pub enum EquilibriumError {
     /// A solver has computed a shape that the rod refuses.
     #[error(transparent)]
     Shape(#[from] RodError),
+    /// The search failed, and the methods of the elastic law contradict each other, as [`check`](crate::check) finds.
+    #[error(transparent)]
+    Law(#[from] LawError),
     /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as
     /// unloaded, or a number of elements that exceeds the memory.
     #[error(transparent)]
@@ -270,6 +274,21 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         ParameterError::unless(strained < 1e-9, name, strained, "zero").map_err(at)?;
     }
     Ok(())
+}
+
+/// Strains at which a law is checked after a search that failed, times the length of the rod: generic ones, at which a
+/// law is smooth that has other stiffnesses for the opposite strain.
+const CHECKED_STRAINS: [[f64; 3]; 2] = [[0.8, -0.5, 0.3], [-3.0, 5.0, 2.0]];
+
+/// Returns an error for an elastic law whose methods contradict each other at the base or at the apex of a rod.
+pub(crate) fn check_law(rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> Result<(), LawError> {
+    let (length, p, last) = (rod.length(), rod.order().points(), rod.points().len() - 1);
+    [0, last].into_iter().try_for_each(|i| {
+        let tissue = Tissue::of(&rod.points()[i], force.environment().time);
+        let along = rod.frame_at_point(i / p, i % p).inverse_transform_vector(&force.at_points()[i]);
+        let points = CHECKED_STRAINS.map(|strain| (Vector3::from(strain) / length, along));
+        check::elastic_law(material, &tissue, &points)
+    })
 }
 
 /// Equilibria next to a given one, to first order.

@@ -8,7 +8,8 @@ use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
 use super::{
-    Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria, check_stiffness,
+    Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria, check_law,
+    check_stiffness,
 };
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
@@ -273,6 +274,10 @@ impl EquilibriumSolver for NewtonSolver {
         held.support.check()?;
         let answer = self.search_held(held);
         self.workspace.system.joints.clear();
+        if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
+            let &HeldRod { rod, material, load, environment, .. } = held;
+            check_law(rod, material, &InternalForce::of(rod, load, environment))?;
+        }
         answer
     }
 
@@ -300,8 +305,9 @@ impl EquilibriumSolver for NewtonSolver {
             self.workspace.system.initial.restore(rod);
         }
         if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
-            // The most likely reasons are a law without stiffness and elements that are too long.
+            // The most likely reasons are a law without stiffness or with a wrong tangent, and elements that are too long.
             check_stiffness(rod, material, force.environment().time)?;
+            check_law(rod, material, force)?;
             check_turns(rod)?;
         }
         answer

@@ -8,7 +8,7 @@ mod uniform;
 pub use fixed::Ongoing;
 pub use profile::{CosineProfile, LinearProfile};
 pub use trace::Trace;
-pub(crate) use trace::{exit_before_start, zone_elongation};
+pub(crate) use trace::{exit_before_start, length, zone_elongation};
 pub use uniform::UniformGrowth;
 
 use crate::error::ParameterError;
@@ -57,8 +57,7 @@ pub trait GrowthLaw {
     /// of tissue at `to` over that at `from`. The default integrates dσ/dt = [`apical_speed`](Self::apical_speed) by
     /// the classical Runge–Kutta method.
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
-        let steps = || steps_for(self, sigma, from, to);
-        if self.elongates() { integrate(self, sigma, from, to, steps()) } else { (sigma, 1.0) }
+        if self.elongates() { integrated_flow(self, sigma, from, to) } else { (sigma, 1.0) }
     }
 
     /// Time (s) at which the point with distance `sigma` (m) at time `from` (s) leaves the zone. For a point that is
@@ -138,6 +137,11 @@ fn steps_for<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, to: f64) -> 
     let wanted = (512.0 * rate * (to - from).abs()).ceil();
     // The bound limits the work for an infinite rate. The caller checks the result.
     if wanted.is_finite() { wanted.clamp(1.0, 1e6) as usize } else { 1 }
+}
+
+/// Moves a point by integration of the speed and of the rate of growth, see [`GrowthLaw::flow`].
+pub(crate) fn integrated_flow(law: &(impl GrowthLaw + ?Sized), sigma: f64, from: f64, to: f64) -> (f64, f64) {
+    integrate(law, sigma, from, to, steps_for(law, sigma, from, to))
 }
 
 /// Moves a point by `steps` steps of the classical fourth-order Runge–Kutta method, see [`GrowthLaw::flow`].

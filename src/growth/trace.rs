@@ -21,7 +21,7 @@ pub struct Trace {
 }
 
 /// See [`GrowthLaw::length`].
-pub(super) fn length(law: &(impl GrowthLaw + ?Sized), initial: f64, t: f64) -> f64 {
+pub(crate) fn length(law: &(impl GrowthLaw + ?Sized), initial: f64, t: f64) -> f64 {
     let zone = law.zone_length();
     match law.exit_time(initial, 0.0, t) {
         _ if !law.elongates() => initial,

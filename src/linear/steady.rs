@@ -1,6 +1,6 @@
 //! Laws in their steady state under constant stimuli.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, Vector3};
 
 use super::error::StabilityError;
 use super::stimuli::visit_stimuli;
@@ -8,7 +8,7 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
+use crate::tropism::{Declaration, Growing, TropismLaw, rates_in_steady_state};
 
 /// Largest rate of a variable in the steady state of a law, relative to the terms that cancel in it. The value
 /// allows for laws that compute their steady state by iteration, and is the accuracy required of a steady state
@@ -42,7 +42,7 @@ impl SteadyLaws {
             out.stimuli.column_mut(i).copy_from_slice(stimuli);
             let mut variables = out.variables.column_mut(i);
             law.steady(stimuli, variables.as_mut_slice());
-            out.places[i] = Growing::new(time, site.section, site.apex_distance);
+            out.places[i] = Growing::at(site);
             out.gradients[i] = law.gradient(&out.places[i], variables.as_slice(), size.present(stimuli));
         });
         out
@@ -62,22 +62,16 @@ impl SteadyLaws {
 /// Returns an error unless the rates of all variables vanish in their steady state, up to a share of the terms
 /// Σ |∂ẏ/∂y| |y| + Σ |∂ẏ/∂x| |x| that cancel in them.
 pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyLaws) -> Result<(), StabilityError> {
-    let mut rates = DVector::zeros(state.variables.nrows());
     for (i, place) in state.places.iter().enumerate() {
         let (y, x) = (state.variables.column(i), state.stimuli.column(i));
-        law.rates(y.as_slice(), x.as_slice(), rates.as_mut_slice());
-        if rates.iter().all(|rate| *rate == 0.0) {
-            continue;
-        }
-        if !rates.iter().all(|rate| rate.is_finite()) {
+        let rates = rates_in_steady_state(law, place, y.as_slice(), x.as_slice());
+        if !rates.iter().all(|(rate, _)| rate.is_finite()) {
             return Err(StabilityError::NotFinite { what: "rate of the laws' variables" });
         }
-        let [by_variables, by_stimuli, ..] = law_matrices(law, place, y.as_slice(), x.as_slice());
-        let terms = by_variables.abs() * y.abs() + by_stimuli.abs() * x.abs();
-        for (variable, (rate, terms)) in rates.iter().zip(&terms).enumerate() {
+        for (variable, (rate, terms)) in rates.into_iter().enumerate() {
             if !(rate.abs() <= STEADY * terms) {
                 let (law, share) = (law.name_of(variable), rate.abs() / terms);
-                return Err(StabilityError::NotSteady { law, variable, rate: *rate, share });
+                return Err(StabilityError::NotSteady { law, variable, rate, share });
             }
         }
     }

@@ -31,6 +31,17 @@ impl Rod {
         (&mut self.frames, &mut self.rotations)
     }
 
+    /// The same rod with directors that are rotated along it: each frame R becomes R `turn`. The rotation is about d3.
+    pub(crate) fn with_turned_directors(&self, turn: &UnitQuaternion<f64>) -> Self {
+        let (mut out, back) = (self.clone(), turn.inverse());
+        out.frames.iter_mut().for_each(|frame| *frame *= turn);
+        let vectors = out.rotations.iter_mut().chain(&mut out.line_strains);
+        vectors
+            .chain(out.points.iter_mut().map(|point| &mut point.intrinsic))
+            .for_each(|vector| *vector = back * *vector);
+        out
+    }
+
     /// The position of the base, to be changed.
     pub(crate) fn base_position_mut(&mut self) -> &mut Vector3<f64> {
         &mut self.base_position

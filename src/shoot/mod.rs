@@ -2,10 +2,13 @@
 
 mod builder;
 mod change;
+mod check_laws;
+mod energies;
 mod nodes;
 mod rate;
 
 pub use builder::ShootBuilder;
+pub use energies::Energies;
 
 use nalgebra::Vector3;
 

@@ -29,7 +29,7 @@ impl<M: Model> Shoot<M> {
             for (k, reading) in readings.iter().enumerate() {
                 past[k] = reading.and_then(|reading| history.read(&reading, i).nth(k)).unwrap_or(0.0);
             }
-            let at = Growing::new(time, point.section, point.apex_distance);
+            let at = Growing::of(point, time, point.apex_distance);
             let present = size.present(history.stimuli(history.levels() - 1, i));
             let gradient = tropism.gradient(&at, &past, present);
             sum += gradient.norm() * growth.regr(point.apex_distance, time).abs() * weight * point.jacobian;

@@ -108,6 +108,14 @@ impl Variable {
     }
 }
 
+/// Whether a rate is that of a linear memory y of x with a time constant (s), up to the rounding of one subtraction and
+/// one quotient, whose results may be subnormal numbers.
+#[inline]
+pub(crate) fn is_memory_rate(rate: f64, [x, y]: [f64; 2], time: f64) -> bool {
+    let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + time);
+    (rate * time - (x - y)).abs() <= rounding
+}
+
 /// Numbers of variables and stimuli of a law at a material point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Size {

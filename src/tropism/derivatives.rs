@@ -29,6 +29,20 @@ pub(crate) fn law_matrices(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[
     ]
 }
 
+/// Rates of the variables of a law in their steady state `y` under stimuli `x`, and for each the sum of the terms that
+/// cancel in it, Σ |∂ẏ/∂y| |y| + Σ |∂ẏ/∂x| |x|, which is NaN if a rate is not finite.
+pub(crate) fn rates_in_steady_state(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> Vec<(f64, f64)> {
+    let mut rates = vec![f64::NAN; y.len()];
+    law.rates(y, x, &mut rates);
+    if rates.iter().all(|rate| *rate == 0.0) {
+        return vec![(0.0, 0.0); y.len()];
+    }
+    let [by_variables, by_stimuli, ..] = law_matrices(law, at, y, x);
+    let [y, x] = [y, x].map(|values| DVector::from_column_slice(values).abs());
+    let terms = by_variables.abs() * y + by_stimuli.abs() * x;
+    rates.into_iter().zip(terms.iter().copied()).collect()
+}
+
 /// Jacobian of a function with a given number of components, by central differences.
 fn differences(f: impl Fn(&[f64]) -> DVector<f64>, components: usize, at: &[f64]) -> DMatrix<f64> {
     let mut x = at.to_vec();

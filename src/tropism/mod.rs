@@ -11,8 +11,9 @@ mod proprioception;
 mod response;
 mod statoliths;
 
+pub(crate) use declaration::is_memory_rate;
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
-pub(crate) use derivatives::law_matrices;
+pub(crate) use derivatives::{law_matrices, rates_in_steady_state};
 pub use gravitropism::{DirectionalTropism, Gravitropism};
 pub use memory::Memory;
 pub use oscillator::{Handedness, Oscillator};
@@ -24,7 +25,7 @@ pub use statoliths::{SettledStatoliths, Statoliths};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
-use crate::rod::Rod;
+use crate::rod::{MaterialPoint, Rod};
 use crate::scene::Environment;
 use crate::section::Section;
 
@@ -44,6 +45,8 @@ pub struct Site<'a> {
     pub arc_length: f64,
     /// Distance from the apex along the shoot, m.
     pub apex_distance: f64,
+    /// Distance from the apex at t = 0, m, which identifies the material point.
+    pub initial_apex_distance: f64,
     /// Cross section.
     pub section: Section,
     /// Position in the fixed frame, m; the base is at [`Scene::position`](crate::Scene::position). NaN unless a law
@@ -65,6 +68,7 @@ impl<'a> Site<'a> {
             couple: Vector3::zeros(),
             arc_length: 0.0,
             apex_distance: rod.length(),
+            initial_apex_distance: rod.initial_length(),
             section: rod.points()[0].section,
             position: Vector3::repeat(f64::NAN),
             rod,
@@ -79,6 +83,10 @@ impl<'a> Site<'a> {
 }
 
 /// Place and time at which a law evaluates its growth gradient.
+///
+/// The place is in the growth zone, where the [age](crate::constitutive::Tissue::age) of the tissue is zero: it begins
+/// when the tissue leaves the zone. What distinguishes tissue there is how much it has grown and where it was, which
+/// follow from both distances. In uniform growth the stretch since t = 0 is their ratio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Growing {
@@ -88,14 +96,30 @@ pub struct Growing {
     pub section: Section,
     /// Distance from the apex along the shoot, m.
     pub apex_distance: f64,
+    /// Distance from the apex at t = 0, m, which identifies the material point.
+    pub initial_apex_distance: f64,
 }
 
 impl Growing {
-    /// Place at a distance (m) from the apex with a section, or the radius (m) of a circular one, at a time (s).
+    /// Place at a distance (m) from the apex with a section, or the radius (m) of a circular one, at a time (s), in a
+    /// shoot that has not grown.
     #[must_use]
     #[inline]
     pub fn new(time: f64, section: impl Into<Section>, apex_distance: f64) -> Self {
-        Self { time, section: section.into(), apex_distance }
+        Self { time, section: section.into(), apex_distance, initial_apex_distance: apex_distance }
+    }
+
+    /// A material point at a distance from the apex (m) at a time (s).
+    #[inline]
+    pub(crate) fn of(point: &MaterialPoint, time: f64, apex_distance: f64) -> Self {
+        let MaterialPoint { section, initial_apex_distance, .. } = *point;
+        Self { time, section, apex_distance, initial_apex_distance }
+    }
+
+    /// The place of a site at its time.
+    pub(crate) fn at(site: &Site) -> Self {
+        let &Site { environment, section, apex_distance, initial_apex_distance, .. } = site;
+        Self { time: environment.time, section, apex_distance, initial_apex_distance }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tests of single growth laws and tropism laws, and of the variables that tropism laws keep.
 
 mod careless_laws;
+mod checked_laws;
 mod growth_integrated;
 mod growth_motion;
 mod laws_in_parts;

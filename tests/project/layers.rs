@@ -6,12 +6,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the lowest to the highest layer. Modules of one layer do not import each other.
-const LAYERS: [&[&str]; 13] = [
+const LAYERS: [&[&str]; 14] = [
     &["compositions", "error", "numerics", "pointers", "so3"],
     &["reference_element", "scene", "section"],
     &["support"],
     &["rod"],
     &["constitutive", "growth", "load", "tropism"],
+    &["check"],
     &["equilibrium", "profile", "sensing", "tracking"],
     &["model", "state"],
     &["checkpoint", "shoot"],

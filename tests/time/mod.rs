@@ -9,6 +9,7 @@ mod contact;
 mod contact_changes;
 mod discontinuities;
 mod dynamic_symmetries;
+mod energies;
 mod ensembles;
 mod extreme;
 mod extreme_scales;

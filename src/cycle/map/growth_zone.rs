@@ -24,7 +24,7 @@ pub(crate) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, 
         return Err(CycleError::Elongates);
     }
     let points = rod.points()[rod.zone()].iter();
-    let places: Vec<Growing> = points.map(|point| Growing::new(time, point.section, point.apex_distance)).collect();
+    let places: Vec<Growing> = points.map(|point| Growing::of(point, time, point.apex_distance)).collect();
     let regr: Vec<f64> = places.iter().map(|at| growth.regr(at.apex_distance, time)).collect();
     let without = regr.iter().filter(|rate| !(rate.abs() > 0.0)).count();
     let what = "number of material points of the zone without growth";

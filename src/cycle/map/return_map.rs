@@ -257,7 +257,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             }
             for (point, place) in self.places.iter().enumerate() {
                 let time = place.time + (n as f64 + self.grid.stages[i]) * length;
-                let at = Growing::new(time, place.section, place.apex_distance);
+                let at = Growing { time, ..*place };
                 let now = before.get(i).filter(|_| self.reads_present);
                 let now = now.map_or(&[][..], |stage| &stage.stimuli.as_slice()[point * m..][..m]);
                 if self.reads_present && now.is_empty() {

@@ -11,7 +11,6 @@ use nalgebra::Vector3;
 use super::collocation::Levels;
 use crate::growth::GrowthLaw;
 use crate::numerics::quadrature::rule;
-use crate::section::Section;
 use crate::state::{History, LEVELS, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
@@ -137,14 +136,14 @@ impl GradientIntegral {
     }
 
     /// Adds to `sums` the changes of the intrinsic strain over the interval (1/m) of consecutive points of the zone,
-    /// from point `first` on, with their distances from the apex (m) at the time `start` (s).
+    /// from point `first` on, with their places at the time `start` (s).
     // The loop over the times is outside, so that parts of laws that depend only on time are evaluated once for each.
     pub fn add(
         &mut self,
         (growth, tropism): (&impl GrowthLaw, &impl TropismLaw),
         history: &History,
         (first, start): (usize, f64),
-        points: &[(Section, f64)],
+        points: &[Growing],
         sums: &mut [Vector3<f64>],
     ) {
         let (moves, size) = (growth.elongates(), history.size().0);
@@ -157,13 +156,14 @@ impl GradientIntegral {
             for (reading, variables) in readings.iter().zip(&self.delayed) {
                 history.read_some(reading, first, variables, &mut self.past);
             }
-            for (k, ((section, distance), sum)) in points.iter().zip(sums.iter_mut()).enumerate() {
+            for (k, (place, sum)) in points.iter().zip(sums.iter_mut()).enumerate() {
                 for (m, value) in self.present.iter_mut().enumerate() {
                     let levels = self.levels.iter().zip(node.interpolation);
                     *value = levels.map(|(level, w)| w * history.stimuli(*level, first + k)[m]).sum();
                 }
-                let apex_distance = if moves { growth.flow(*distance, start, node.time).0 } else { *distance };
-                let at = Growing::new(node.time, *section, apex_distance);
+                let apex_distance =
+                    if moves { growth.flow(place.apex_distance, start, node.time).0 } else { place.apex_distance };
+                let at = Growing { time: node.time, apex_distance, ..*place };
                 let rate = growth.regr(apex_distance, node.time);
                 *sum +=
                     tropism.gradient(&at, &self.past[k * size..(k + 1) * size], &self.present) * (rate * node.weight);

@@ -4,7 +4,7 @@ use super::ORDER;
 use super::relaxation::{Kernel, LANES, relaxed_integral};
 use crate::error::ParameterError;
 use crate::state::LEVELS;
-use crate::tropism::{Declaration, Source, Variable};
+use crate::tropism::{Declaration, Source, Variable, is_memory_rate};
 
 /// Memory of a stimulus or of another variable.
 #[derive(Debug, Clone, Copy)]
@@ -217,12 +217,9 @@ impl Declared {
                 Source::Variable(k) => variables[k],
                 Source::Computed => continue,
             };
-            let change = rates[i] * time;
-            // Rounding of one subtraction and one quotient, whose results may be subnormal numbers.
-            let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + time);
-            let linear = (change - (x - y)).abs() <= rounding;
+            let linear = is_memory_rate(rates[i], [x, y], time);
             let name = "rate of a variable that is declared a memory, times its time constant";
-            ParameterError::unless(linear, name, change, "the remembered quantity minus the variable")?;
+            ParameterError::unless(linear, name, rates[i] * time, "the remembered quantity minus the variable")?;
         }
         Ok(())
     }

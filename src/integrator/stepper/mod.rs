@@ -32,11 +32,10 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::after;
-use crate::section::Section;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State};
 use crate::support::Reaction;
-use crate::tropism::Declaration;
+use crate::tropism::{Declaration, Growing};
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
 use memories::Declared;
@@ -63,8 +62,8 @@ pub(super) struct Stepper {
     stimuli: Vec<f64>,
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
     starts: Vec<(Vector3<f64>, f64)>,
-    /// Sections of these points, and their distances from the apex at the start of the step (m).
-    places: Vec<(Section, f64)>,
+    /// Places of these points at the start of the step.
+    places: Vec<Growing>,
     /// Changes of their intrinsic strains in the step, 1/m.
     changes: Vec<Vector3<f64>>,
     spare: Spare,

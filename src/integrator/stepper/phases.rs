@@ -16,7 +16,7 @@ use crate::sensing;
 use crate::shoot::Shoot;
 use crate::state::{LEVELS, State};
 use crate::support::{Joint, Support, closest_about};
-use crate::tropism::{Site, TropismLaw};
+use crate::tropism::{Growing, Site, TropismLaw};
 
 /// Rotation of the axis of a base's hinge that is attributed to rounding, rad. The base is not rotated then.
 const HINGE_ROUNDING: f64 = 1e-12;
@@ -35,7 +35,8 @@ impl Stepper {
         self.gradient_integral.prepare(history, &self.laws, (&smooth, transient), [from, to]);
         let points = &state.rod.points()[zone];
         self.places.clear();
-        self.places.extend(points.iter().zip(&self.starts).map(|(point, (_, distance))| (point.section, *distance)));
+        let places = points.iter().zip(&self.starts);
+        self.places.extend(places.map(|(point, (_, distance))| Growing::of(point, start, *distance)));
         self.changes.clear();
         self.changes.resize(points.len(), Vector3::zeros());
         let laws = (growth, tropism);
@@ -43,7 +44,7 @@ impl Stepper {
         let leaving = leaving.min(points.len());
         for i in 0..leaving {
             let (place, change) = (&self.places[i..=i], &mut self.changes[i..=i]);
-            match growth.exit_time(place[0].1, start, end) {
+            match growth.exit_time(place[0].apex_distance, start, end) {
                 Some(exit) => {
                     self.exit_integral.prepare(history, &self.laws, (&smooth, transient), [from, exit]);
                     self.exit_integral.add(laws, history, (i, start), place, change);

@@ -1,0 +1,199 @@
+//! Error of a law whose methods contradict each other.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use crate::error::debug_by_display;
+
+/// Quantity of a law. Components and indices are counted from zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// Elastic energy per length at zero strain, J/m.
+    Energy,
+    /// Derivative of the elastic energy by a component of the strain, N m.
+    EnergySlope(usize),
+    /// Component of the couple, N m.
+    Couple(usize),
+    /// Entry of the tangent: row and column, N m².
+    Tangent(usize, usize),
+    /// Component of the strain of the centre line.
+    LineStrain(usize),
+    /// Energy of shear and stretch per length without force, J/m.
+    LineEnergy,
+    /// Derivative of the energy of shear and stretch by a component of the force, J/(m N).
+    LineEnergySlope(usize),
+    /// Entry of the compliance of the centre line: row and column, 1/N.
+    Compliance(usize, usize),
+    /// Relative elemental growth rate, 1/s.
+    Regr,
+    /// Speed of the apex relative to a point, m/s.
+    ApicalSpeed,
+    /// Distance from the apex to which growth moves a point, m.
+    Distance,
+    /// Stretch of the tissue at a point.
+    Stretch,
+    /// Time at which a point leaves the growth zone, s.
+    ExitTime,
+    /// Length of a shoot, m.
+    Length,
+    /// Number of declared stimuli.
+    Stimuli,
+    /// Number of declared variables.
+    Variables,
+    /// Declared rotation of a stimulus.
+    StimulusRotation(usize),
+    /// Declared rotation of a variable.
+    VariableRotation(usize),
+    /// Stimulus.
+    Stimulus(usize),
+    /// Component of the signal of a perception.
+    Signal(usize),
+    /// Steady value of a variable.
+    Steady(usize),
+    /// Value of a variable at t = 0.
+    Initial(usize),
+    /// Rate of a variable.
+    Rate(usize),
+    /// Rate of a variable that `coupled_rates` writes.
+    CoupledRate(usize),
+    /// Component of the growth gradient, 1/m.
+    Gradient(usize),
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Energy => write!(f, "elastic energy (J/m)"),
+            Self::EnergySlope(i) => write!(f, "derivative of the elastic energy by the strain u{} (N m)", i + 1),
+            Self::Couple(i) => write!(f, "couple m{} (N m)", i + 1),
+            Self::Tangent(i, j) => write!(f, "tangent ∂m{}/∂u{} (N m²)", i + 1, j + 1),
+            Self::LineStrain(i) => write!(f, "strain v{} of the centre line", i + 1),
+            Self::LineEnergy => write!(f, "energy of shear and stretch (J/m)"),
+            Self::LineEnergySlope(i) => {
+                write!(f, "derivative of the energy of shear and stretch by the force n{} (J/(m N))", i + 1)
+            }
+            Self::Compliance(i, j) => write!(f, "compliance ∂v{}/∂n{} (1/N)", i + 1, j + 1),
+            Self::Regr => write!(f, "REGR (1/s)"),
+            Self::ApicalSpeed => write!(f, "apical speed (m/s)"),
+            Self::Distance => write!(f, "distance of `flow` (m)"),
+            Self::Stretch => write!(f, "stretch of `flow`"),
+            Self::ExitTime => write!(f, "exit time (s)"),
+            Self::Length => write!(f, "length (m)"),
+            Self::Stimuli => write!(f, "number of stimuli"),
+            Self::Variables => write!(f, "number of variables"),
+            Self::StimulusRotation(k) => write!(f, "index of the partner of stimulus {k} under rotations"),
+            Self::VariableRotation(k) => write!(f, "index of the partner of variable {k} under rotations"),
+            Self::Stimulus(k) => write!(f, "stimulus {k}"),
+            Self::Signal(k) => write!(f, "component {k} of the signal"),
+            Self::Steady(k) => write!(f, "rate of variable {k} in the steady state (1/s)"),
+            Self::Initial(k) => write!(f, "initial variable {k}"),
+            Self::Rate(k) => write!(f, "rate of variable {k} (1/s)"),
+            Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (1/s)"),
+            Self::Gradient(i) => write!(f, "component {} of the growth gradient (1/m)", i + 1),
+        }
+    }
+}
+
+/// Place at which a law was evaluated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Where {
+    /// Elastic strain, components along the directors, 1/m.
+    Strain(Vector3<f64>),
+    /// Force in the rod, components along the directors, N.
+    Force(Vector3<f64>),
+    /// Distance from the apex (m) and time (s).
+    Growing {
+        /// Distance from the apex, m.
+        sigma: f64,
+        /// Time, s.
+        time: f64,
+    },
+    /// Site of a tropism law.
+    Site {
+        /// Index of the site among those given.
+        index: usize,
+        /// Arc length of the site from the base, m.
+        arc_length: f64,
+    },
+}
+
+impl fmt::Display for Where {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Strain(u) => write!(f, "at the elastic strain ({:.4e}, {:.4e}, {:.4e}) 1/m", u.x, u.y, u.z),
+            Self::Force(n) => write!(f, "under the force ({:.4e}, {:.4e}, {:.4e}) N", n.x, n.y, n.z),
+            Self::Growing { sigma, time } => write!(f, "{sigma:.4e} m from the apex at {time} s"),
+            Self::Site { index, arc_length } => write!(f, "at site {index}, {arc_length:.4e} m from the base"),
+        }
+    }
+}
+
+/// Contradiction between two methods of a law.
+#[derive(Clone, PartialEq)]
+#[non_exhaustive]
+pub struct LawError {
+    /// Type of the law.
+    pub law: &'static str,
+    /// The quantity that is wrong, with its component.
+    pub quantity: Quantity,
+    /// Place at which it is wrong.
+    pub place: Where,
+    /// Value that the law returns.
+    pub value: f64,
+    /// Value that follows from the other methods of the law.
+    pub expected: f64,
+    /// Definition of the expected value.
+    pub requirement: &'static str,
+}
+
+impl fmt::Display for LawError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { law, quantity, place, value, expected, requirement } = self;
+        write!(f, "the {quantity} of `{law}` is {value:.6e} {place} but must be ")?;
+        if expected.is_nan() { write!(f, "{requirement}") } else { write!(f, "{expected:.6e}, {requirement}") }
+    }
+}
+
+impl std::error::Error for LawError {}
+
+debug_by_display!(LawError);
+
+/// A law and a place at which its quantities are compared.
+#[derive(Clone, Copy)]
+pub(super) struct At {
+    pub law: &'static str,
+    pub place: Where,
+}
+
+impl At {
+    /// The place of a law of type `L`.
+    pub fn of<L: ?Sized>(place: Where) -> Self {
+        Self { law: std::any::type_name::<L>(), place }
+    }
+
+    /// The error of a value.
+    pub fn error(self, quantity: Quantity, [value, expected]: [f64; 2], requirement: &'static str) -> LawError {
+        let Self { law, place } = self;
+        LawError { law, quantity, place, value, expected, requirement }
+    }
+
+    /// Returns an error for a value that is not finite.
+    pub fn finite(self, quantity: Quantity, value: f64) -> Result<(), LawError> {
+        if value.is_finite() { Ok(()) } else { Err(self.error(quantity, [value, f64::NAN], "finite")) }
+    }
+
+    /// Returns an error unless the two values differ by at most a tolerance; NaN is an error.
+    pub fn equal(
+        self,
+        quantity: Quantity,
+        values: [f64; 2],
+        tolerance: f64,
+        requirement: &'static str,
+    ) -> Result<(), LawError> {
+        let equal = (values[0] - values[1]).abs() <= tolerance;
+        if equal { Ok(()) } else { Err(self.error(quantity, values, requirement)) }
+    }
+}

@@ -1,0 +1,135 @@
+//! Rotation of stimuli, rates and gradients of a tropism law with the directors d1 and d2 about d3.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::error::{At, LawError, Quantity};
+use super::tropism::{SAME, Sensed};
+use crate::section::Section;
+use crate::tropism::{Declaration, Rotation, Site, Source, TropismLaw};
+
+/// Angle of the rotation, rad: a generic one.
+const ANGLE: f64 = 1.0;
+/// Angle by which vectors among stimuli and variables are rotated alone, rad.
+const OTHER_ANGLE: f64 = 2.0;
+
+/// Values at a site, after a rotation of its directors, and at an inclined site, which sets the size of their rounding.
+struct Three<T>([T; 3]);
+
+impl<T> Three<T> {
+    /// Evaluates a quantity at each of the sites.
+    fn map<S>(&self, f: impl FnMut(&T) -> Result<S, LawError>) -> Result<Three<S>, LawError> {
+        let [a, b, c] = self.0.each_ref().map(f);
+        Ok(Three([a?, b?, c?]))
+    }
+}
+
+/// Checks that declared rotations of stimuli are those of the law, and that its rates and its gradient rotate if all
+/// rotations are declared.
+pub(super) fn check_rotation<T: TropismLaw>(
+    law: &T,
+    declaration: &Declaration,
+    at: At,
+    site: &Site,
+) -> Result<(), LawError> {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), ANGLE);
+    let back = turn.inverse();
+    // Only a circle is the same in all directions.
+    let round = Site { section: Section::circle(site.section.radius()), ..*site };
+    let rod = site.rod.with_turned_directors(&turn);
+    let turned =
+        Site { frame: site.frame * turn, strain: back * site.strain, couple: back * site.couple, rod: &rod, ..round };
+    let incline = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, 0.8, 0.0) * ANGLE);
+    let inclined = Site { frame: site.frame * incline, ..round };
+    let sites = Three([&round, &turned, &inclined]);
+    let sensed = sites.map(|site| Sensed::new(law, declaration, at, site))?;
+    let size = declaration.size();
+    let [x, y] = [size.stimuli, size.variables];
+    let stimuli: Vec<_> = (0..x).map(|k| declaration.rotation(Source::Stimulus(k))).collect();
+    let variables: Vec<_> = (0..y).map(|k| declaration.rotation(Source::Variable(k))).collect();
+    check_pairs(&stimuli, at, Quantity::StimulusRotation)?;
+    check_pairs(&variables, at, Quantity::VariableRotation)?;
+    let values = sensed.map(|sensed| Ok(sensed.stimuli.clone()))?;
+    let requirement = "that of the site with other d1 and d2, transformed as declared";
+    compare(&values, &stimuli, |k, values| at.equal_to(Quantity::Stimulus(k), values, requirement))?;
+    if stimuli.iter().chain(&variables).any(|rotation| *rotation == Rotation::Undeclared) {
+        return Ok(());
+    }
+    for state in 0..sensed.0[0].states.len() {
+        // The state of the rotated site is that of the site, rotated.
+        let mut states = sensed.map(|sensed| Ok(sensed.states[state].clone()))?;
+        states.0[1] = rotated(&states.0[0], &variables, -ANGLE);
+        let mut each = sensed.0.iter().zip(&states.0);
+        let rates = sensed.map(|_| each.next().map_or(Ok(Vec::new()), |(sensed, state)| sensed.rates(state)))?;
+        let requirement = "that of the site with other d1 and d2, transformed as declared";
+        compare(&rates, &variables, |k, values| at.equal_to(Quantity::Rate(k), values, requirement))?;
+        let mut each = sensed.0.iter().zip(&states.0);
+        let gradients = sensed.map(|_| {
+            let Some((sensed, state)) = each.next() else { return Ok(Vec::new()) };
+            let other_state = rotated(state, &variables, OTHER_ANGLE);
+            let other = sensed.gradient(&other_state, &rotated(&sensed.stimuli, &stimuli, OTHER_ANGLE))?;
+            // Terms without variables and stimuli cancel in the difference.
+            Ok((sensed.gradient(state, &sensed.stimuli)? - other).as_slice().to_vec())
+        })?;
+        let vector = [Rotation::First, Rotation::Second, Rotation::Invariant];
+        let requirement = "rotated with d1 and d2, as its stimuli and variables are";
+        compare(&gradients, &vector, |k, values| at.equal_to(Quantity::Gradient(k), values, requirement))?;
+    }
+    Ok(())
+}
+
+impl At {
+    /// Returns an error unless a value and an expected one agree up to the rounding of values of a size.
+    fn equal_to(
+        self,
+        quantity: Quantity,
+        [value, expected, size]: [f64; 3],
+        what: &'static str,
+    ) -> Result<(), LawError> {
+        self.equal(quantity, [value, expected], SAME * size, what)
+    }
+}
+
+/// Returns an error for a component along d1 or d2 without the other one.
+fn check_pairs(rotations: &[Rotation], at: At, quantity: impl Fn(usize) -> Quantity) -> Result<(), LawError> {
+    for (k, rotation) in rotations.iter().enumerate() {
+        let partner = match rotation {
+            Rotation::First if rotations.get(k + 1) != Some(&Rotation::Second) => k + 1,
+            Rotation::Second if k == 0 || rotations[k - 1] != Rotation::First => k.wrapping_sub(1),
+            _ => continue,
+        };
+        let requirement = "a component that is declared along the other director";
+        return Err(at.error(quantity(k), [partner as f64, f64::NAN], requirement));
+    }
+    Ok(())
+}
+
+/// Numbers after a rotation of the frame in which pairs are vectors, by an angle (rad).
+fn rotated(values: &[f64], rotations: &[Rotation], angle: f64) -> Vec<f64> {
+    let (mut out, (sin, cos)) = (values.to_vec(), angle.sin_cos());
+    for k in (0..values.len()).filter(|k| rotations[*k] == Rotation::First) {
+        (out[k], out[k + 1]) = (cos * values[k] - sin * values[k + 1], sin * values[k] + cos * values[k + 1]);
+    }
+    out
+}
+
+/// Calls `check` with the index of each number whose rotation is declared, and with the value at the rotated site, the
+/// one that is expected there, and their size.
+fn compare(
+    values: &Three<Vec<f64>>,
+    rotations: &[Rotation],
+    mut check: impl FnMut(usize, [f64; 3]) -> Result<(), LawError>,
+) -> Result<(), LawError> {
+    let [_, found, _] = &values.0;
+    let expected = rotated(&values.0[0], rotations, -ANGLE);
+    let largest = |k: usize| values.0.iter().map(|values| values[k].abs()).fold(0.0, f64::max);
+    for (k, rotation) in rotations.iter().enumerate() {
+        let size = match rotation {
+            Rotation::Undeclared => continue,
+            Rotation::Invariant => largest(k),
+            Rotation::First => largest(k) + largest(k + 1),
+            Rotation::Second => largest(k - 1) + largest(k),
+        };
+        check(k, [found[k], expected[k], size])?;
+    }
+    Ok(())
+}

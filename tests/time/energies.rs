@@ -1,0 +1,143 @@
+//! Energies of a shoot: closed forms, and the work of a load that changes slowly.
+
+use std::f64::consts::FRAC_PI_2;
+
+use approx::assert_relative_eq;
+use morphorod::constitutive::{Constitutive, LinearElastic, Timoshenko};
+use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::load::{ApicalForce, Load, Weight};
+use morphorod::support::{Contact, Distance, Hold, Obstacle, Support};
+use morphorod::{DynLaws, Shoot, Still};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+const LENGTH: f64 = 0.05;
+const RADIUS: f64 = 5e-4;
+const WEIGHT: Weight = Weight { density: 1000.0 };
+
+fn tissue(youngs_modulus: f64) -> LinearElastic {
+    LinearElastic { youngs_modulus, poissons_ratio: 0.5 }
+}
+
+/// A shoot without growth.
+fn shoot(
+    law: impl Constitutive + Send + Sync + 'static,
+    load: impl Load + Send + Sync + 'static,
+    scene: Still,
+    support: impl Support + Send + Sync + 'static,
+) -> Shoot<DynLaws> {
+    let builder = Shoot::builder(law).length(LENGTH).radius(RADIUS).growth(()).load(load).scene(scene);
+    builder.support(support).into_dyn().build().unwrap()
+}
+
+#[test]
+fn uniformly_bent_shoot_and_its_elastic_joint_have_energies_of_closed_form() {
+    let (angle, joint) = (0.5, 2e-6);
+    let frame = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+    let law = tissue(1e7);
+    let mut shoot = shoot(law, (), Still::weightless(), Hold::apex().elastic_joint(frame, joint));
+    MethodOfSteps::new(60.0).advance(&mut shoot, 60.0).unwrap();
+    // A couple bends the shoot uniformly by the angle φ: E I φ/ℓ = K (θ − φ).
+    let stiffness = law.stiffness(RADIUS).y / LENGTH;
+    let bent = angle * joint / (joint + stiffness);
+    let energies = shoot.energies();
+    // The equilibrium has an error of 1e-11 rad.
+    assert_relative_eq!(energies.elastic, 0.5 * stiffness * bent * bent, epsilon = 0.0, max_relative = 1e-9);
+    assert_relative_eq!(energies.support, 0.5 * joint * (angle - bent).powi(2), epsilon = 0.0, max_relative = 1e-9);
+    assert_eq!(energies.load, 0.0);
+    assert_eq!(energies.total(), energies.elastic + energies.support);
+    for place in shoot.profile().sample(5) {
+        assert_relative_eq!(place.elastic_energy * LENGTH, energies.elastic, epsilon = 0.0, max_relative = 1e-8);
+    }
+}
+
+#[test]
+fn heavy_cantilever_has_the_energy_of_small_deflection() {
+    let law = tissue(1e10);
+    let mut shoot = shoot(law, WEIGHT, Still::tilted(FRAC_PI_2), ());
+    MethodOfSteps::new(60.0).advance(&mut shoot, 60.0).unwrap();
+    let (q, stiffness) = (9.81 * WEIGHT.density * shoot.rod().volume() / LENGTH, law.stiffness(RADIUS).x);
+    // m = q (ℓ − s)²/2, and W = ∫ m²/(2 E I) ds. The load has done twice this work.
+    let elastic = q * q * LENGTH.powi(5) / (40.0 * stiffness);
+    // The linear theory has a relative error of the order of the square of the slope, q ℓ³/(6 E I).
+    let slope = q * LENGTH.powi(3) / (6.0 * stiffness);
+    let energies = shoot.energies();
+    assert_relative_eq!(energies.elastic, elastic, epsilon = 0.0, max_relative = 4.0 * slope * slope);
+    assert_relative_eq!(energies.load, -2.0 * elastic, epsilon = 0.0, max_relative = 4.0 * slope * slope);
+    // The solver evaluates the same energy in other variables.
+    let mut rod = shoot.rod().clone();
+    let found = NewtonSolver::default().solve(&mut rod, &law, &WEIGHT, &shoot.environment()).unwrap();
+    assert_relative_eq!(energies.total(), found.energy, epsilon = 0.0, max_relative = 1e-10);
+    // The integral of the density by the trapezoidal rule, with an error of 1e-6 at 1001 places.
+    let places = shoot.profile().sample(1001);
+    let sum: f64 = places.windows(2).map(|ends| 0.5 * (ends[0].elastic_energy + ends[1].elastic_energy)).sum();
+    assert_relative_eq!(sum * LENGTH / 1000.0, energies.elastic, epsilon = 0.0, max_relative = 1e-5);
+}
+
+/// A horizontal floor that yields, without friction.
+struct Mattress;
+
+impl Obstacle for Mattress {
+    fn distance(&self, place: &Vector3<f64>, _time: f64) -> Distance {
+        Distance { value: place.z + 2e-3, normal: Vector3::z(), curvature: Matrix3::zeros() }
+    }
+    fn compliance(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 2.0))
+    }
+}
+
+/// The force on the apex during the run, N.
+fn force(t: f64) -> Vector3<f64> {
+    let phase = t / 600.0;
+    Vector3::new(4e-5 * phase, 5e-5 * phase.sin(), -1e-4 * phase * phase)
+}
+
+/// Change of the energies without that of the force on the apex in a run of some steps, and the work of this force by
+/// the trapezoidal rule, J.
+fn balance(mut shoot: Shoot<DynLaws>, steps: usize) -> [f64; 2] {
+    let step = 600.0 / steps as f64;
+    let mut solver = MethodOfSteps::new(step);
+    solver.advance(&mut shoot, 0.0).unwrap();
+    let energy = |shoot: &Shoot<DynLaws>| {
+        let energies = shoot.energies();
+        energies.elastic + energies.support + shoot.load_energy(&WEIGHT)
+    };
+    let (start, mut work) = (energy(&shoot), 0.0);
+    for k in 0..steps {
+        let (tip, time) = (shoot.tip(), [k, k + 1].map(|k| k as f64 * step));
+        solver.advance(&mut shoot, time[1]).unwrap();
+        work += 0.5 * (force(time[0]) + force(time[1])).dot(&(shoot.tip() - tip));
+    }
+    [energy(&shoot) - start, work]
+}
+
+/// Checks that the change of the energy is the work, up to an error of second order in the step.
+fn check_balance(shoot: &Shoot<DynLaws>) {
+    let errors = [8, 16, 32].map(|steps| {
+        let [energy, work] = balance(shoot.clone(), steps);
+        (energy - work) / work
+    });
+    println!("relative errors of the balance {errors:?}");
+    assert!(errors[2].abs() < 1e-3, "{errors:?}");
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((order - 2.0).abs() < 0.2, "{errors:?}");
+    }
+}
+
+#[test]
+fn work_of_a_slow_load_is_stored_in_bending_shear_and_springs() {
+    let law = Timoshenko::circular(tissue(1e7));
+    let spring = Hold::place(0.02).spring(Vector3::new(0.04, 1e-3, 0.0), Matrix3::identity() * 5e-3);
+    let load = (WEIGHT, ApicalForce(force));
+    check_balance(&shoot(law, load, Still::tilted(FRAC_PI_2), ()));
+    check_balance(&shoot(law, load, Still::tilted(FRAC_PI_2), spring));
+}
+
+#[test]
+fn work_of_a_slow_load_is_stored_in_an_obstacle_that_yields() {
+    let load = (WEIGHT, ApicalForce(force));
+    let floor = Contact { obstacle: Mattress, radius: RADIUS, friction: 0.0 };
+    let shoot = shoot(tissue(1e7), load, Still::tilted(FRAC_PI_2), floor);
+    check_balance(&shoot);
+}
