@@ -171,7 +171,7 @@ fn at_sites<T>(check: impl FnOnce(&[Site]) -> T) -> T {
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
 
 /// Gravitropism and proprioception with seven variables: the statoliths, two memories of them, two memories of strain.
-fn steering() -> impl TropismLaw + Clone + Copy {
+fn steering() -> impl TropismLaw + Copy {
     (
         Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(MEMORY),
         Proprioception { sensitivity: 20.0 }.remembered(MEMORY),

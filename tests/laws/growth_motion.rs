@@ -3,13 +3,15 @@
 //! times.
 
 use crate::fixtures::gauss::gauss;
-use crate::fixtures::shoots::{HOUR, YOUNG};
+use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{GrowthLaw, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::Rod;
+use morphorod::tropism::{Declaration, Growing, Site, TropismLaw};
+use nalgebra::Vector3;
 
 /// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005. With T0 = τg ln(ℓg/ℓ0) the
 /// length is ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg
@@ -175,4 +177,31 @@ fn very_long_growth_zone_takes_no_extra_steps() {
         assert_eq!(statistics.steps, 12, "{zone}");
         assert_abs_diff_eq!(shoot.rod().length(), 0.05 * f64::exp(0.05), epsilon = 1e-15);
     }
+}
+
+#[test]
+fn tropisms_receive_the_material_point() {
+    /// A law that requires the motion of uniform growth since t = 0.
+    struct Identified;
+    impl TropismLaw for Identified {
+        fn declare(&self, to: &mut Declaration) {
+            to.stimuli(1);
+        }
+        fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+            check_uniform(site.environment.time, site.apex_distance, site.initial_apex_distance);
+            stimuli[0] = 0.0;
+        }
+        fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            check_uniform(at.time, at.apex_distance, at.initial_apex_distance);
+            Vector3::zeros()
+        }
+    }
+    fn check_uniform(time: f64, distance: f64, initial: f64) {
+        // Points move by a formula at each of a hundred steps.
+        assert_relative_eq!(distance, initial * f64::exp(time / 72e3), epsilon = 0.0, max_relative = 1e-12);
+    }
+    let growth = UniformGrowth { zone_length: 0.07, time: 72e3 };
+    let builder = Shoot::builder(YOUNG).length(0.02).radius(RADIUS).growth(growth).tropism(Identified);
+    let mut shoot = builder.into_dyn().build().unwrap();
+    MethodOfSteps::new(360.0).advance(&mut shoot, 36e3).unwrap();
 }

@@ -1,13 +1,15 @@
 //! Energies of a shoot: closed forms, and the work of a load that changes slowly.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use approx::assert_relative_eq;
 use morphorod::constitutive::{Constitutive, LinearElastic, Timoshenko};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Load, Weight};
 use morphorod::support::{Contact, Distance, Hold, Obstacle, Support};
+use morphorod::tropism::{Handedness, Oscillator};
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -140,4 +142,63 @@ fn work_of_a_slow_load_is_stored_in_an_obstacle_that_yields() {
     let floor = Contact { obstacle: Mattress, radius: RADIUS, friction: 0.0 };
     let shoot = shoot(tissue(1e7), load, Still::tilted(FRAC_PI_2), floor);
     check_balance(&shoot);
+}
+
+const GROWTH: UniformGrowth = UniformGrowth { zone_length: 0.04, time: 72e3 };
+const OSCILLATOR: Oscillator =
+    Oscillator { sensitivity: 0.3, period: 7200.0, phase: 0.4, handedness: Handedness::Counterclockwise };
+
+/// Power of growth, W: the rate of the energy in constant frames.
+///
+/// With the length J of tissue per material coordinate the energy is ∫ (W(θ′/J − u*) − n · t) J, so that J̇ = REGR J and
+/// u̇* change it at the rate ∫ REGR (W − m · u − n · t) − m · u̇* − ṅ · t ds. The weight n beyond a place increases by
+/// that of the tissue that grows there.
+fn power(shoot: &Shoot<DynLaws>) -> f64 {
+    let (profile, length) = (shoot.profile(), shoot.rod().length());
+    let tip = profile.at(length).unwrap();
+    let (sin, cos) = (TAU * shoot.time() / OSCILLATOR.period + OSCILLATOR.phase).sin_cos();
+    let gradient = Vector3::new(cos, sin, 0.0) * (OSCILLATOR.sensitivity / RADIUS);
+    let density = |s: f64| {
+        let place = profile.at(s).unwrap();
+        let (tangent, gravity) = (place.frame * place.line_strain, shoot.environment().gravity);
+        let weight = gravity * (WEIGHT.density * place.tissue.section.area() * (tip.speed - place.speed));
+        let work = place.couple.dot(&place.strain) + place.force.dot(&tangent);
+        place.regr * (place.elastic_energy - work - place.couple.dot(&gradient)) - weight.dot(&tangent)
+    };
+    // Three Gauss points on each of 40 intervals before and in the growth zone.
+    let start = length - GROWTH.zone_length;
+    let gauss = [(-0.6_f64.sqrt(), 5.0 / 18.0), (0.0, 8.0 / 18.0), (0.6_f64.sqrt(), 5.0 / 18.0)];
+    let part = |from: f64, to: f64| {
+        let h = (to - from) / 40.0;
+        let each = (0..40).flat_map(|k| gauss.map(|(x, w)| (from + h * (f64::from(k) + 0.5 + 0.5 * x), w * h)));
+        each.map(|(s, w)| w * density(s)).sum::<f64>()
+    };
+    part(0.0, start) + part(start, length)
+}
+
+#[test]
+fn growth_does_the_work_by_which_the_energy_changes() {
+    let builder = Shoot::builder(tissue(1e7)).length(LENGTH).radius(RADIUS).growth(GROWTH).tropism(OSCILLATOR);
+    let builder = builder.load(WEIGHT).scene(Still::tilted(0.5)).merge_tolerance(0.0).into_dyn();
+    let mut shoot = builder.build().unwrap();
+    let mut solver = MethodOfSteps::new(60.0);
+    solver.advance(&mut shoot, 0.0).unwrap();
+    let (start, mut powers) = (shoot.energies().total(), vec![power(&shoot)]);
+    let (mut work, mut exchanged) = (0.0, 0.0);
+    for k in 1..=120 {
+        solver.advance(&mut shoot, 60.0 * f64::from(k)).unwrap();
+        powers.push(power(&shoot));
+    }
+    // Simpson's rule.
+    for three in powers.windows(3).step_by(2) {
+        let part = (three[0] + 4.0 * three[1] + three[2]) * 20.0;
+        work += part;
+        exchanged += part.abs();
+    }
+    let change = shoot.energies().total() - start;
+    println!(
+        "change {change:e} J, work {work:e} J, exchanged {exchanged:e} J, error {:e}",
+        (change - work) / exchanged
+    );
+    assert!((change - work).abs() < 1e-8 * exchanged, "{change} {work} {exchanged}");
 }
