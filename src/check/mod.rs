@@ -37,6 +37,7 @@
 mod elastic;
 mod error;
 mod growth;
+mod sensed;
 mod symmetry;
 mod tropism;
 

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::error::{At, LawError, Quantity};
-use super::tropism::{SAME, Sensed};
+use super::sensed::{SAME, Sensed};
 use crate::section::Section;
 use crate::tropism::{Declaration, Rotation, Site, Source, TropismLaw};
 

@@ -305,7 +305,7 @@ impl EquilibriumSolver for NewtonSolver {
             self.workspace.system.initial.restore(rod);
         }
         if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
-            // The most likely reasons are a law without stiffness or with a wrong tangent, and elements that are too long.
+            // The most likely reasons are a law without stiffness or with a wrong tangent, and long elements.
             check_stiffness(rod, material, force.environment().time)?;
             check_law(rod, material, force)?;
             check_turns(rod)?;
