@@ -16,11 +16,13 @@ use crate::tropism::{Declaration, Growing, Memory, Perception, Response, Site, S
 /// - The gradient does not depend on variables that are declared [unread](crate::tropism::Variable::unread).
 /// - The rates vanish at [`steady`](TropismLaw::steady).
 /// - After a rotation of d1 and d2 about d3 the stimuli are those that their declared
-///   [rotation](crate::tropism::Rotation) yields. If all stimuli and variables have a declared rotation, rates and gradient rotate with them, too. Terms of
-///   the gradient without variables, as that of an [`Oscillator`](crate::tropism::Oscillator), may have a direction of
-///   their own. One component of a pair is reported, since a rotation does not tell which sign is wrong. A law that
-///   responds more strongly along one director declares its stimuli by [`stimuli`](Declaration::stimuli), without a
-///   rotation.
+///   [rotation](crate::tropism::Rotation) yields.
+/// - If the rotations of all stimuli and variables are declared, rates and gradient rotate with d1 and d2. Terms of the
+///   gradient without variables may have a direction of their own, as that of an
+///   [`Oscillator`](crate::tropism::Oscillator). A law that responds more strongly along one director declares its
+///   stimuli by [`stimuli`](Declaration::stimuli), without a rotation.
+///
+/// A rotation does not tell which component of a pair has the wrong sign: one of both is reported.
 ///
 /// [`Site::new`] creates a site of a rod; the law reads its other fields, too. The base should be inclined, so that no
 /// stimulus is zero. A law that indexes beyond its declared numbers panics here as it does in a run.

@@ -150,8 +150,8 @@ const OSCILLATOR: Oscillator =
 
 /// Power of growth, W: the rate of the energy in constant frames.
 ///
-/// With the length J of tissue per material coordinate the energy is ∫ (W(θ′/J − u*) − n · t) J, so that J̇ = REGR J and
-/// u̇* change it at the rate ∫ REGR (W − m · u − n · t) − m · u̇* − ṅ · t ds. The weight n beyond a place increases by
+/// With the length J of tissue per material coordinate the energy is ∫ (W(θ′/J − u*) − n · t) J, so that J̇ = REGR J
+/// and u̇* change it at the rate ∫ REGR (W − m · u − n · t) − m · u̇* − ṅ · t ds. The weight n beyond a place increases by
 /// that of the tissue that grows there.
 fn power(shoot: &Shoot<DynLaws>) -> f64 {
     let (profile, length) = (shoot.profile(), shoot.rod().length());
