@@ -92,7 +92,8 @@ impl Stepper {
         let time = time.clamp(start, end);
         self.gradient_integral.prepare_rate(&state.history, &self.laws, (&smooth, transient), time);
         let index = point - state.rod.zone().start;
-        let (place, mut rate) = ([(state.rod.points()[point].section, self.starts[index].1)], [Vector3::zeros()]);
+        let place = [Growing::of(&state.rod.points()[point], start, self.starts[index].1)];
+        let mut rate = [Vector3::zeros()];
         self.gradient_integral.add((growth, tropism), &state.history, (index, start), &place, &mut rate);
         let finite = rate[0].sum().is_finite();
         if finite { Ok(rate[0]) } else { Err(IntegrationError::NotFinite { what: "growth gradient", time }) }
