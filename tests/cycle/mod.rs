@@ -10,6 +10,7 @@ mod held;
 mod onsets;
 mod orbits_in_time;
 mod random_orbits;
+mod refused_branches;
 mod relative_orbits;
 mod resolution;
 mod rosettes;
