@@ -25,10 +25,7 @@ impl fmt::Display for ParameterError {
         if self.missing {
             return write!(f, "{name} is missing: it must be {requirement}");
         }
-        // Very small and very large values are written with an exponent.
-        let size = value.abs();
-        let short = *value == 0.0 || !size.is_finite() || (1e-4..1e7).contains(&size);
-        let value = if short { format!("{value}") } else { format!("{value:e}") };
+        let value = Number(*value);
         match self.place {
             None => write!(f, "{name} is {value} but must be {requirement}"),
             Some(s) => write!(f, "{name} is {value} at {s:.4} m from the base but must be {requirement}"),
@@ -37,6 +34,17 @@ impl fmt::Display for ParameterError {
 }
 
 impl std::error::Error for ParameterError {}
+
+/// A number in a message. Very small and very large ones are written with an exponent.
+pub(crate) struct Number(pub f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (value, size) = (self.0, self.0.abs());
+        let short = value == 0.0 || !size.is_finite() || (1e-4..1e7).contains(&size);
+        if short { write!(f, "{value}") } else { write!(f, "{value:e}") }
+    }
+}
 
 /// Implements `Debug` of an error by its `Display`: `main() -> Result<(), Box<dyn Error>>` and `unwrap` print the
 /// former.

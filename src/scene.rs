@@ -153,7 +153,7 @@ impl Scene for Still {
 
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("gravity", self.gravity.sum())?;
-        ParameterError::finite("base frame", self.base.coords.sum())?;
+        ParameterError::finite("tilt or frame of the base", self.base.coords.sum())?;
         let norm = self.base.coords.norm();
         ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
     }

@@ -7,8 +7,8 @@ use super::{ROUNDING, STEP, WRONG, slope};
 use crate::growth::{GrowthLaw, integrated_flow, length};
 use crate::scene::before;
 
-/// Checks a growth law at pairs of a distance σ from the apex (m) and a time (s), and its motion over a time `span` (s)
-/// from there, or up to a discontinuity before.
+/// Checks a growth law at pairs of a positive distance σ from the apex (m) and a time (s), and its motion over a time
+/// `span` (s) from there, or up to a discontinuity before. At the apex itself only the speed is checked.
 ///
 /// With v the [apical speed](GrowthLaw::apical_speed), ∂v/∂σ must be the [REGR](GrowthLaw::regr) and v must be zero at
 /// the apex; [`flow`](GrowthLaw::flow) must integrate dσ/dt = v and d ln γ/dt = REGR, forwards and backwards; a point
@@ -55,6 +55,9 @@ impl<G: GrowthLaw> Point<'_, G> {
         let (regr, speed) = (law.regr(sigma, time), law.apical_speed(sigma, time));
         at.finite(Quantity::Regr, regr)?;
         at.finite(Quantity::ApicalSpeed, speed)?;
+        if sigma <= 0.0 {
+            return at.equal(Quantity::ApicalSpeed, [speed, 0.0], 0.0, "zero at the apex");
+        }
         let rate = regr.abs().max((speed / sigma).abs());
         at.equal(Quantity::ApicalSpeed, [law.apical_speed(0.0, time), 0.0], WRONG * rate * sigma, "zero at the apex")?;
         let step = (STEP * sigma).min(0.5 * (law.zone_length() - sigma));
@@ -111,6 +114,10 @@ impl<G: GrowthLaw> Point<'_, G> {
         // A point that reaches the end of the zone in the middle of the span.
         let middle = 0.5 * (time + until);
         let sigma = law.flow(zone, middle, time).0;
+        // Points rest while growth pauses.
+        if sigma >= zone || middle <= time {
+            return Ok(());
+        }
         let at = At { place: Where::Growing { sigma, time }, ..at };
         let exit = law.exit_time(sigma, time, until).unwrap_or(f64::NAN);
         let tolerance = WRONG * (until - time);

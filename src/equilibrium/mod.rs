@@ -169,14 +169,15 @@ impl std::fmt::Display for ContactViolation {
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
-        "no equilibrium after {iterations} Newton iterations: the last step rotated a frame by {step:.3e} rad, \
-         the largest unbalanced couple is {residual:.3e} N m, the largest force {force:.3e} N{}",
+        "no equilibrium after {iterations} iterations: {}, the largest unbalanced couple is {residual:.3e} N m, \
+         the largest force {force:.3e} N{}",
+        describe_step(*step),
         contact.map_or(String::new(), |worst| format!("; {worst}"))
     )]
     NoConvergence {
         /// Number of Newton iterations.
         iterations: usize,
-        /// The largest rotation of the last step, rad.
+        /// The largest rotation of the last step, rad; infinite before the first step.
         step: f64,
         /// The largest unbalanced couple, N m.
         residual: f64,
@@ -233,6 +234,14 @@ pub enum EquilibriumError {
 
 debug_by_display!(EquilibriumError);
 
+/// Describes the largest rotation of a step (rad), which is infinite before the first step.
+fn describe_step(step: f64) -> String {
+    if step.is_finite() {
+        return format!("the last step rotated a frame by {step:.3e} rad");
+    }
+    "no step was accepted".to_owned()
+}
+
 impl EquilibriumError {
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
@@ -244,6 +253,8 @@ impl EquilibriumError {
                 | Self::Unstable { .. }
                 | Self::Folded { .. }
                 | Self::Shape(RodError::Folded { .. })
+                // A law that is used only in a range may be inconsistent outside.
+                | Self::Law(_)
         )
     }
 }

@@ -1,7 +1,7 @@
 //! Errors of integrators.
 
 use crate::equilibrium::EquilibriumError;
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display};
 
 /// Result of an integrator or of a part of a run.
 pub(super) type Outcome<T = ()> = Result<T, IntegrationError>;
@@ -17,7 +17,7 @@ pub enum IntegrationError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// No equilibrium was found.
-    #[error("at {time} s: {error}")]
+    #[error("at {} s: {error}", Number(*time))]
     Equilibrium {
         /// Time of the equilibrium, s.
         time: f64,
@@ -25,7 +25,10 @@ pub enum IntegrationError {
         error: EquilibriumError,
     },
     /// The corrections of an implicit step did not converge.
-    #[error("the step to {time} s did not converge: its last correction changed an angle by {change:.3e} rad")]
+    #[error(
+        "the step to {} s did not converge: its last correction changed an angle by {change:.3e} rad",
+        Number(*time)
+    )]
     NotConverged {
         /// End of the step, s.
         time: f64,
@@ -33,15 +36,18 @@ pub enum IntegrationError {
         change: f64,
     },
     /// A part of a [`TimeStep`](super::TimeStep) is missing.
-    #[error("the step to {time} s lacks its {missing}")]
+    #[error("the step to {} s lacks its {missing}", Number(*time))]
     Incomplete {
         /// End of the step, s.
         time: f64,
-        /// The part that comes next.
+        /// The part that must precede the call.
         missing: &'static str,
     },
     /// The laws' variables at a material point could not be integrated over the step.
-    #[error("the variables of material point {point} cannot be integrated to {time} s")]
+    #[error(
+        "the variables of material point {point} cannot be integrated to {} s: take a shorter step",
+        Number(*time)
+    )]
     Variables {
         /// End of the step, s.
         time: f64,
@@ -50,7 +56,8 @@ pub enum IntegrationError {
     },
     /// The tissue that leaves the growth zone in a step would be divided into more than 1024 elements.
     #[error(
-        "from {time} s on a step of {step} s would create more than {MAX_PARTS} mature elements: take a shorter step"
+        "from {} s on a step of {} s would create more than {MAX_PARTS} mature elements: take a shorter step",
+        Number(*time), Number(*step)
     )]
     GrowsTooFast {
         /// Start of the step, s.
@@ -60,8 +67,9 @@ pub enum IntegrationError {
     },
     /// Growth stretches an element so unevenly that its Gauss points do not resolve it.
     #[error(
-        "growth up to {time} s stretches one end of element {element} {ratio:.1} times as much as the other, which \
-         its material points do not resolve: take more elements, or a shorter step"
+        "growth up to {} s stretches one end of element {element} {} times as much as the other, which its material \
+         points do not resolve: take more elements, or a shorter step",
+        Number(*time), describe_ratio(*ratio)
     )]
     Uneven {
         /// End of the step, s.
@@ -72,7 +80,10 @@ pub enum IntegrationError {
         ratio: f64,
     },
     /// The work of a call exceeds its limit.
-    #[error("at {time} s the work exceeds its limit of {limit} evaluations of the forces in the rod")]
+    #[error(
+        "at {} s the work exceeds its limit of {limit} evaluations of the forces in the rod",
+        Number(*time)
+    )]
     WorkLimit {
         /// Time that was reached, s.
         time: f64,
@@ -83,9 +94,10 @@ pub enum IntegrationError {
     /// not larger than that of the section, and the tissue on the inner side would have no length. The response of the
     /// laws diverges, as that of proprioception does if its sensitivity times its delay exceeds π/2 growth times.
     #[error(
-        "at {time} s the intrinsic curvature at {arc_length:.4} m from the base is {curvature:.3e} 1/m, and the radius \
+        "at {} s the intrinsic curvature at {arc_length:.4} m from the base is {curvature:.3e} 1/m, and the radius \
          {radius:.3e} m: the rod is not slender there. The response of the tropism laws diverges: reduce a \
-         sensitivity, a delay or a memory time, or end the run earlier"
+         sensitivity, a delay or a memory time, or end the run earlier",
+        Number(*time)
     )]
     NotSlender {
         /// End of the step, s.
@@ -111,7 +123,10 @@ pub enum IntegrationError {
         work: usize,
     },
     /// A condition did not hold by the latest time.
-    #[error("the condition does not hold by {time} s: its value is {value}, and must be zero or positive")]
+    #[error(
+        "the condition does not hold by {} s: its value is {}, and must be zero or positive",
+        Number(*time), Number(*value)
+    )]
     NotReached {
         /// Time that was reached, s.
         time: f64,
@@ -127,7 +142,7 @@ pub enum IntegrationError {
         problem: &'static str,
     },
     /// A law, the scene or a condition returned NaN or infinity.
-    #[error("the {what} is not finite at {time} s")]
+    #[error("the {what} is not finite at {} s", Number(*time))]
     NotFinite {
         /// Name of the value.
         what: &'static str,
@@ -143,6 +158,11 @@ fn describe_estimate(error: f64) -> String {
         return format!("the error reached is {error:.1e} of the length");
     }
     "there is no estimate of the error yet (advance in pieces, to an earlier time first)".to_owned()
+}
+
+/// Returns a ratio with one decimal place. It is infinite where growth is discontinuous.
+fn describe_ratio(ratio: f64) -> String {
+    if ratio < 1e6 { format!("{ratio:.1}") } else { "more than a million".to_owned() }
 }
 
 impl IntegrationError {
@@ -163,5 +183,18 @@ impl IntegrationError {
             | Self::NotSlender { .. }
             | Self::ToleranceNotMet { .. } => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_have_no_rows_of_zeros_and_no_infinity() {
+        let at_once = IntegrationError::NotFinite { what: "gravity", time: 2e-300 };
+        assert_eq!(at_once.to_string(), "the gravity is not finite at 2e-300 s");
+        let torn = IntegrationError::Uneven { time: 600.0, element: 80, ratio: f64::INFINITY };
+        assert!(torn.to_string().contains("up to 600 s stretches one end of element 80 more than a million times"));
     }
 }

@@ -236,6 +236,21 @@ fn wrong_signs_of_tropisms_are_found() {
     }
 }
 
+/// Growth in the first half of each day of 24 h.
+struct Nights(UniformGrowth);
+
+impl GrowthLaw for Nights {
+    fn regr(&self, sigma: f64, t: f64) -> f64 {
+        if t.rem_euclid(86_400.0) < 43_200.0 { self.0.regr(sigma, t) } else { 0.0 }
+    }
+    fn zone_length(&self) -> f64 {
+        self.0.zone_length
+    }
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        43_200.0 * ((t / 43_200.0).floor() + 1.0)
+    }
+}
+
 #[test]
 fn laws_of_the_crate_pass() {
     let young = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.4 };
@@ -263,6 +278,8 @@ fn laws_of_the_crate_pass() {
         check::growth_law(&LinearProfile { zone_length, time }, &points, 3600.0),
         check::growth_law(&CosineProfile { zone_length, time }, &points, 3600.0),
         check::growth_law(&Ongoing(LinearProfile { zone_length, time }), &points, 3600.0),
+        check::growth_law(&UniformGrowth { zone_length, time }, &[(0.0, 0.0)], 3600.0),
+        check::growth_law(&Nights(UniformGrowth { zone_length, time }), &[(0.01, 5e4), (0.039, 1e3)], 3600.0),
     ] {
         assert_eq!(answer, Ok(()));
     }

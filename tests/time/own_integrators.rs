@@ -200,6 +200,36 @@ fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
     assert_eq!(shoot.time(), 60.0);
 }
 
+/// A part that fails has changed the state already.
+#[test]
+fn step_with_a_part_that_failed_ends_only_after_its_repetition() {
+    let mut shoot = leaving();
+    let (mut parts, mut solver) = (TimeStepper::default(), tight());
+    parts.resume(&mut shoot, &mut solver).unwrap();
+    let before = shoot.state().clone();
+    for case in ["variables of the laws", "intrinsic strain", "none"] {
+        let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
+        step.integrate_strain().unwrap();
+        let _ = step.equilibrate().unwrap();
+        step.sense().unwrap();
+        step.integrate_variables().unwrap();
+        let changes = vec![Vector3::x() * 1e5; step.points().len()];
+        match case {
+            "intrinsic strain" => assert!(step.set_strain(&changes).is_err()),
+            _ => assert!(step.set_variables(|_, values| values.fill(f64::NAN)).is_err()),
+        }
+        if case == "none" {
+            step.integrate_variables().unwrap();
+            step.finish().unwrap();
+            assert_eq!(shoot.time(), 60.0);
+            continue;
+        }
+        let error = step.finish().unwrap_err();
+        assert!(matches!(error, IntegrationError::Incomplete { missing, .. } if missing == case), "{case}: {error}");
+        assert!(*shoot.state() == before);
+    }
+}
+
 #[test]
 fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
     let mut shoot = pushed();

@@ -16,6 +16,9 @@ pub(super) enum Part {
 }
 
 impl Part {
+    /// All parts in their order.
+    pub const ALL: [Self; 5] = [Self::Growth, Self::Strain, Self::Shape, Self::Stimuli, Self::Variables];
+
     /// Name for messages.
     pub fn name(self) -> &'static str {
         match self {

@@ -26,8 +26,10 @@ use crate::state::{Moments, State, intrinsic_moments};
 /// | end | [`finish`](Self::finish) | |
 ///
 /// Parts may be repeated, for example to correct the strain of an implicit step. A part before which another one is
-/// missing returns [`Incomplete`](IntegrationError::Incomplete). A step that is dropped without `finish`, also after an
-/// error, restores the shoot to its state before `begin`. [`MethodOfSteps`](crate::integrator::MethodOfSteps) and
+/// missing returns [`Incomplete`](IntegrationError::Incomplete), and so does `finish` after a part that failed and was
+/// not repeated with success. The order of the parts is checked, not whether they are up to date: a strain that is set
+/// after `equilibrate` is kept without a new equilibrium. A step that is dropped without `finish`, also after an error,
+/// restores the shoot to its state before `begin`. A copy of [`shoot`](Self::shoot) during the step is incomplete. [`MethodOfSteps`](crate::integrator::MethodOfSteps) and
 /// [`Adaptive`](crate::integrator::Adaptive) make their steps by the same methods.
 #[derive(Debug)]
 #[must_use = "a step that is dropped is undone"]
@@ -41,6 +43,8 @@ pub struct TimeStep<'a, M, E> {
     moments: Moments,
     /// The last part that was made; the order of `Part` is that of the step.
     reached: Part,
+    /// The parts that failed and were not repeated with success.
+    failed: [bool; Part::ALL.len()],
     /// State that is restored unless the step is finished; `None` if the caller restores it.
     undo: Option<&'a State>,
 }
@@ -63,7 +67,17 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     ) -> Outcome<Self> {
         let step = Step { from: shoot.state.time, to: end.time, leaving: 0, growth: [end.time; 2] };
         let moments = Moments::zeros();
-        let mut begun = Self { stepper, shoot, solver, step, end, moments, reached: Part::Growth, undo };
+        let mut begun = Self {
+            stepper,
+            shoot,
+            solver,
+            step,
+            end,
+            moments,
+            reached: Part::Growth,
+            failed: [false; Part::ALL.len()],
+            undo,
+        };
         let Self { stepper, shoot, step, moments, .. } = &mut begun;
         stepper.begin_increment(shoot);
         *step = stepper.begin_step(shoot, mesh, end)?;
@@ -133,14 +147,17 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     }
 
     /// Integrates the intrinsic strain over the step, to fourth order: the rates of [`strain_rate`](Self::strain_rate)
-    /// on the pieces between the levels of the delayed history. Returns the largest change relative to the present
-    /// intrinsic strain, as an angle over the length of the shoot, rad.
+    /// at three Gauss points. A step in which a delayed time passes more than one level of the history is divided at
+    /// these levels. Returns the largest change relative to the present intrinsic strain, as an angle over the length of
+    /// the shoot, rad.
     ///
     /// # Errors
     /// [`NotFinite`](IntegrationError::NotFinite); [`NotSlender`](IntegrationError::NotSlender) in an explicit step.
     pub fn integrate_strain(&mut self) -> Outcome<f64> {
-        let change = self.stepper.integrate_strain(self.shoot, self.step)?;
-        self.strained(change)
+        self.make(Part::Strain, |this| {
+            let change = this.stepper.integrate_strain(this.shoot, this.step)?;
+            this.check_explicit(change)
+        })
     }
 
     /// Sets the intrinsic strain of the points in the growth zone: that at the start of the step plus the given
@@ -155,17 +172,29 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         ParameterError::unless(count == self.points().len(), "number of changes of strain", count as f64, requirement)?;
         self.stepper.changes.clear();
         self.stepper.changes.extend_from_slice(changes);
-        let change = self.stepper.apply_changes(self.shoot, self.step.to)?;
-        self.strained(change)
+        self.make(Part::Strain, |this| {
+            let change = this.stepper.apply_changes(this.shoot, this.step.to)?;
+            this.check_explicit(change)
+        })
     }
 
-    fn strained(&mut self, change: f64) -> Outcome<f64> {
-        // The strain of an implicit step may be corrected later.
+    /// Returns the change of the strain, or an error if the rod is not slender at the end of an explicit step. The
+    /// strain of an implicit step may be corrected later.
+    fn check_explicit(&self, change: f64) -> Outcome<f64> {
         if self.is_explicit() {
             check_slender(self.shoot, self.step.to)?;
         }
-        self.reached = self.reached.max(Part::Strain);
         Ok(change)
+    }
+
+    /// Makes a part of the step. One that fails is missing until it is repeated with success.
+    fn make<R>(&mut self, part: Part, work: impl FnOnce(&mut Self) -> Outcome<R>) -> Outcome<R> {
+        let result = work(self);
+        self.failed[part as usize] = result.is_err();
+        if result.is_ok() {
+            self.reached = self.reached.max(part);
+        }
+        result
     }
 
     /// Moves the base to its place at the end of the step, and solves the equilibrium under the load of that time. The
@@ -176,6 +205,10 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`NotFinite`](IntegrationError::NotFinite) for a scene that returns NaN or infinity.
     pub fn equilibrate(&mut self) -> Outcome<Equilibrium> {
         self.require(Part::Strain)?;
+        self.make(Part::Shape, Self::find_equilibrium)
+    }
+
+    fn find_equilibrium(&mut self) -> Outcome<Equilibrium> {
         let first = self.reached < Part::Shape;
         let Self { stepper, shoot, solver, step, end, moments, .. } = self;
         let time = end.before();
@@ -191,7 +224,6 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
             found => found?,
         };
         stepper.record(&found, shoot)?;
-        self.reached = self.reached.max(Part::Shape);
         Ok(found)
     }
 
@@ -202,9 +234,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`NotFinite`](IntegrationError::NotFinite).
     pub fn sense(&mut self) -> Outcome {
         self.require(Part::Shape)?;
-        self.stepper.sense(self.shoot)?;
-        self.reached = self.reached.max(Part::Stimuli);
-        Ok(())
+        self.make(Part::Stimuli, |this| this.stepper.sense(this.shoot))
     }
 
     /// Integrates the variables of the laws over the step, to fourth order, by exponential collocation with stimuli
@@ -215,9 +245,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`Parameter`](IntegrationError::Parameter) for rates that contradict the declaration of the laws.
     pub fn integrate_variables(&mut self) -> Outcome {
         self.require(Part::Stimuli)?;
-        self.stepper.integrate_variables(self.shoot, self.step)?;
-        self.reached = Part::Variables;
-        Ok(())
+        self.make(Part::Variables, |this| this.stepper.integrate_variables(this.shoot, this.step))
     }
 
     /// Sets the variables of the laws at the end of the step: `integrate` is called with each point of the growth zone,
@@ -230,9 +258,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// the declaration of the laws.
     pub fn set_variables(&mut self, integrate: impl FnMut(&PointStep, &mut [f64])) -> Outcome {
         self.require(Part::Stimuli)?;
-        self.stepper.set_variables(self.shoot, self.step, integrate)?;
-        self.reached = Part::Variables;
-        Ok(())
+        self.make(Part::Variables, |this| this.stepper.set_variables(this.shoot, this.step, integrate))
     }
 
     /// Ends the step: the tissue outside the growth zone is mature from now on. If a law or the scene has a
@@ -250,6 +276,9 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
             (0, _) => Part::Stimuli,
             _ => Part::Variables,
         })?;
+        if let Some(part) = Part::ALL.into_iter().find(|part| self.failed[*part as usize]) {
+            return Err(IntegrationError::Incomplete { time: self.step.to, missing: part.name() });
+        }
         if !self.is_explicit() {
             check_slender(self.shoot, self.step.to)?;
         }

@@ -80,7 +80,8 @@ impl Spectrum {
 fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
     let values: Vec<Vec<Complex<f64>>> =
         blocks.iter().map(|block| probes.iter().map(|z| block.at(*z).value).collect()).collect();
-    // The functions tend to one far right, whatever their roots.
+    // All characteristic functions tend to one far right. Equal blocks agree relative to their difference from one. The
+    // values have rounding errors of some 1e-12.
     let close = |x: &Complex<f64>, y: &Complex<f64>| (x - y).norm() <= 1e-6 * (x - Complex::ONE).norm() + 1e-11;
     let equal = |a: usize, b: usize| values[a].iter().zip(&values[b]).all(|(x, y)| close(x, y));
     for i in 1..blocks.len() {
