@@ -29,8 +29,9 @@ use crate::state::{Moments, State, intrinsic_moments};
 /// missing returns [`Incomplete`](IntegrationError::Incomplete), and so does `finish` after a part that failed and was
 /// not repeated with success. The order of the parts is checked, not whether they are up to date: a strain that is set
 /// after `equilibrate` is kept without a new equilibrium. A step that is dropped without `finish`, also after an error,
-/// restores the shoot to its state before `begin`. A copy of [`shoot`](Self::shoot) during the step is incomplete. [`MethodOfSteps`](crate::integrator::MethodOfSteps) and
-/// [`Adaptive`](crate::integrator::Adaptive) make their steps by the same methods.
+/// restores the shoot to its state before `begin`. A copy of [`shoot`](Self::shoot) during the step is incomplete.
+/// [`MethodOfSteps`](crate::integrator::MethodOfSteps) and [`Adaptive`](crate::integrator::Adaptive) make their steps
+/// by the same methods.
 #[derive(Debug)]
 #[must_use = "a step that is dropped is undone"]
 pub struct TimeStep<'a, M, E> {
@@ -148,8 +149,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
 
     /// Integrates the intrinsic strain over the step, to fourth order: the rates of [`strain_rate`](Self::strain_rate)
     /// at three Gauss points. A step in which a delayed time passes more than one level of the history is divided at
-    /// these levels. Returns the largest change relative to the present intrinsic strain, as an angle over the length of
-    /// the shoot, rad.
+    /// these levels. Returns the largest change relative to the present intrinsic strain, as an angle over the length
+    /// of the shoot, rad.
     ///
     /// # Errors
     /// [`NotFinite`](IntegrationError::NotFinite); [`NotSlender`](IntegrationError::NotSlender) in an explicit step.
