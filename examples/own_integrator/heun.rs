@@ -4,13 +4,13 @@ use morphorod::equilibrium::EquilibriumSolver;
 use morphorod::integrator::{
     HistoryFunction, IntegrationError, Integrator, PointStep, Statistics, TimeStep, TimeStepper,
 };
-use morphorod::{Model, Shoot};
+use morphorod::{Model, ParameterError, Shoot};
 
 /// The midpoint rule for the intrinsic strain, and Heun's method for the variables of the laws. One equilibrium per
 /// step.
 ///
 /// The strain at the end of a step follows from delayed variables. It is not corrected with the variables at the end,
-/// so that a step must not be longer than the shortest delay.
+/// so that a step that is longer than the shortest delay is refused.
 pub struct Heun<E> {
     /// Longest step, s.
     pub step: f64,
@@ -24,15 +24,24 @@ impl<E: EquilibriumSolver> Heun<E> {
     }
 }
 
-/// Makes the parts of a step. A step that is dropped before `finish` is undone.
-fn make<M: Model, E: EquilibriumSolver>(step: &mut TimeStep<M, E>) -> Result<(), IntegrationError> {
+/// Changes the intrinsic strain by the midpoint rule.
+pub fn midpoint<M: Model, E: EquilibriumSolver>(step: &mut TimeStep<M, E>) -> Result<(), IntegrationError> {
+    let [start, end] = step.times();
+    let requirement = "at most the shortest delay of the laws (s)";
+    ParameterError::unless(step.is_explicit(), "time step", end - start, requirement)?;
     let mut changes = Vec::new();
     for point in step.points() {
         // A point that leaves the growth zone in the step grows until its exit.
-        let [from, to] = step.growing(point).unwrap_or(step.times());
-        changes.push(step.strain_rate(point, 0.5 * (from + to))? * (to - from));
+        let [from, to] = step.growth_interval(point).unwrap_or(step.times());
+        changes.push(step.intrinsic_rate(point, 0.5 * (from + to))? * (to - from));
     }
-    step.set_strain(&changes)?;
+    step.change_intrinsic(&changes)?;
+    Ok(())
+}
+
+/// Makes the parts of a step. A step that is dropped before `finish` is undone.
+fn make<M: Model, E: EquilibriumSolver>(step: &mut TimeStep<M, E>) -> Result<(), IntegrationError> {
+    midpoint(step)?;
     let _ = step.equilibrate()?;
     step.sense()?;
     let [from, to] = step.times();
@@ -66,7 +75,7 @@ impl<E: EquilibriumSolver> Integrator for Heun<E> {
     ) -> Result<Statistics, IntegrationError> {
         let Self { step, solver, parts } = self;
         parts.undo_on_error(shoot, |parts, shoot| {
-            let mut cost = parts.resume(shoot, solver)?;
+            let mut cost = parts.prepare(shoot, solver)?;
             while shoot.time() < until && cost.steps < max_steps {
                 let end = parts.next_end(shoot, *step, until)?;
                 let mut step = parts.begin(shoot, solver, end)?;

@@ -93,9 +93,8 @@ impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
                 let unit = DVector::from_fn(unknowns + 1, |row, _| f64::from(u8::from(row == unknowns)));
                 let direction = factors.solve(&unit).ok_or(EquilibriumError::NotFinite { what: "direction" })?;
                 let direction = &direction / self.norm(&direction);
-                let (force, nodes) = (self.force(&rod, parameter), unknowns);
+                let force = self.force(&rod, parameter);
                 let tangent = RodEnergy::new(self.material, &force).tangent(&rod)?.to_dense();
-                debug_assert_eq!(tangent.nrows(), nodes);
                 let negative = tangent.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
                 return Ok(Point { parameter, rod, negative, direction });
             }

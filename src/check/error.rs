@@ -141,9 +141,9 @@ pub struct LawError {
     pub quantity: Quantity,
     /// Place at which it is wrong.
     pub place: Where,
-    /// Value that the law returns.
+    /// Value that the law returns, or its derivative by differences, see the quantity.
     pub value: f64,
-    /// Value that follows from the other methods of the law.
+    /// Value that follows from the other methods of the law. NaN if the requirement is no single value.
     pub expected: f64,
     /// Definition of the expected value.
     pub requirement: &'static str,

@@ -48,6 +48,9 @@ pub use tropism::{perception, response, tropism_law};
 
 use nalgebra::SVector;
 
+/// Strains at which an elastic law is checked, times the length of the rod: generic ones, at which a law is smooth that
+/// has other stiffnesses for the opposite strain.
+pub(crate) const STRAINS: [[f64; 3]; 2] = [[0.8, -0.5, 0.3], [-3.0, 5.0, 2.0]];
 /// Step of the differences, relative to the argument. Their extrapolation has an error of order 1e-12 of a fifth
 /// derivative, and one of 1e-13 by rounding.
 const STEP: f64 = 1e-3;

@@ -33,22 +33,13 @@ pub struct Corrected<O, B> {
     pub shoot: B,
 }
 
-/// Solves the extended system on one grid in time. The Jacobian is kept while the residual decreases fast.
+/// Solves the extended system on one grid in time. The Jacobian is kept while the residual decreases fast. `equilibria`
+/// is the number of equilibria of the search so far, to which those of this grid are added.
 ///
 /// # Errors
 /// Errors of the evaluation at the initial guess. Equilibrium and parameter errors of later iterations are returned
 /// as `NotConverged`, all other errors unchanged.
 pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
-    equations: &S,
-    family: &mut impl FnMut(f64) -> Result<B, CycleError>,
-    at: Unknowns,
-    conditions: &Conditions,
-) -> Result<Corrected<S::Orbit, B>, CycleError> {
-    correct_counting(equations, family, at, conditions, &mut 0)
-}
-
-/// The same, with the number of equilibria of the search so far, to which those of this grid are added.
-fn correct_counting<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,
     mut at: Unknowns,
@@ -127,7 +118,7 @@ pub fn correct_resolved<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
 ) -> Result<Corrected<S::Orbit, B>, CycleError> {
     let mut equilibria = 0;
     loop {
-        let found = correct_counting(equations, family, guess, conditions, &mut equilibria)?;
+        let found = correct(equations, family, guess, conditions, &mut equilibria)?;
         let Err(error) = equations.check_resolution(&found.orbit) else { return Ok(found) };
         let refined = equations.refined().ok_or(error)?;
         guess = equations.on_finer_grid(found.unknowns);

@@ -287,17 +287,13 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
     Ok(())
 }
 
-/// Strains at which a law is checked after a search that failed, times the length of the rod: generic ones, at which a
-/// law is smooth that has other stiffnesses for the opposite strain.
-const CHECKED_STRAINS: [[f64; 3]; 2] = [[0.8, -0.5, 0.3], [-3.0, 5.0, 2.0]];
-
 /// Returns an error for an elastic law whose methods contradict each other at the base or at the apex of a rod.
 pub(crate) fn check_law(rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> Result<(), Box<LawError>> {
     let (length, p, last) = (rod.length(), rod.order().points(), rod.points().len() - 1);
     [0, last].into_iter().try_for_each(|i| {
         let tissue = Tissue::of(&rod.points()[i], force.environment().time);
         let along = rod.frame_at_point(i / p, i % p).inverse_transform_vector(&force.at_points()[i]);
-        let points = CHECKED_STRAINS.map(|strain| (Vector3::from(strain) / length, along));
+        let points = check::STRAINS.map(|strain| (Vector3::from(strain) / length, along));
         check::elastic_law(material, &tissue, &points).map_err(Box::new)
     })
 }

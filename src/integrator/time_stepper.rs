@@ -17,13 +17,13 @@ use crate::state::State;
 /// the state of the shoot.
 ///
 /// An integrator of second order: the midpoint rule for the strain, and Heun's method for the variables of the laws.
-/// The strain is not corrected, so that steps must not be longer than the shortest delay.
+/// The strain is not corrected, so that steps that are longer than the shortest delay are refused.
 ///
 /// ```
 /// use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 /// use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, Statistics};
 /// use morphorod::integrator::{TimeStep, TimeStepper};
-/// use morphorod::{Model, Shoot};
+/// use morphorod::{Model, ParameterError, Shoot};
 ///
 /// struct Heun {
 ///     step: f64,
@@ -33,24 +33,26 @@ use crate::state::State;
 ///
 /// /// Makes the parts of a step.
 /// fn make<M: Model>(step: &mut TimeStep<M, NewtonSolver>) -> Result<(), IntegrationError> {
+///     let [start, end] = step.times();
+///     let requirement = "at most the shortest delay of the laws (s)";
+///     ParameterError::unless(step.is_explicit(), "time step", end - start, requirement)?;
 ///     // Differential growth by the midpoint rule, up to the exit of each point from the growth zone.
 ///     let mut changes = Vec::new();
 ///     for point in step.points() {
-///         let [from, to] = step.growing(point).unwrap_or(step.times());
-///         changes.push(step.strain_rate(point, 0.5 * (from + to))? * (to - from));
+///         let [from, to] = step.growth_interval(point).unwrap_or(step.times());
+///         changes.push(step.intrinsic_rate(point, 0.5 * (from + to))? * (to - from));
 ///     }
-///     step.set_strain(&changes)?;
+///     step.change_intrinsic(&changes)?;
 ///     let _ = step.equilibrate()?;
 ///     step.sense()?;
-///     let [from, to] = step.times();
 ///     let (mut guess, mut rates) = (Vec::new(), Vec::new());
 ///     step.set_variables(|at, variables| {
 ///         guess.clear();
-///         guess.extend(at.variables.iter().zip(at.rates).map(|(y, rate)| y + (to - from) * rate));
+///         guess.extend(at.variables.iter().zip(at.rates).map(|(y, rate)| y + (end - start) * rate));
 ///         rates.resize(guess.len(), 0.0);
 ///         at.rates_at(&guess, at.stimuli[1], &mut rates);
 ///         for (y, (first, last)) in variables.iter_mut().zip(at.rates.iter().zip(&rates)) {
-///             *y += 0.5 * (to - from) * (first + last);
+///             *y += 0.5 * (end - start) * (first + last);
 ///         }
 ///     })?;
 ///     Ok(())
@@ -73,7 +75,7 @@ use crate::state::State;
 ///     ) -> Result<Statistics, IntegrationError> {
 ///         let Self { step, solver, parts } = self;
 ///         parts.undo_on_error(shoot, |parts, shoot| {
-///             let mut cost = parts.resume(shoot, solver)?;
+///             let mut cost = parts.prepare(shoot, solver)?;
 ///             while shoot.time() < until && cost.steps < max_steps {
 ///                 let end = parts.next_end(shoot, *step, until)?;
 ///                 let mut step = parts.begin(shoot, solver, end)?;
@@ -116,7 +118,7 @@ impl TimeStepper {
     /// # Errors
     /// The errors of [`start`](Self::start), and [`Parameter`](super::IntegrationError::Parameter) for a history that
     /// does not fit the laws. The shoot does not change then.
-    pub fn resume<M: Model>(
+    pub fn prepare<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
@@ -162,9 +164,10 @@ impl TimeStepper {
     /// the solver. Changes of contact with obstacles in the step are not located.
     ///
     /// # Errors
-    /// The errors of [`resume`](Self::resume); [`Parameter`](super::IntegrationError::Parameter) for an end that is not
-    /// in the future, or after a discontinuity; [`Uneven`](super::IntegrationError::Uneven). The shoot does not change
-    /// then.
+    /// The errors of [`prepare`](Self::prepare); [`Parameter`](super::IntegrationError::Parameter) for an end that is not
+    /// in the future, after a discontinuity, or later than growth permits;
+    /// [`GrowsTooFast`](super::IntegrationError::GrowsTooFast), [`Uneven`](super::IntegrationError::Uneven). The shoot
+    /// does not change then.
     pub fn begin<'a, M: Model, E: EquilibriumSolver>(
         &'a mut self,
         shoot: &'a mut Shoot<M>,
@@ -181,6 +184,10 @@ impl TimeStepper {
             let discontinuity = next_discontinuity_ahead(shoot, end)?;
             let requirement = "not after the next discontinuity of a law or the scene (s)";
             ParameterError::unless(end <= discontinuity, "end of the step", end, requirement)?;
+            let step = end - shoot.time();
+            let permitted = permitted_step(shoot, [step, end], &shoot.mesh)?;
+            let requirement = "so early that growth adds at most one element, see `next_end` (s)";
+            ParameterError::unless(step <= permitted * (1.0 + ROUNDING), "end of the step", end, requirement)?;
             Ok(end == discontinuity)
         });
         let discontinuity = ready.inspect_err(|_| shoot.state.copy_from(undo))?;

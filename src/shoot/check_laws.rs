@@ -12,8 +12,6 @@ use crate::tropism::{Declaration, Site};
 
 /// Number of places at which the elastic law and the growth law are checked.
 const PLACES: usize = 5;
-/// Strain that is added to that of a place, times the length: a generic one, since that of a straight shoot is zero.
-const STRAIN: [f64; 3] = [0.8, -0.5, 0.3];
 /// Rotation that inclines a site, rad: a generic one, since the stimuli of an upright shoot are zero.
 const INCLINE: [f64; 3] = [0.5, -0.3, 0.0];
 /// Part of a growth time over which the motion of points is checked.
@@ -31,7 +29,7 @@ impl<M: Model> Shoot<M> {
     /// The first quantity that is not finite or contradicts the others. Sites are counted from the first material point
     /// of the growth zone.
     pub fn check_laws(&self) -> Result<(), LawError> {
-        let (rod, profile, bend) = (self.rod(), self.profile(), Vector3::from(STRAIN) / self.rod().length());
+        let (rod, profile, bend) = (self.rod(), self.profile(), Vector3::from(check::STRAINS[0]) / self.rod().length());
         for place in profile.sample(PLACES) {
             let force = place.frame.inverse_transform_vector(&place.force);
             let strain = place.strain - place.intrinsic + bend;

@@ -96,12 +96,12 @@ fn kinematics_of_a_weightless_shoot_converge_to_the_closed_form_at_second_order(
 /// Makes a step of the crate's integrator by its parts: an implicit step is corrected until the strain changes by less
 /// than the default tolerance.
 fn make<M: Model>(mut step: TimeStep<M, NewtonSolver>) -> Result<Statistics, IntegrationError> {
-    step.integrate_strain()?;
+    step.integrate_intrinsic()?;
     loop {
         let _ = step.equilibrate()?;
         step.sense()?;
         step.integrate_variables()?;
-        if step.is_explicit() || step.integrate_strain()? <= 1e-8 {
+        if step.is_explicit() || step.integrate_intrinsic()? <= 1e-8 {
             return step.finish();
         }
     }
@@ -137,9 +137,9 @@ fn parts_of_a_step_are_those_of_the_crates_integrator() {
         own.set_intrinsic(|point| point.intrinsic * 1.1);
         let now = exact.time();
         let cost = run.advance(&mut exact, now).unwrap();
-        assert_eq!(parts.resume(&mut own, &mut solver).unwrap(), cost, "{name}");
+        assert_eq!(parts.prepare(&mut own, &mut solver).unwrap(), cost, "{name}");
         assert!(own.state() == exact.state() && cost.equilibria == 1, "{name}");
-        assert_eq!(parts.resume(&mut own, &mut solver).unwrap(), Statistics::default());
+        assert_eq!(parts.prepare(&mut own, &mut solver).unwrap(), Statistics::default());
     }
 }
 
@@ -167,7 +167,7 @@ fn refused<T>(answer: Result<T, IntegrationError>, words: &str) {
 fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
     let mut shoot = leaving();
     let (mut parts, mut solver) = (TimeStepper::default(), tight());
-    parts.resume(&mut shoot, &mut solver).unwrap();
+    parts.prepare(&mut shoot, &mut solver).unwrap();
     let before = shoot.state().clone();
     let missing = |answer: Result<(), IntegrationError>, name: &str| {
         let error = answer.unwrap_err();
@@ -176,7 +176,7 @@ fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
     let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
     missing(step.equilibrate().map(|_| ()), "intrinsic strain");
     missing(step.sense(), "equilibrium");
-    step.integrate_strain().unwrap();
+    step.integrate_intrinsic().unwrap();
     missing(step.integrate_variables(), "stimuli");
     let _ = step.equilibrate().unwrap();
     missing(step.set_variables(|_, _| ()), "stimuli");
@@ -190,7 +190,7 @@ fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
     // All parts in their order, some of them twice.
     let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
     for _ in 0..2 {
-        step.integrate_strain().unwrap();
+        step.integrate_intrinsic().unwrap();
         let _ = step.equilibrate().unwrap();
         step.sense().unwrap();
         step.integrate_variables().unwrap();
@@ -205,17 +205,17 @@ fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
 fn step_with_a_part_that_failed_ends_only_after_its_repetition() {
     let mut shoot = leaving();
     let (mut parts, mut solver) = (TimeStepper::default(), tight());
-    parts.resume(&mut shoot, &mut solver).unwrap();
+    parts.prepare(&mut shoot, &mut solver).unwrap();
     let before = shoot.state().clone();
     for case in ["variables of the laws", "intrinsic strain", "none"] {
         let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
-        step.integrate_strain().unwrap();
+        step.integrate_intrinsic().unwrap();
         let _ = step.equilibrate().unwrap();
         step.sense().unwrap();
         step.integrate_variables().unwrap();
         let changes = vec![Vector3::x() * 1e5; step.points().len()];
         match case {
-            "intrinsic strain" => assert!(step.set_strain(&changes).is_err()),
+            "intrinsic strain" => assert!(step.change_intrinsic(&changes).is_err()),
             _ => assert!(step.set_variables(|_, values| values.fill(f64::NAN)).is_err()),
         }
         if case == "none" {
@@ -234,7 +234,7 @@ fn step_with_a_part_that_failed_ends_only_after_its_repetition() {
 fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
     let mut shoot = pushed();
     let (mut parts, mut solver) = (TimeStepper::default(), tight());
-    parts.resume(&mut shoot, &mut solver).unwrap();
+    parts.prepare(&mut shoot, &mut solver).unwrap();
     let before = shoot.state().clone();
     for bad in [0.0, -60.0, f64::NAN, f64::INFINITY] {
         refused(parts.begin(&mut shoot, &mut solver, bad).map(|_| ()), "end of the step");
@@ -252,18 +252,21 @@ fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
     let mut step = parts.begin(&mut shoot, &mut solver, 100.0).unwrap();
     let points = step.points();
     let number = points.len();
-    refused(step.strain_rate(points.end, 50.0), "index of a material point");
+    refused(step.intrinsic_rate(points.end, 50.0), "index of a material point");
     for bad in [-1.0, 101.0, f64::NAN] {
-        refused(step.strain_rate(points.start, bad), "time of a rate");
+        refused(step.intrinsic_rate(points.start, bad), "time of a rate");
     }
-    assert!(step.growing(points.end).is_none() && step.growing(usize::MAX).is_none());
-    refused(step.set_strain(&vec![Vector3::zeros(); number + 1]), "number of changes");
+    assert!(step.growth_interval(points.end).is_none() && step.growth_interval(usize::MAX).is_none());
+    refused(step.change_intrinsic(&vec![Vector3::zeros(); number + 1]), "number of changes");
     let mut changes = vec![Vector3::zeros(); number];
     changes[1].y = f64::NAN;
-    assert!(matches!(step.set_strain(&changes), Err(IntegrationError::NotFinite { what: "growth gradient", .. })));
+    assert!(matches!(
+        step.change_intrinsic(&changes),
+        Err(IntegrationError::NotFinite { what: "growth gradient", .. })
+    ));
     changes[1].y = 1e4;
-    assert!(matches!(step.set_strain(&changes), Err(IntegrationError::NotSlender { .. })));
-    step.integrate_strain().unwrap();
+    assert!(matches!(step.change_intrinsic(&changes), Err(IntegrationError::NotSlender { .. })));
+    step.integrate_intrinsic().unwrap();
     let _ = step.equilibrate().unwrap();
     step.sense().unwrap();
     let first = points.start;
@@ -275,7 +278,7 @@ fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
     let failed = parts.undo_on_error(&mut shoot, |parts, shoot| {
         for end in [60.0, 120.0, 1200.0] {
             let mut step = parts.begin(shoot, &mut solver, end)?;
-            step.integrate_strain()?;
+            step.integrate_intrinsic()?;
             let _ = step.equilibrate()?;
             step.sense()?;
             step.integrate_variables()?;
@@ -284,6 +287,27 @@ fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
         Ok(())
     });
     refused(failed, "end of the step");
+    assert!(*shoot.state() == before);
+}
+
+#[test]
+fn step_that_growth_forbids_is_refused() {
+    let mut shoot = leaving();
+    let (mut parts, mut solver) = (TimeStepper::default(), tight());
+    parts.prepare(&mut shoot, &mut solver).unwrap();
+    let before = shoot.state().clone();
+    let end = 100.0 * HOUR;
+    assert!(parts.next_end(&shoot, end, end).unwrap() < end);
+    refused(parts.begin(&mut shoot, &mut solver, end).map(|_| ()), "end of the step");
+    assert!(*shoot.state() == before);
+}
+
+/// A step that is longer than the shortest delay needs corrections, which Heun's method of the example lacks.
+#[test]
+fn methods_of_the_example_refuse_steps_longer_than_a_delay() {
+    let mut shoot = righting().elements(4).into_dyn().build().unwrap();
+    let before = shoot.state().clone();
+    refused(Heun::new(1000.0, tight()).advance(&mut shoot, HOUR), "time step");
     assert!(*shoot.state() == before);
 }
 

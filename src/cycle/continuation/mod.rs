@@ -336,7 +336,7 @@ where
             let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
             conditions = self.inner.with_phases_of(conditions, unknowns, symmetry_tangents);
         }
-        let found = correct(&self.solver, &mut self.family, guess, &conditions)?;
+        let found = correct(&self.solver, &mut self.family, guess, &conditions, &mut 0)?;
         self.solver.check_resolution(&found.orbit)?;
         Ok(found)
     }

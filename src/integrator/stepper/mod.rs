@@ -207,7 +207,7 @@ impl Stepper {
         options: &RunOptions,
     ) -> Outcome {
         let mut step = TimeStep::begin(self, (shoot, solver), (end, &options.mesh), None)?;
-        step.integrate_strain()?;
+        step.integrate_intrinsic()?;
         let mut corrections = 0;
         loop {
             let _ = step.equilibrate()?;
@@ -216,7 +216,7 @@ impl Stepper {
             if step.is_explicit() {
                 break;
             }
-            let change = step.integrate_strain()?;
+            let change = step.integrate_intrinsic()?;
             if change <= options.tolerance {
                 break;
             }

@@ -25,7 +25,7 @@ impl Stepper {
     /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
     /// Returns the largest difference from the present intrinsic strain of a point, as an angle over the length
     /// of the shoot, rad.
-    pub(super) fn integrate_strain(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome<f64> {
+    pub(super) fn integrate_intrinsic(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome<f64> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
         let Step { from, to, leaving, growth: [start, end] } = step;
@@ -77,7 +77,7 @@ impl Stepper {
 
     /// Evaluates the rate of the intrinsic strain of a point of the zone, given by its index among all points, at a
     /// `time` (s) in a step, 1/(m s).
-    pub(super) fn strain_rate(
+    pub(super) fn intrinsic_rate(
         &mut self,
         shoot: &Shoot<impl Model>,
         step: Step,

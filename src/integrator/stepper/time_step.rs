@@ -19,7 +19,7 @@ use crate::state::{Moments, State, intrinsic_moments};
 ///
 /// | part | method | or your own |
 /// |---|---|---|
-/// | differential growth (4) | [`integrate_strain`](Self::integrate_strain) | [`set_strain`](Self::set_strain) |
+/// | differential growth (4) | [`integrate_intrinsic`](Self::integrate_intrinsic) | [`change_intrinsic`](Self::change_intrinsic) |
 /// | shape | [`equilibrate`](Self::equilibrate) | the solver |
 /// | stimuli | [`sense`](Self::sense) | |
 /// | variables (5), (6) | [`integrate_variables`](Self::integrate_variables) | [`set_variables`](Self::set_variables) |
@@ -118,7 +118,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// The time in the step during which a point is in the growth zone, s: from the start to its exit, or to the end.
     /// `None` for a point that is outside already.
     #[must_use]
-    pub fn growing(&self, point: usize) -> Option<[f64; 2]> {
+    pub fn growth_interval(&self, point: usize) -> Option<[f64; 2]> {
         let index = point.checked_sub(self.points().start)?;
         let (_, distance) = *self.stepper.starts.get(index)?;
         let [from, to] = self.times();
@@ -128,7 +128,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         Some([from, exit.unwrap_or(to)])
     }
 
-    /// The rate of the intrinsic strain of a point at a time in the interval of [`growing`](Self::growing), ∂u*/∂t =
+    /// The rate of the intrinsic strain of a point at a time in the interval of [`growth_interval`](Self::growth_interval), ∂u*/∂t =
     /// REGR · gradient, components along the directors, 1/(m s). The delayed variables are interpolated in the history.
     /// A law may read variables or present stimuli of the step itself. Until they are set, the variables increase at
     /// their rates at the start, and the stimuli are those at the start.
@@ -136,39 +136,39 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// # Errors
     /// [`Parameter`](IntegrationError::Parameter) for a point outside the growth zone, and a time outside the interval;
     /// [`NotFinite`](IntegrationError::NotFinite) for a law that returns NaN or infinity.
-    pub fn strain_rate(&mut self, point: usize, time: f64) -> Outcome<Vector3<f64>> {
+    pub fn intrinsic_rate(&mut self, point: usize, time: f64) -> Outcome<Vector3<f64>> {
         let requirement = "that of a point in the growth zone";
-        let Some([from, to]) = self.growing(point) else {
+        let Some([from, to]) = self.growth_interval(point) else {
             ParameterError::unless(false, "index of a material point", point as f64, requirement)?;
             return Ok(Vector3::zeros());
         };
         let requirement = "in the step, before the exit of the point from the growth zone (s)";
         ParameterError::unless(time >= from && time <= to, "time of a rate of the strain", time, requirement)?;
-        self.stepper.strain_rate(self.shoot, self.step, point, time)
+        self.stepper.intrinsic_rate(self.shoot, self.step, point, time)
     }
 
-    /// Integrates the intrinsic strain over the step, to fourth order: the rates of [`strain_rate`](Self::strain_rate)
+    /// Integrates the intrinsic strain over the step, to fourth order: the rates of [`intrinsic_rate`](Self::intrinsic_rate)
     /// at three Gauss points. A step in which a delayed time passes more than one level of the history is divided at
     /// these levels. Returns the largest change relative to the present intrinsic strain, as an angle over the length
     /// of the shoot, rad.
     ///
     /// # Errors
     /// [`NotFinite`](IntegrationError::NotFinite); [`NotSlender`](IntegrationError::NotSlender) in an explicit step.
-    pub fn integrate_strain(&mut self) -> Outcome<f64> {
+    pub fn integrate_intrinsic(&mut self) -> Outcome<f64> {
         self.make(Part::Strain, |this| {
-            let change = this.stepper.integrate_strain(this.shoot, this.step)?;
+            let change = this.stepper.integrate_intrinsic(this.shoot, this.step)?;
             this.check_explicit(change)
         })
     }
 
     /// Sets the intrinsic strain of the points in the growth zone: that at the start of the step plus the given
     /// changes, 1/m, components along the directors, one for each of [`points`](Self::points). Returns the same change
-    /// as [`integrate_strain`](Self::integrate_strain), rad.
+    /// as [`integrate_intrinsic`](Self::integrate_intrinsic), rad.
     ///
     /// # Errors
     /// [`Parameter`](IntegrationError::Parameter) for another number of changes, and the errors of
-    /// [`integrate_strain`](Self::integrate_strain).
-    pub fn set_strain(&mut self, changes: &[Vector3<f64>]) -> Outcome<f64> {
+    /// [`integrate_intrinsic`](Self::integrate_intrinsic).
+    pub fn change_intrinsic(&mut self, changes: &[Vector3<f64>]) -> Outcome<f64> {
         let (count, requirement) = (changes.len(), "that of the points in the growth zone");
         ParameterError::unless(count == self.points().len(), "number of changes of strain", count as f64, requirement)?;
         self.stepper.changes.clear();

@@ -187,7 +187,7 @@ type OnMesh<A> = ((Linearisation, Vec<Root>), A, Convergence);
 
 /// Largest number of elements of a linearisation that refines itself. On this mesh one evaluation of the characteristic
 /// function takes a fifth of a second, and a search some minutes.
-const MOST_ELEMENTS: usize = 128;
+const MOST_RESOLVED_ELEMENTS: usize = 128;
 
 impl Linearisation {
     /// Linearises a shoot about its present state, which must be a steady state, on a mesh that resolves its waves.
@@ -228,7 +228,7 @@ impl Linearisation {
     /// element if there are more than 64, do not meet.
     pub fn resolved(shoot: &Shoot<impl Model>, tolerance: f64) -> Result<Self, StabilityError> {
         let elements = shoot.rod().elements();
-        let meshes = Refinement { tolerance, first: 1, last: (MOST_ELEMENTS / elements).max(2) };
+        let meshes = Refinement { tolerance, first: 1, last: (MOST_RESOLVED_ELEMENTS / elements).max(2) };
         let answers = |linear: &Self| {
             let number = match linear.unstable() {
                 Err(StabilityError::InfinitelyMany { .. }) => None,
