@@ -164,8 +164,8 @@ impl TimeStepper {
     /// the solver. Changes of contact with obstacles in the step are not located.
     ///
     /// # Errors
-    /// The errors of [`prepare`](Self::prepare); [`Parameter`](super::IntegrationError::Parameter) for an end that is not
-    /// in the future, after a discontinuity, or later than growth permits;
+    /// The errors of [`prepare`](Self::prepare); [`Parameter`](super::IntegrationError::Parameter) for an end that is
+    /// not in the future, after a discontinuity, or later than growth permits;
     /// [`GrowsTooFast`](super::IntegrationError::GrowsTooFast), [`Uneven`](super::IntegrationError::Uneven). The shoot
     /// does not change then.
     pub fn begin<'a, M: Model, E: EquilibriumSolver>(

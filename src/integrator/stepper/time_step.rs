@@ -19,11 +19,13 @@ use crate::state::{Moments, State, intrinsic_moments};
 ///
 /// | part | method | or your own |
 /// |---|---|---|
-/// | differential growth (4) | [`integrate_intrinsic`](Self::integrate_intrinsic) | [`change_intrinsic`](Self::change_intrinsic) |
+/// | differential growth (4) | [`integrate_intrinsic`](Self::integrate_intrinsic) | [`change_intrinsic`][own] |
 /// | shape | [`equilibrate`](Self::equilibrate) | the solver |
 /// | stimuli | [`sense`](Self::sense) | |
 /// | variables (5), (6) | [`integrate_variables`](Self::integrate_variables) | [`set_variables`](Self::set_variables) |
 /// | end | [`finish`](Self::finish) | |
+///
+/// [own]: Self::change_intrinsic
 ///
 /// Parts may be repeated, for example to correct the strain of an implicit step. A part before which another one is
 /// missing returns [`Incomplete`](IntegrationError::Incomplete), and so does `finish` after a part that failed and was
@@ -128,9 +130,9 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         Some([from, exit.unwrap_or(to)])
     }
 
-    /// The rate of the intrinsic strain of a point at a time in the interval of [`growth_interval`](Self::growth_interval), ∂u*/∂t =
-    /// REGR · gradient, components along the directors, 1/(m s). The delayed variables are interpolated in the history.
-    /// A law may read variables or present stimuli of the step itself. Until they are set, the variables increase at
+    /// The rate of the intrinsic strain of a point, ∂u*/∂t = REGR · gradient, at a time in its
+    /// [`growth_interval`](Self::growth_interval); components along the directors, 1/(m s). The delayed variables are
+    /// interpolated in the history. A law may read variables or present stimuli of the step itself. Until they are set, the variables increase at
     /// their rates at the start, and the stimuli are those at the start.
     ///
     /// # Errors
@@ -147,8 +149,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         self.stepper.intrinsic_rate(self.shoot, self.step, point, time)
     }
 
-    /// Integrates the intrinsic strain over the step, to fourth order: the rates of [`intrinsic_rate`](Self::intrinsic_rate)
-    /// at three Gauss points. A step in which a delayed time passes more than one level of the history is divided at
+    /// Integrates the intrinsic strain over the step, to fourth order, from its
+    /// [rates](Self::intrinsic_rate) at three Gauss points. A step in which a delayed time passes more than one level of the history is divided at
     /// these levels. Returns the largest change relative to the present intrinsic strain, as an angle over the length
     /// of the shoot, rad.
     ///
