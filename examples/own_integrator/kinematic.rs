@@ -1,5 +1,5 @@
-//! An integrator without equilibria, for shoots without weight: growth and differential growth determine the shape, which
-//! the solver [`Unloaded`] integrates from the intrinsic strain.
+//! An integrator without equilibria, for shoots without weight. The solver [`Unloaded`] integrates the shape from the
+//! intrinsic strain.
 
 use morphorod::equilibrium::Unloaded;
 use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, Statistics, TimeStepper};
