@@ -130,10 +130,10 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         Some([from, exit.unwrap_or(to)])
     }
 
-    /// The rate of the intrinsic strain of a point at a time in its [`growth_interval`](Self::growth_interval), ∂u*/∂t =
-    /// REGR · gradient, 1/(m s). Its components are along the directors. The delayed variables are
-    /// interpolated in the history. A law may read variables or present stimuli of the step itself. Until they are set, the variables increase at
-    /// their rates at the start, and the stimuli are those at the start.
+    /// The rate of the intrinsic strain of a point, ∂u*/∂t = REGR · gradient, 1/(m s), at a time in its
+    /// [interval](Self::growth_interval). Its components are along the directors. The delayed variables are
+    /// interpolated in the history. A law may read variables or present stimuli of the step itself. Until they are
+    /// set, the variables increase at their rates at the start, and the stimuli are those at the start.
     ///
     /// # Errors
     /// [`Parameter`](IntegrationError::Parameter) for a point outside the growth zone, and a time outside the interval;
@@ -149,10 +149,10 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         self.stepper.intrinsic_rate(self.shoot, self.step, point, time)
     }
 
-    /// Integrates the intrinsic strain over the step, to fourth order, from [rates](Self::intrinsic_rate) at three Gauss
-    /// points. A step in which a delayed time passes more than one level of the history is divided at
-    /// these levels. Returns the largest change relative to the present intrinsic strain, as an angle over the length
-    /// of the shoot, rad.
+    /// Integrates the intrinsic strain over the step, to fourth order. The [rates](Self::intrinsic_rate) are those at
+    /// three Gauss points. A step in which a delayed time passes more than one level of the history is divided at these
+    /// levels. Returns the largest change relative to the present intrinsic strain, as an angle over the length of the
+    /// shoot, rad.
     ///
     /// # Errors
     /// [`NotFinite`](IntegrationError::NotFinite); [`NotSlender`](IntegrationError::NotSlender) in an explicit step.
