@@ -128,7 +128,7 @@ impl<M: Model> Shoot<M> {
 }
 
 /// Integral along a rod of values at its material points.
-fn integral(rod: &Rod, values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn integral(rod: &Rod, values: impl Iterator<Item = f64>) -> f64 {
     let weights = rod.reference().weights.iter().cycle();
     rod.points().iter().zip(weights).zip(values).map(|((point, w), value)| w * point.jacobian * value).sum()
 }

@@ -5,6 +5,7 @@ mod change;
 mod check_laws;
 mod energies;
 mod nodes;
+mod power;
 mod rate;
 
 pub use builder::ShootBuilder;

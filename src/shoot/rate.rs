@@ -1,5 +1,7 @@
 //! Rate of differential growth of a shoot.
 
+use nalgebra::Vector3;
+
 use super::Shoot;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
@@ -11,29 +13,35 @@ impl<M: Model> Shoot<M> {
     /// before an integrator has started the shoot.
     #[must_use]
     pub fn steering_rate(&self) -> f64 {
+        let rod = &self.state.rod;
+        let weights = rod.reference().weights.iter().cycle();
+        let each = rod.points()[rod.zone()].iter().zip(weights).zip(self.strain_rates());
+        each.map(|((point, weight), rate)| rate.norm() * weight * point.jacobian).sum()
+    }
+
+    /// The rates ∂u*/∂t (1/(m s), components along the directors) at the points of the rod in the growth zone. Empty
+    /// before an integrator has started the shoot.
+    pub(super) fn strain_rates(&self) -> Vec<Vector3<f64>> {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
         let (laws, rod, time) = (Declaration::of(tropism), &self.state.rod, self.environment().time);
         let size = laws.size();
         if history.levels() < 2 || history.size() != (size.variables, size.stimuli) {
-            return 0.0;
+            return Vec::new();
         }
         // Variables without a delay are not read.
         let read = |delay: f64, tau: f64| history.reading(time - delay, tau);
         let each = laws.variables().iter();
         let readings: Vec<_> = each.map(|at| at.delay.map(|delay| read(delay, at.time_constant))).collect();
         let mut past = vec![0.0; readings.len()];
-        let zone = rod.zone();
-        let weights = rod.reference().weights.iter().cycle();
-        let mut sum = 0.0;
-        for (i, (point, weight)) in rod.points()[zone].iter().zip(weights).enumerate() {
+        let each = rod.points()[rod.zone()].iter().enumerate();
+        each.map(|(i, point)| {
             for (k, reading) in readings.iter().enumerate() {
                 past[k] = reading.and_then(|reading| history.read(&reading, i).nth(k)).unwrap_or(0.0);
             }
             let at = Growing::of(point, time, point.apex_distance);
             let present = size.present(history.stimuli(history.levels() - 1, i));
-            let gradient = tropism.gradient(&at, &past, present);
-            sum += gradient.norm() * growth.regr(point.apex_distance, time).abs() * weight * point.jacobian;
-        }
-        sum
+            tropism.gradient(&at, &past, present) * growth.regr(point.apex_distance, time)
+        })
+        .collect()
     }
 }

@@ -1,4 +1,4 @@
-//! Energies of a shoot: closed forms, and the work of a load that changes slowly.
+//! Energies of a shoot: closed forms, the work of a load that changes slowly, and the power of growth.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -182,28 +182,16 @@ fn power(shoot: &Shoot<DynLaws>) -> f64 {
 }
 
 #[test]
-fn growth_does_the_work_by_which_the_energy_changes() {
+fn power_of_growth_is_the_integral_over_the_places_of_the_profile() {
     let builder = Shoot::builder(tissue(1e7)).length(LENGTH).radius(RADIUS).growth(GROWTH).tropism(OSCILLATOR);
     let builder = builder.load(WEIGHT).scene(Still::tilted(0.5)).merge_tolerance(0.0).into_dyn();
     let mut shoot = builder.build().unwrap();
-    let mut solver = MethodOfSteps::new(60.0);
-    solver.advance(&mut shoot, 0.0).unwrap();
-    let (start, mut powers) = (shoot.energies().total(), vec![power(&shoot)]);
-    let (mut work, mut exchanged) = (0.0, 0.0);
-    for k in 1..=120 {
-        solver.advance(&mut shoot, 60.0 * f64::from(k)).unwrap();
-        powers.push(power(&shoot));
+    let mut solver = MethodOfSteps::new(600.0);
+    for k in 0..=12 {
+        solver.advance(&mut shoot, 600.0 * f64::from(k)).unwrap();
+        let [found, expected] = [shoot.growth_power(), power(&shoot)];
+        println!("{found:e} W, relative difference {:e}", found / expected - 1.0);
+        // The equilibrium has an error of 1e-9 rad, and the three Gauss points of the profile one of 1e-9.
+        assert_relative_eq!(found, expected, epsilon = 0.0, max_relative = 1e-8);
     }
-    // Simpson's rule.
-    for three in powers.windows(3).step_by(2) {
-        let part = (three[0] + 4.0 * three[1] + three[2]) * 20.0;
-        work += part;
-        exchanged += part.abs();
-    }
-    let change = shoot.energies().total() - start;
-    println!(
-        "change {change:e} J, work {work:e} J, exchanged {exchanged:e} J, error {:e}",
-        (change - work) / exchanged
-    );
-    assert!((change - work).abs() < 1e-8 * exchanged, "{change} {work} {exchanged}");
 }

@@ -10,6 +10,7 @@ mod contact_changes;
 mod discontinuities;
 mod dynamic_symmetries;
 mod energies;
+mod energy_balance;
 mod ensembles;
 mod extreme;
 mod extreme_scales;

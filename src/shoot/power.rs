@@ -1,0 +1,117 @@
+//! Power of growth: the rate at which it changes the energies of a shoot.
+
+use nalgebra::Vector3;
+
+use super::Shoot;
+use super::energies::integral;
+use crate::constitutive::Constitutive;
+use crate::growth::GrowthLaw;
+use crate::load::InternalForce;
+use crate::model::Model;
+use crate::rod::{Tissue, weighted};
+
+/// Relative change of lengths and ages in a central difference: near the cube root of the machine precision, where the
+/// errors of rounding and of truncation are equal.
+const CHANGE: f64 = 1e-5;
+
+impl<M: Model> Shoot<M> {
+    /// The power of growth and of lignification, W: the rate at which they change the sum of the elastic energy and the
+    /// energy of the load ([`Energies`](super::Energies)), while the frames and the [reactions](Self::reactions) are
+    /// constant.
+    ///
+    /// In equilibrium the motion of the frames changes this sum by the work of the reactions on their places. Loads and
+    /// a base that change in time do further work. The [recipe](crate::guide::recipes#the-balance-of-energy) integrates
+    /// power and work between two times.
+    ///
+    /// With the growth rate r = REGR, the strain u, the force n, the couple m, the tangent t of the centre line and the
+    /// elastic energy w per length, the power is
+    ///
+    /// ```text
+    /// ∫ r (w − m · u − n · t) − m · ∂u*/∂t + ∂w/∂t − ∂n/∂t · t ds − ∂n/∂t · p at the base.
+    /// ```
+    ///
+    /// ∂w/∂t is due to the age of the tissue at constant strain, ∂n/∂t to tissue that grows beyond and has a load. Both
+    /// are central differences with a relative error of about 1e-10. The power is that of the discretised shoot, which
+    /// must be in equilibrium, as after any call of an integrator.
+    ///
+    /// ```
+    /// # use morphorod::Shoot;
+    /// # use morphorod::constitutive::LinearElastic;
+    /// # use morphorod::growth::UniformGrowth;
+    /// # use morphorod::integrator::{Integrator, MethodOfSteps};
+    /// # use morphorod::load::Weight;
+    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.04, time: 72e3 })
+    /// #     .load(Weight { density: 1000.0 }).build()?;
+    /// MethodOfSteps::new(600.0).advance(&mut shoot, 600.0)?;
+    /// // The energy of an upright shoot is G ℓ/2, with a weight G that is proportional to its length ℓ. It increases by
+    /// // G times the speed of the tip.
+    /// let (weight, speed) = (1000.0 * 9.81 * shoot.rod().volume(), 0.04 / 72e3);
+    /// assert!((shoot.growth_power() / (weight * speed) - 1.0).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn growth_power(&self) -> f64 {
+        let (rod, law, environment) = (self.rod(), self.model.constitutive(), self.environment());
+        let (time, p, rates) = (environment.time, rod.order().points(), self.elongation_rates());
+        let mut force = InternalForce::of(rod, self.model.load(), &environment);
+        let (load_rates, load_rate_at_base) = self.load_rates(&rates);
+        // In contact the shape has more nodes than the rod of the laws.
+        let (parent, strain_rates) = (&self.state.rod, self.strain_rates());
+        let mut walk = parent.walk();
+        let mut strain_rate = |s: f64| {
+            let (e, x) = walk.to(s)?;
+            let first = (e * p).checked_sub(parent.zone().start)?;
+            Some(weighted(strain_rates.get(first..first + p)?, &parent.reference().at_points(x)))
+        };
+        let lengths: Vec<f64> = force.cuts().iter().map(|cut| cut.arc_length).collect();
+        force.react(rod, rod.reactions());
+        let each = rod.points().iter().enumerate().map(|(i, point)| {
+            let (e, g, tissue) = (i / p, i % p, Tissue::of(point, time));
+            let (strain, frame) = (rod.strain_at_point(e, g), rod.frame_at_point(e, g));
+            let (elastic, n) = (strain - point.intrinsic, frame.inverse_transform_vector(&force.at_points()[i]));
+            // The energy w − n · t, which the strain of the centre line minimises, so that its change has no effect.
+            let energy = |tissue: &Tissue| {
+                let line = law.line_response(tissue, &n);
+                law.respond(tissue, &elastic).energy + line.map_or(-n.z, |line| line.energy - n.dot(&line.strain))
+            };
+            let couple = law.respond(&tissue, &elastic).couple;
+            let mut power = rates[i] * (energy(&tissue) - couple.dot(&strain));
+            power -= strain_rate(lengths[i]).map_or(0.0, |rate| couple.dot(&rate));
+            if tissue.age > 0.0 {
+                let [younger, older] =
+                    [-CHANGE, CHANGE].map(|part| energy(&Tissue { age: tissue.age * (1.0 + part), ..tissue }));
+                power += (older - younger) / (2.0 * CHANGE * tissue.age);
+            }
+            power - load_rates.get(i).map_or(0.0, |rate| rate.dot(&(frame * rod.line_strain_at_point(e, g))))
+        });
+        integral(rod, each) - load_rate_at_base.dot(&rod.base_position())
+    }
+
+    /// The rates of elongation of the tissue at the points of the shape, 1/s.
+    fn elongation_rates(&self) -> Vec<f64> {
+        let (rod, growth, time) = (self.rod(), self.model.growth(), self.environment().time);
+        let zone = if growth.elongates() { rod.zone() } else { 0..0 };
+        let rate = |i: usize| if zone.contains(&i) { growth.regr(rod.points()[i].apex_distance, time) } else { 0.0 };
+        (0..rod.points().len()).map(rate).collect()
+    }
+
+    /// The rates of the force of the load by elongation at the points of the shape, and at the base, N/s. The former are
+    /// empty without elongation.
+    fn load_rates(&self, rates: &[f64]) -> (Vec<Vector3<f64>>, Vector3<f64>) {
+        let largest = rates.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        if largest == 0.0 {
+            return (Vec::new(), Vector3::zeros());
+        }
+        let [before, after] = [-CHANGE, CHANGE].map(|part| {
+            let mut rod = self.rod().clone();
+            for (point, rate) in rod.points_mut().iter_mut().zip(rates) {
+                point.jacobian *= 1.0 + part * rate / largest;
+            }
+            InternalForce::of(&rod, self.model.load(), &self.environment())
+        });
+        let rate = |before: &Vector3<f64>, after: &Vector3<f64>| (after - before) * (largest / (2.0 * CHANGE));
+        let each = before.at_points().iter().zip(after.at_points());
+        (each.map(|(before, after)| rate(before, after)).collect(), rate(&before.at_base(), &after.at_base()))
+    }
+}
