@@ -44,8 +44,8 @@ impl<M: Model> Shoot<M> {
     /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.04, time: 72e3 })
     /// #     .load(Weight { density: 1000.0 }).build()?;
     /// MethodOfSteps::new(600.0).advance(&mut shoot, 600.0)?;
-    /// // The energy of an upright shoot is G ℓ/2, with a weight G that is proportional to its length ℓ. It increases by
-    /// // G times the speed of the tip.
+    /// // An upright shoot has the energy G ℓ/2 and a weight G in proportion to its length ℓ. The energy increases at G
+    /// // times the speed of the tip.
     /// let (weight, speed) = (1000.0 * 9.81 * shoot.rod().volume(), 0.04 / 72e3);
     /// assert!((shoot.growth_power() / (weight * speed) - 1.0).abs() < 1e-9);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -96,8 +96,8 @@ impl<M: Model> Shoot<M> {
         (0..rod.points().len()).map(rate).collect()
     }
 
-    /// The rates of the force of the load by elongation at the points of the shape, and at the base, N/s. The former are
-    /// empty without elongation.
+    /// The rates of the force of the load by elongation, at the points of the shape and at the base, N/s. There are no
+    /// points without elongation.
     fn load_rates(&self, rates: &[f64]) -> (Vec<Vector3<f64>>, Vector3<f64>) {
         let largest = rates.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         if largest == 0.0 {
