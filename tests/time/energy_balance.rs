@@ -83,8 +83,8 @@ fn works(shapes: [&Shoot<DynLaws>; 3], step: f64, velocity: Vector3<f64>) -> [f6
     [growth, load, friction, pole]
 }
 
-/// Checks the balance over some hours in contact with the pole, which slides all the time. Each work is more than 1 % of
-/// the energy exchanged, except those with the indices in `absent`.
+/// Checks the balance over some hours in contact with the pole, which slides all the time. Each work exceeds 1 % of the
+/// energy exchanged, except those with the indices in `absent`.
 fn check(mut shoot: Shoot<DynLaws>, hours: f64, velocity: Vector3<f64>, absent: &[usize]) {
     let step = 450.0;
     // An error of the equilibrium is a force that does work, too.
