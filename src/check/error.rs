@@ -152,7 +152,10 @@ pub struct LawError {
 impl fmt::Display for LawError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, quantity, place, value, expected, requirement } = self;
-        write!(f, "the {quantity} of `{law}` is {value:.6e} {place} but must be ")?;
+        // A type that is chosen at run time does not tell the law.
+        let known = !law.contains("dyn ");
+        let law = if known { format!("`{law}`") } else { "a law that was chosen at run time".to_owned() };
+        write!(f, "the {quantity} of {law} is {value:.6e} {place} but must be ")?;
         if expected.is_nan() { write!(f, "{requirement}") } else { write!(f, "{expected:.6e}, {requirement}") }
     }
 }

@@ -169,9 +169,9 @@ impl std::fmt::Display for ContactViolation {
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
-        "no equilibrium after {iterations} iterations: {}, the largest unbalanced couple is {residual:.3e} N m, \
-         the largest force {force:.3e} N{}",
+        "no equilibrium after {iterations} iterations: {}{}{}; shorter steps, more elements or a smaller load may help",
         describe_step(*step),
+        describe_couple(*residual, *force),
         contact.map_or(String::new(), |worst| format!("; {worst}"))
     )]
     NoConvergence {
@@ -201,7 +201,10 @@ pub enum EquilibriumError {
         element: usize,
     },
     /// The only equilibrium found is unstable.
-    #[error("the equilibrium found is unstable: {negative} negative eigenvalues")]
+    #[error(
+        "the equilibrium found is unstable: its tangent has {negative} negative eigenvalues; \
+         shorter steps, or a solver that is not `stable_only`, may help"
+    )]
     Unstable {
         /// Number of negative eigenvalues.
         negative: usize,
@@ -234,12 +237,23 @@ pub enum EquilibriumError {
 
 debug_by_display!(EquilibriumError);
 
-/// Describes the largest rotation of a step (rad), which is infinite before the first step.
+/// Describes the largest rotation of a step (rad), which is infinite before the first step, and zero if the search ends
+/// at its start.
 fn describe_step(step: f64) -> String {
-    if step.is_finite() {
+    if step.is_finite() && step > 0.0 {
         return format!("the last step rotated a frame by {step:.3e} rad");
     }
     "no step was accepted".to_owned()
+}
+
+/// Describes the largest unbalanced couple (N m) and the largest force (N) of a rod unless both are zero.
+fn describe_couple(couple: f64, force: f64) -> String {
+    if couple == 0.0 && force == 0.0 {
+        return String::new();
+    }
+    let [couple, force] =
+        [couple, force].map(|value| if value == 0.0 { "0".to_owned() } else { format!("{value:.3e}") });
+    format!(", the largest unbalanced couple is {couple} N m, the largest force {force} N")
 }
 
 impl EquilibriumError {

@@ -111,8 +111,9 @@ pub enum IntegrationError {
     },
     /// The tolerance was not met within the permitted work or number of elements.
     #[error(
-        "the tolerance {tolerance:.1e} is not met: {}, after {work} evaluations of the forces in the rod",
-        describe_estimate(*reached)
+        "the tolerance {tolerance:.1e} is not met: {}, after {work} evaluations of the forces in the rod{}",
+        describe_estimate(*reached),
+        describe_snap(*snap)
     )]
     ToleranceNotMet {
         /// Tolerance, relative to the length.
@@ -121,6 +122,9 @@ pub enum IntegrationError {
         reached: f64,
         /// [`Statistics::work`](super::Statistics::work) of all runs.
         work: usize,
+        /// End of the step with a snap in one of the runs, s; `None` without a snap. After a snap the error
+        /// decreases only in proportion to the steps.
+        snap: Option<f64>,
     },
     /// A condition did not hold by the latest time.
     #[error(
@@ -158,6 +162,13 @@ fn describe_estimate(error: f64) -> String {
         return format!("the error reached is {error:.1e} of the length");
     }
     "there is no estimate of the error yet (advance in pieces, to an earlier time first)".to_owned()
+}
+
+/// Describes the effect of a snap at a time (s) on an error that is too large.
+fn describe_snap(time: Option<f64>) -> String {
+    let Some(time) = time else { return String::new() };
+    let time = Number(time);
+    format!("; after the snap at {time} s errors decrease slowly: advance to an earlier time, or take fixed steps")
 }
 
 /// Returns a ratio with one decimal place. It is infinite where growth is discontinuous.

@@ -70,7 +70,8 @@ impl<M: Model> Shoot<M> {
         };
         let p = rod.order().points();
         let each = force.at_points().iter().enumerate().map(|(i, force)| along((i / p, i % p), force));
-        -integral(rod, each) - force.at_base().dot(&rod.base_position())
+        // The difference from zero is not −0 without a load.
+        0.0 - integral(rod, each) - force.at_base().dot(&rod.base_position())
     }
 
     fn elastic_energy(&self) -> f64 {

@@ -25,7 +25,7 @@ use crate::rod::{MaterialPoint, Rod};
 use crate::support::Support;
 
 /// Number of the format of serialised states. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 12;
+pub(crate) const FORMAT: u32 = 13;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
@@ -122,11 +122,6 @@ impl State {
         (self.predictor, self.history) = (Predictor::default(), History::default());
         self.release();
         (self.smooth_since, self.changed, self.plan) = (self.time, false, None);
-    }
-
-    /// Resolution that `Adaptive` has chosen, unless another integrator has advanced the shoot since.
-    pub(crate) fn plan(&self) -> Option<Plan> {
-        self.plan.filter(|plan| plan.reached == self.time)
     }
 
     /// Returns an error if a number of the state is invalid, or if its parts do not fit each other.

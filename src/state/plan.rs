@@ -19,8 +19,6 @@ pub(crate) struct Plan {
     pub longest_element: f64,
     /// Merge tolerance of mature elements, rad.
     pub merge_tolerance: f64,
-    /// Time at the end of the last call, s. At another time another integrator has advanced the shoot.
-    pub reached: f64,
     /// Estimated error of the shape at `until` since the beginning of the run, relative to the length.
     pub error: f64,
 }
@@ -34,7 +32,6 @@ impl Plan {
         ParameterError::positive("planned longest element", self.longest_element)?;
         ParameterError::positive("planned merge tolerance", self.merge_tolerance)?;
         ParameterError::finite("end of the plan", self.until)?;
-        ParameterError::finite("time that the plan has reached", self.reached)?;
         ParameterError::not_negative("estimated error", self.error)
     }
 }

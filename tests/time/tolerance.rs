@@ -147,11 +147,27 @@ fn invalid_and_unreachable_tolerances_are_errors_that_leave_the_shoot_unchanged(
     let mut integrator = Adaptive::new(1e-8);
     integrator.max_work = 1000;
     let error = integrator.advance(&mut shoot, 4.0 * HOUR).unwrap_err();
-    let IntegrationError::ToleranceNotMet { tolerance, reached, work } = error else { panic!("{error}") };
-    assert!(tolerance == 1e-8 && reached > 1e-8 && reached < 1e-2 && work <= 1010, "{error}");
+    let IntegrationError::ToleranceNotMet { tolerance, reached, work, snap } = error else { panic!("{error}") };
+    assert!(tolerance == 1e-8 && reached > 1e-8 && reached < 1e-2 && work <= 1010 && snap.is_none(), "{error}");
     assert!((shoot.state(), shoot.longest_element()) == (before.state(), before.longest_element()));
     assert!(integrator.advance(&mut shoot, f64::NAN).is_err() && integrator.advance(&mut shoot, -1.0).is_err());
     assert!((shoot.state(), shoot.longest_element()) == (before.state(), before.longest_element()));
+}
+
+/// A long shoot with a horizontal base falls to one side. The time of the snap is that of the end of a step, so that
+/// errors after it are of first order.
+#[test]
+fn tolerance_after_a_snap_is_refused_with_its_time() {
+    let growth = UniformGrowth { zone_length: 0.04, time: 20.0 * HOUR };
+    let builder = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(4).growth(growth);
+    let builder = builder.tropism(steering(SettledStatoliths)).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
+    let mut shoot = builder.build().unwrap();
+    let mut fixed = shoot.clone();
+    let snapped = MethodOfSteps::new(180.0).advance(&mut fixed, 18.0 * HOUR).unwrap();
+    let error = Adaptive { max_work: 20_000, ..Adaptive::new(1e-4) }.advance(&mut shoot, 18.0 * HOUR).unwrap_err();
+    let IntegrationError::ToleranceNotMet { snap: Some(time), .. } = error else { panic!("{error}") };
+    assert!(snapped.snaps > 0 && (12.0 * HOUR..18.0 * HOUR).contains(&time), "{error}");
+    assert!(error.to_string().contains("after the snap at"), "{error}");
 }
 
 #[test]
@@ -223,12 +239,19 @@ fn large_tolerances_cost_less_than_half_of_small_ones() {
 
 #[test]
 fn plan_is_dropped_after_steps_of_another_integrator() {
-    let mut shoot = righting().into_dyn().build().unwrap();
+    let mut shoot = righting().build().unwrap();
     let mut integrator = Adaptive::new(1e-5);
     integrator.step(&mut shoot, 4.0 * HOUR).unwrap();
     // Coarse steps in between invalidate the plan.
     MethodOfSteps::new(720.0).advance(&mut shoot, HOUR).unwrap();
     assert!(integrator.advance(&mut shoot, 4.0 * HOUR).unwrap().trial_steps > 0);
+    // An exchange of laws has the same effect, also if another integrator computes the shape after it.
+    integrator.step(&mut shoot, 8.0 * HOUR).unwrap();
+    let laws = (*shoot.model()).with_load(WEIGHT);
+    let mut shoot = shoot.with_model(laws).unwrap();
+    let now = shoot.time();
+    MethodOfSteps::new(720.0).advance(&mut shoot, now).unwrap();
+    assert!(integrator.advance(&mut shoot, 8.0 * HOUR).unwrap().trial_steps > 0);
 }
 
 #[test]

@@ -66,7 +66,7 @@ impl<M: Model> Runs<'_, M> {
                     // Shorter elements may prevent these failures only.
                     if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
                         let at_start = time == self.start.time && !self.has_started();
-                        if failures == if at_start { MAX_FAILURES_AT_START } else { MAX_FAILURES } {
+                        if failures >= if at_start { MAX_FAILURES_AT_START } else { MAX_FAILURES } {
                             return Err(error);
                         }
                         failures += 1;
@@ -86,7 +86,11 @@ impl<M: Model> Runs<'_, M> {
                 {
                     failure = Some(error);
                 }
-                Err(error) => return Err(failure.unwrap_or(error)),
+                // The work may end, or the steps diverge, because of an earlier failure.
+                Err(error @ (IntegrationError::ToleranceNotMet { .. } | IntegrationError::NotSlender { .. })) => {
+                    return Err(failure.unwrap_or(error));
+                }
+                Err(error) => return Err(error),
             }
             coarse.step *= 0.5;
             // The runs before are not compared with the next ones.
@@ -99,7 +103,7 @@ impl<M: Model> Runs<'_, M> {
     fn first_plan(&self, until: f64) -> Plan {
         let longest_element = if self.has_started() {
             // The elements of a run that has started are kept.
-            let kept = self.start.plan().map(|plan| plan.longest_element);
+            let kept = self.start.plan.map(|plan| plan.longest_element);
             kept.unwrap_or_else(|| longest_element(self.start) / FIRST_LENGTH)
         } else {
             size(self.shoot) / FIRST_LENGTH
@@ -109,8 +113,7 @@ impl<M: Model> Runs<'_, M> {
         // A merger may lose up to twenty times this angle (rad). Where a bend begins in an element of relative length
         // h, that moves the centre line by up to 4 h times the merge tolerance.
         let merge_tolerance = tolerance.min(LARGEST_INSIDE);
-        let (reached, error) = (self.start.time, 1.0);
-        Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, reached, error }
+        Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, error: 1.0 }
     }
 
     /// Estimates the errors of elements, of merging and of steps by runs with the steps of `coarse` and a run with half

@@ -43,7 +43,7 @@ impl Adaptive {
             cut(shoot, longest);
         }
         shoot.state.forget();
-        let (error, found, refinement) = self.refine_equilibrium(shoot, self.tolerance, 1.0)?;
+        let (error, found, refinement) = self.refine_equilibrium(shoot, self.tolerance, 1.0, self.max_work)?;
         let mut statistics = self.workspace.stepper.start(shoot, &mut self.workspace.solver, history, Some(found))?;
         let error = Some(error + statistics.equilibrium_error);
         statistics += refinement;
@@ -53,11 +53,13 @@ impl Adaptive {
     /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
     /// tolerance. Returns the error estimate, relative to the length, the equilibrium, and the cost. The error that the
     /// difference of two meshes shows is multiplied by `weight`, below one if another comparison shows it too.
+    /// `max_work` limits the work.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         tolerance: f64,
         weight: f64,
+        max_work: usize,
     ) -> Outcome<(f64, Equilibrium, Statistics)> {
         self.workspace.solver.tolerance = tolerance_of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
@@ -66,6 +68,8 @@ impl Adaptive {
         let gain = 2.0_f64.powf((order - 2.0).max(1.0)) - 1.0;
         let mut statistics = Statistics::default();
         cut_turns(shoot);
+        // Contacts are searched from the present shape.
+        self.workspace.stepper.begin_increment(shoot);
         loop {
             let before = match self.equilibrium_or_folded(shoot, &mut statistics)? {
                 Ok(found) => found,
@@ -101,8 +105,9 @@ impl Adaptive {
             if error <= tolerance {
                 return Ok((error, found, statistics));
             }
-            if 2 * shoot.rod().elements() > MAX_ELEMENTS || statistics.work() > self.max_work {
-                return Err(IntegrationError::ToleranceNotMet { tolerance, reached: error, work: statistics.work() });
+            if 2 * shoot.rod().elements() > MAX_ELEMENTS || statistics.work() > max_work {
+                let (reached, work, snap) = (error, statistics.work(), None);
+                return Err(IntegrationError::ToleranceNotMet { tolerance, reached, work, snap });
             }
             let share = tolerance / (SAFETY * coarse.rod.elements() as f64);
             if hidden_turns.iter().any(|turn| *turn > share) {

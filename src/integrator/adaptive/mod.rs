@@ -200,14 +200,14 @@ impl Integrator for Adaptive {
         self.undo_on_error(shoot, |integrator, shoot, start| {
             let valid = started && !start.changed;
             let usable = |plan: &Plan| valid && plan.tolerance == integrator.tolerance && until <= plan.until;
-            let (plan, statistics) = match start.plan().filter(usable) {
+            let (plan, statistics) = match start.plan.filter(usable) {
                 Some(plan) => {
                     let limits = [max_steps, integrator.max_work];
                     (plan, integrator.follow(shoot, &plan, until, limits, None, |_, _| ())?)
                 }
                 None => Runs::new(integrator, shoot, start).choose(until, max_steps)?,
             };
-            shoot.state.plan = Some(Plan { reached: shoot.time(), ..plan });
+            shoot.state.plan = Some(plan);
             Ok(Statistics { error: Some(plan.error), ..statistics })
         })
     }

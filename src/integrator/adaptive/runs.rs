@@ -16,8 +16,8 @@ use crate::tropism::Declaration;
 /// Tolerance of the initial equilibrium, relative to that of the run: as for merging.
 const INITIAL: f64 = AIM_OF_MERGING;
 
-/// Largest number of steps over the delays after the call. A longer delay is at least 125 times the time of the call,
-/// whose first run has eight steps or more.
+/// Largest number of the longest steps over the delays after the call. A longer delay is at least 125 times the time of
+/// the call, whose first run has eight steps or more.
 const MOST_LATER_STEPS: f64 = 1000.0;
 
 /// Result of a run.
@@ -60,6 +60,8 @@ pub(super) struct Runs<'a, M> {
     undivided: State,
     /// Statistics of all runs, as trial runs.
     spent: Statistics,
+    /// Time of the last snap in a run, s.
+    snap: Option<f64>,
     /// Initial meshes of the runs, of a shoot without a history.
     meshes: Vec<FirstMesh>,
     /// Declaration of the laws.
@@ -85,7 +87,7 @@ impl<'a, M: Model> Runs<'a, M> {
         let mut laws = Declaration::default();
         laws.read(shoot.model.tropism());
         let (spent, meshes, undivided) = (Statistics::default(), Vec::new(), shoot.state.clone());
-        Self { integrator, shoot, start, undivided, spent, meshes, laws, reached: f64::INFINITY }
+        Self { integrator, shoot, start, undivided, spent, snap: None, meshes, laws, reached: f64::INFINITY }
     }
 
     /// Returns whether the shoot had a history at the beginning of the call.
@@ -112,7 +114,7 @@ impl<'a, M: Model> Runs<'a, M> {
         let mut run = self.run(plan, f64::INFINITY)?;
         let (plan, longest_delay) = (run.plan, self.laws.longest_delay());
         if longest_delay > 0.0 {
-            let until = plan.until + longest_delay.min(MOST_LATER_STEPS * plan.step);
+            let until = plan.until + longest_delay.min(MOST_LATER_STEPS * plan.coarsest_step);
             let (samples, track) = (run.track.samples(), &mut run.track);
             let record = |shoot: &Shoot<M>, end: Option<_>| {
                 if end.is_some() {
@@ -148,7 +150,9 @@ impl<'a, M: Model> Runs<'a, M> {
     ) -> Outcome<Statistics> {
         let limits = [max_steps, self.work_left()];
         let result = self.integrator.follow(self.shoot, plan, until, limits, known, observe);
-        self.spent += self.integrator.workspace.stepper.statistics().as_trial();
+        let statistics = self.integrator.workspace.stepper.statistics();
+        self.spent += statistics.as_trial();
+        self.snap = statistics.last_snap.or(self.snap);
         result
     }
 
@@ -162,7 +166,7 @@ impl<'a, M: Model> Runs<'a, M> {
     pub fn accept(&mut self, run: Run, error: f64) -> (Plan, Statistics) {
         self.shoot.state.copy_from(&run.state);
         let solved = run.statistics.equilibrium_error + tolerance_of_equilibria(run.plan.tolerance);
-        let error = self.start.plan().map_or(0.0, |plan| plan.error) + error + solved;
+        let error = self.start.plan.map_or(0.0, |plan| plan.error) + error + solved;
         let trial_steps = self.spent.trial_steps - run.statistics.steps;
         let statistics = Statistics { trial_steps, ..self.spent.undone_since(run.statistics) };
         // The resolution is sufficient as far as the runs were compared.
@@ -189,7 +193,8 @@ impl<'a, M: Model> Runs<'a, M> {
         // is discontinuous.
         let tolerance = INITIAL * self.integrator.tolerance;
         let weight = (tolerance / ASYMPTOTIC).min(1.0);
-        let (error, found, statistics) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight)?;
+        let work = self.work_left();
+        let (error, found, statistics) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight, work)?;
         self.spent += statistics.as_trial();
         // Longer elements than these would not change the initial mesh.
         plan.longest_element = plan.longest_element.min(longest_element(&self.shoot.state) / FIRST_LENGTH);
@@ -207,7 +212,7 @@ impl<'a, M: Model> Runs<'a, M> {
 
     /// Returns the error for a tolerance that is not met.
     pub fn not_met(&self, reached: f64) -> IntegrationError {
-        let (tolerance, work) = (self.integrator.tolerance, self.spent.work());
-        IntegrationError::ToleranceNotMet { tolerance, reached, work }
+        let (tolerance, work, snap) = (self.integrator.tolerance, self.spent.work(), self.snap);
+        IntegrationError::ToleranceNotMet { tolerance, reached, work, snap }
     }
 }

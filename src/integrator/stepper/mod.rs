@@ -147,8 +147,9 @@ impl Stepper {
         if shoot.state.changed { self.pass_discontinuity(shoot, solver, 0) } else { Ok(()) }
     }
 
-    /// Reads the declaration of the laws, and resets the statistics.
-    fn prepare(&mut self, shoot: &Shoot<impl Model>, max_work: usize) -> Result<(), ParameterError> {
+    /// Reads the declaration of the laws, and resets the statistics. A plan of earlier calls is dropped.
+    fn prepare(&mut self, shoot: &mut Shoot<impl Model>, max_work: usize) -> Result<(), ParameterError> {
+        shoot.state.plan = None;
         (self.statistics, self.max_work) = (Statistics::default(), max_work);
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());

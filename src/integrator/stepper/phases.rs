@@ -184,7 +184,7 @@ impl Stepper {
 
     /// Keeps shape and reactions at the start of an increment, from which the search for contacts begins and friction
     /// counts displacements.
-    pub(super) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
+    pub(in crate::integrator) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
         let touches = !shoot.model.support().contacts().is_empty();
         self.before = touches.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.reactions().to_vec()));
     }
