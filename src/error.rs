@@ -35,14 +35,19 @@ impl fmt::Display for ParameterError {
 
 impl std::error::Error for ParameterError {}
 
-/// A number in a message. Very small and very large ones are written with an exponent.
+/// A number in a message. Very small and very large ones are written with an exponent, and NaN and infinities in words.
 pub(crate) struct Number(pub f64);
 
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (value, size) = (self.0, self.0.abs());
-        let short = value == 0.0 || !size.is_finite() || (1e-4..1e7).contains(&size);
-        if short { write!(f, "{value}") } else { write!(f, "{value:e}") }
+        match value {
+            _ if value.is_nan() => f.write_str("not a number"),
+            f64::INFINITY => f.write_str("infinite"),
+            f64::NEG_INFINITY => f.write_str("minus infinity"),
+            _ if value == 0.0 || (1e-4..1e7).contains(&size) => write!(f, "{value}"),
+            _ => write!(f, "{value:e}"),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Errors of the solvers of periodic orbits and rotating waves.
 
 use crate::equilibrium::EquilibriumError;
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display};
 use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
@@ -50,7 +50,8 @@ pub enum CycleError {
     },
     /// Newton's method converged to the stationary state.
     #[error(
-        "no orbit near the initial guess: the iteration converged to the stationary state, a strain of {strain:.1e} 1/m"
+        "no orbit near the initial guess: the iteration converged to the stationary state, a strain of {} 1/m; \
+         try a larger amplitude", Number(*strain)
     )]
     Stationary {
         /// Largest change of the intrinsic strain, 1/m.

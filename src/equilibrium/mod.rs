@@ -169,9 +169,8 @@ impl std::fmt::Display for ContactViolation {
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
-        "no equilibrium after {iterations} iterations: {}, the largest unbalanced couple is {residual:.3e} N m, \
-         the largest force {force:.3e} N{}",
-        describe_step(*step),
+        "no equilibrium after {iterations} iterations: {}, the largest force {force:.3e} N{}",
+        describe_search(*step, *residual),
         contact.map_or(String::new(), |worst| format!("; {worst}"))
     )]
     NoConvergence {
@@ -195,7 +194,10 @@ pub enum EquilibriumError {
         force: Vector3<f64>,
     },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
-    #[error("element {element} would rotate by π: take more elements or a smaller load")]
+    #[error(
+        "element {element}, counted from the base, would rotate by π: take more elements or shorter steps, and \
+         check that load, stiffness and growth gradient have the units N, Pa and 1/m"
+    )]
     Folded {
         /// The element, counted from zero at the base.
         element: usize,
@@ -234,12 +236,16 @@ pub enum EquilibriumError {
 
 debug_by_display!(EquilibriumError);
 
-/// Describes the largest rotation of a step (rad), which is infinite before the first step.
-fn describe_step(step: f64) -> String {
-    if step.is_finite() {
-        return format!("the last step rotated a frame by {step:.3e} rad");
+/// Describes the largest rotation of a step (rad), which is infinite before the first step, and the largest unbalanced
+/// couple (N m), which is zero before the first evaluation.
+fn describe_search(step: f64, residual: f64) -> String {
+    let turned =
+        if step.is_finite() { format!("the last step rotated a frame by {step:.3e} rad") } else { String::new() };
+    match (turned.is_empty(), residual > 0.0) {
+        (true, false) => "the limit of iterations permits no step".to_owned(),
+        (true, true) => format!("no step was accepted, the largest unbalanced couple is {residual:.3e} N m"),
+        (false, _) => format!("{turned}, the largest unbalanced couple is {residual:.3e} N m"),
     }
-    "no step was accepted".to_owned()
 }
 
 impl EquilibriumError {
@@ -340,7 +346,7 @@ pub trait EquilibriumSolver {
         Err(EquilibriumError::NotFinite { what: "support" })
     }
 
-    /// Moves the frames of `rod` to an equilibrium under a load.
+    /// Moves the frames of `rod` to an equilibrium under a load. The parameters of the elastic law are checked.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.
@@ -351,6 +357,7 @@ pub trait EquilibriumSolver {
         load: &impl Load,
         environment: &Environment,
     ) -> Result<Equilibrium, EquilibriumError> {
+        material.check()?;
         let force = InternalForce::of(rod, load, environment);
         self.equilibrate(rod, material, &force)
     }

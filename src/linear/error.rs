@@ -35,7 +35,7 @@ pub enum StabilityError {
     /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
     #[error(
         "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted \
-         from zero over all laws, changes by {rate:.3e} per second, {share:.1e} of the terms of this rate"
+         from zero over all laws, changes by {rate:.3e} per second"
     )]
     NotSteady {
         /// Name of the type of the law.
@@ -109,7 +109,7 @@ pub enum StabilityError {
         what: &'static str,
     },
     /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
-    #[error("no isolated root lies right of the essential spectrum; use essential_spectrum() or unstable()")]
+    #[error("no isolated root lies right of the essential spectrum: use `essential_spectrum` or `unstable`")]
     NoIsolatedRoot,
     /// The work exceeds its limit. Either the rates of too many variables depend on each other, whose matrix is
     /// factorised in each evaluation of the characteristic function. Or a search or count meets too many roots, for

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Rod, UNIT};
-use crate::error::debug_by_display;
+use crate::error::{Number, debug_by_display};
 
 /// Inconsistency of the data of a rod.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -20,7 +20,7 @@ pub enum RodError {
         expected: usize,
     },
     /// A number is out of range.
-    #[error("the {what} number {index} is {value} but must be {requirement}")]
+    #[error("the {what} number {index} is {} but must be {requirement}", Number(*value))]
     Value {
         /// The quantity.
         what: &'static str,

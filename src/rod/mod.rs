@@ -107,7 +107,8 @@ impl Rod {
         let mut points = Vec::with_capacity(elements * reference.p);
         for ends in nodes.windows(2) {
             let h = ends[1] - ends[0];
-            ParameterError::positive("length of an element", h)?;
+            let requirement = "positive and finite (m): the nodes must increase";
+            ParameterError::unless(h > 0.0 && h.is_finite(), "length of an element", h, requirement)?;
             for x in &reference.points {
                 let s = ends[0] + h * x;
                 let section = section(s).into();

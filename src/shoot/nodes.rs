@@ -18,8 +18,11 @@ pub(super) fn equal_nodes(length: f64, mature: f64, longest: f64) -> Result<Vec<
 /// Checks the `nodes` of the user and adds one at the end of the mature part. Returns them with the length of
 /// the longest element in the growth zone (m).
 pub(super) fn user_nodes(nodes: &[f64], length: f64, mature: f64) -> Result<(Vec<f64>, f64), ParameterError> {
+    let number = nodes.len();
+    ParameterError::unless(number >= 2, "number of nodes", number as f64, "at least 2: base and apex (m)")?;
+    nodes.iter().try_for_each(|node| ParameterError::finite("arc length of a node (m)", *node))?;
     let [first, last] = [nodes.first(), nodes.last()].map(|node| node.copied().unwrap_or(f64::NAN));
-    ParameterError::unless(first == 0.0, "arc length of the first node", first, "0")?;
+    ParameterError::unless(first == 0.0, "arc length of the first node", first, "0 (m)")?;
     let spans = (last - length).abs() <= SAME_PLACE * length;
     ParameterError::unless(spans, "arc length of the last node", last, "the length (m)")?;
     let mut nodes = nodes.to_vec();

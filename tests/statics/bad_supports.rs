@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::held::Held;
+use crate::fixtures::messages::in_words;
 use crate::fixtures::rods::DENSITY;
 use morphorod::load::Weight;
 use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Hold, Moving, Obstacle, Sphere, Support};
@@ -101,7 +102,7 @@ fn base_that_touches_an_obstacle_up_to_rounding_is_permitted() {
 fn friction_radius_and_compliance_out_of_range_are_refused() {
     let floor = HalfSpace { through: -Vector3::z() * 0.005, normal: Vector3::z() };
     for value in [-0.1, f64::NAN, f64::INFINITY] {
-        refused(&contact(floor, value), 0.0, &["coefficient of friction", &format!("is {value}")]);
+        refused(&contact(floor, value), 0.0, &["coefficient of friction", &format!("is {}", in_words(value))]);
         let radius = Contact { obstacle: floor, radius: value, friction: 0.0 };
         refused(&radius, 0.0, &["radius of a shoot in contact"]);
     }

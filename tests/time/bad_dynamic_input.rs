@@ -1,6 +1,7 @@
 //! Invalid parameters are refused with an error that names the parameter, its value and the
 //! requirement. Nothing panics, and no state contains NaN.
 
+use crate::fixtures::messages::names;
 use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
 use approx::assert_relative_eq;
 use morphorod::constitutive::{Lignifying, LinearElastic};
@@ -25,8 +26,7 @@ fn assert_names(error: &ParameterError, words: &str, value: f64) {
     assert!(!error.requirement.is_empty());
     let text = error.to_string();
     assert!(text.contains(error.name) && text.contains(error.requirement), "{text}");
-    let value = error.value;
-    assert!(text.contains(&value.to_string()) || text.contains(&format!("{value:e}")), "{text}");
+    assert!(names(&text, error.value), "{text}");
 }
 
 /// Asserts that building with each of the values returns an error that names the parameter.

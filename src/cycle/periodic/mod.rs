@@ -16,7 +16,7 @@ pub(super) use equations::MAX_INTERVALS;
 pub use multipliers::Multipliers;
 pub use orbit::PeriodicOrbit;
 
-use super::corrector;
+use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{Conditions, Unknowns};
@@ -91,7 +91,7 @@ impl PeriodicSolver {
         amplitude: f64,
     ) -> Result<PeriodicOrbit, CycleError> {
         ParameterError::positive("frequency of the mode", root.value.im)?;
-        ParameterError::positive("amplitude of the initial guess", amplitude)?;
+        check_amplitude(shoot, amplitude)?;
         let guess = self.of_mode(shoot, root, amplitude)?;
         corrector::solve(*self, shoot, guess, &Conditions::default())
     }

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DVector, Vector3};
 
-use super::corrector;
+use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{Conditions, Unknowns};
@@ -95,6 +95,7 @@ impl RotatingWaveSolver {
     /// without growth; a tolerance that is not positive, a root that does not oscillate, or no rotating wave near the
     /// guess.
     pub fn from_mode(&self, shoot: &Shoot<impl Model>, root: &Root, radius: f64) -> Result<RotatingWave, CycleError> {
+        check_amplitude(shoot, radius)?;
         self.solve(shoot, self.of_mode(shoot, root, radius)?)
     }
 

@@ -30,7 +30,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
-use crate::rod::Rod;
+use crate::rod::{MaterialPoint, Rod};
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State};
@@ -58,6 +58,8 @@ pub(super) struct Stepper {
     /// Declared memories, which are compared with the rates.
     memories: Declared,
     force: InternalForce,
+    /// Material points before an equilibrium, which a solver must not change.
+    points: Vec<MaterialPoint>,
     /// Stimuli of a point.
     stimuli: Vec<f64>,
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
@@ -163,7 +165,8 @@ impl Stepper {
     }
 
     /// Makes one step and passes the discontinuity at its end, if there is one. The step ends where a contact begins
-    /// or ends. After a recoverable error it is repeated with half its length, while retries are left.
+    /// or ends. After a recoverable error it is repeated with half its length, while retries are left. If a repetition
+    /// fails too, the first error is returned: later ones are those of ever shorter steps.
     fn next_step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -173,7 +176,11 @@ impl Stepper {
     ) -> Outcome<StepEnd> {
         let mut end = self.choose_step_end(shoot, options)?;
         let locates = self.locates_contacts(shoot);
-        while locates || *retries_left > 0 {
+        let mut first = None;
+        let outcome = loop {
+            if !locates && *retries_left == 0 {
+                break self.step(shoot, solver, end, options).map(|()| end);
+            }
             let counts = self.statistics;
             let mut backup = self.backup.take();
             let result = undo_on_error(shoot, &mut backup, |shoot, start| {
@@ -190,12 +197,19 @@ impl Stepper {
                     self.statistics.retries += 1;
                     let step = 0.5 * (end.time - shoot.state.time);
                     self.grid.rewind(self.grid.position().saturating_sub(1));
-                    end = self.choose_step_end(shoot, &RunOptions { step, ..*options })?;
+                    let _ = first.get_or_insert(error);
+                    match self.choose_step_end(shoot, &RunOptions { step, ..*options }) {
+                        Ok(next) => end = next,
+                        Err(error) => break Err(error),
+                    }
                 }
-                result => return result,
+                result => break result,
             }
-        }
-        self.step(shoot, solver, end, options).map(|()| end)
+        };
+        outcome.map_err(|error| {
+            let follows = error.is_recoverable() || matches!(error, IntegrationError::Parameter(_));
+            first.filter(|_| follows).unwrap_or(error)
+        })
     }
 
     /// Makes one step, and passes the discontinuity at its end.
@@ -310,7 +324,9 @@ impl Stepper {
         // around the ends.
         let known = state.history.levels() as f64;
         let full = (self.laws.longest_delay() / options.step).min(known + (options.until - state.time) / options.step);
-        let levels = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * ORDER;
+        // Each step has work.
+        let levels =
+            full.min(1e6).min(options.max_work as f64) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * ORDER;
         state.history.reserve(levels, &mut self.spare);
     }
 }

@@ -114,12 +114,19 @@ impl Stepper {
         }
         self.force.update(rod, model.load(), &environment);
         let (base, elements, zone) = (rod.frames()[0], rod.elements(), rod.zone());
+        self.points.clear();
+        self.points.extend_from_slice(rod.points());
         let found = solver.equilibrate(rod, model.constitutive(), &self.force);
         let found = found.map_err(|error| IntegrationError::Equilibrium { time, error })?;
         // The history belongs to these elements, and the scene determines the base.
         let kept = (rod.frames()[0], rod.elements(), rod.zone()) == (base, elements, zone);
         let name = "number of elements after the equilibrium solver";
         ParameterError::unless(kept, name, rod.elements() as f64, "that of before, with the same zone and base")?;
+        let changed = rod.points().iter().zip(&self.points).filter(|(after, before)| after != before).count();
+        let name = "number of material points that the equilibrium solver changed";
+        ParameterError::unless(changed == 0, name, changed as f64, "zero: it changes the frames of the rod only")?;
+        let name = "error that the equilibrium solver reports";
+        ParameterError::unless(found.error >= 0.0 && found.error.is_finite(), name, found.error, "finite (rad)")?;
         Ok(found)
     }
 

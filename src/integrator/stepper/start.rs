@@ -60,7 +60,10 @@ impl Stepper {
         state.history = history;
         self.evaluate_rates(shoot);
         if !shoot.state.history.is_finite() {
-            return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
+            return Err(IntegrationError::NotFinite {
+                what: "rate of a variable or the history of the variables",
+                time: now,
+            });
         }
         for point in shoot.state.history.each_present() {
             self.memories.check(point.variables, point.rates, point.stimuli)?;

@@ -41,6 +41,7 @@ impl BoundarySettings {
         ParameterError::positive("width of the rectangle", sides[0])?;
         ParameterError::positive("height of the rectangle", sides[1])?;
         ParameterError::positive("length of the direction", Vector2::from(self.direction).norm())?;
+        ParameterError::not_negative("frequency of the start (rad/s)", self.frequency)?;
         for (k, &parameter) in self.start.iter().enumerate() {
             let inside = (self.low[k]..=self.high[k]).contains(&parameter);
             ParameterError::unless(inside, "start of the boundary", parameter, "inside the rectangle")?;

@@ -274,7 +274,12 @@ fn check(
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
     let gradient = steady.largest_gradient();
     if !(gradient * steady.radius() < 1e-8) {
-        return Err(StabilityError::NotSteadyState { iterations: 0, gradient });
+        let unknown = StabilityError::NotFinite { what: "growth gradient" };
+        return Err(if gradient.is_finite() {
+            StabilityError::NotSteadyState { iterations: 0, gradient }
+        } else {
+            unknown
+        });
     }
     Ok((force, steady))
 }
