@@ -270,7 +270,7 @@ impl EquilibriumSolver for NewtonSolver {
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
+        ParameterError::positive("tolerance of the equilibrium", self.tolerance, "rad")?;
         held.support.check()?;
         let answer = self.search_held(held);
         self.workspace.system.joints.clear();
@@ -287,7 +287,7 @@ impl EquilibriumSolver for NewtonSolver {
         material: &impl Constitutive,
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
-        ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
+        ParameterError::positive("tolerance of the equilibrium", self.tolerance, "rad")?;
         force.check(rod)?;
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });

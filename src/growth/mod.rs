@@ -94,8 +94,8 @@ pub trait GrowthLaw {
 
 /// Checks the parameters of a law with a zone length (m) and a growth time (s).
 fn check_zone(length: f64, time: f64) -> Result<(), ParameterError> {
-    ParameterError::positive("length of the growth zone", length)?;
-    ParameterError::positive("growth time", time)
+    ParameterError::positive("length of the growth zone", length, "m")?;
+    ParameterError::positive("growth time", time, "s")
 }
 
 /// Number of parts of the zone in which the integral is computed for the check, and largest relative difference: far

@@ -153,7 +153,7 @@ impl TimeStepper {
     /// [`Parameter`](super::IntegrationError::Parameter) for a step that is not positive, for a time that is not in the
     /// future, and for discontinuities without end; [`GrowsTooFast`](super::IntegrationError::GrowsTooFast).
     pub fn next_end(&self, shoot: &Shoot<impl Model>, longest: f64, until: f64) -> Outcome<f64> {
-        ParameterError::positive("time step", longest)?;
+        ParameterError::positive("time step", longest, "s")?;
         let now = check_future("end of the steps", shoot, until)?;
         let target = next_discontinuity_ahead(shoot, until)?.min(until);
         let step = permitted_step(shoot, [longest, until], &shoot.mesh)?;

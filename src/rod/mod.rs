@@ -107,7 +107,7 @@ impl Rod {
         let mut points = Vec::with_capacity(elements * reference.p);
         for ends in nodes.windows(2) {
             let h = ends[1] - ends[0];
-            ParameterError::positive("length of an element", h)?;
+            ParameterError::positive("length of an element", h, "m")?;
             for x in &reference.points {
                 let s = ends[0] + h * x;
                 let section = section(s).into();
@@ -150,7 +150,7 @@ impl Rod {
         elements: usize,
         order: Order,
     ) -> Result<Self, ParameterError> {
-        ParameterError::positive("length", length)?;
+        ParameterError::positive("length", length, "m")?;
         Self::straight(&Self::equal_nodes(length, elements), |_| radius, base, order)
     }
 
@@ -294,7 +294,7 @@ impl Rod {
     /// # Errors
     /// A position that is not finite; the rod does not change then.
     pub fn set_base_position(&mut self, position: Vector3<f64>) -> Result<(), ParameterError> {
-        ParameterError::finite("position of the base", position.sum())?;
+        ParameterError::finite("position of the base", position.sum(), "m")?;
         self.base_position = position;
         Ok(())
     }

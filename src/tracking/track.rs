@@ -145,8 +145,8 @@ impl Track {
     /// # Errors
     /// A length or a time between windows that is not positive, or a track that is shorter than one window.
     pub fn windows(&self, length: f64, every: f64) -> Result<impl Iterator<Item = (f64, Self)> + '_, TrackingError> {
-        ParameterError::positive("length of a window", length)?;
-        ParameterError::positive("time from one window to the next", every)?;
+        ParameterError::positive("length of a window", length, "s")?;
+        ParameterError::positive("time from one window to the next", every, "s")?;
         let (start, duration) = (self.times.first().copied().unwrap_or(0.0), self.duration());
         TrackingError::unless_at_least(length, "duration (s)", duration)?;
         let count = whole_steps(duration - length, every).saturating_add(1);

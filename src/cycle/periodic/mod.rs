@@ -90,8 +90,8 @@ impl PeriodicSolver {
         root: &Root,
         amplitude: f64,
     ) -> Result<PeriodicOrbit, CycleError> {
-        ParameterError::positive("frequency of the mode", root.value.im)?;
-        ParameterError::positive("amplitude of the initial guess", amplitude)?;
+        ParameterError::positive("frequency of the mode", root.value.im, "rad/s")?;
+        ParameterError::positive("amplitude of the initial guess", amplitude, "m")?;
         let guess = self.of_mode(shoot, root, amplitude)?;
         corrector::solve(*self, shoot, guess, &Conditions::default())
     }
@@ -153,9 +153,9 @@ impl PeriodicSolver {
         // More intervals are more efficient than more stages, whose cost increases with the third power.
         let (what, number) = ("points in an interval", self.stages);
         ParameterError::unless((1..=16).contains(&number), what, number as f64, "from 1 to 16")?;
-        ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
-        ParameterError::positive("accuracy of a periodic orbit", self.accuracy)?;
-        ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
+        ParameterError::positive("tolerance of a periodic orbit", self.tolerance, "")?;
+        ParameterError::positive("accuracy of a periodic orbit", self.accuracy, "")?;
+        ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0), "rad")?;
         ReturnMap::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }
 

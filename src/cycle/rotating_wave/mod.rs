@@ -119,7 +119,7 @@ impl RotatingWaveSolver {
 
     /// Solves with the phase of the guess.
     fn solve(&self, shoot: &Shoot<impl Model>, guess: Unknowns) -> Result<RotatingWave, CycleError> {
-        ParameterError::positive("tolerance of a rotating wave", self.tolerance)?;
+        ParameterError::positive("tolerance of a rotating wave", self.tolerance, "")?;
         let (tangent, weights) = (rotation_tangent(&guess.start.strain), guess.start.weights());
         let conditions = Conditions::default().with_phases_of(&guess, &[tangent], &weights);
         corrector::solve(*self, shoot, guess, &conditions)

@@ -82,7 +82,7 @@ impl HeldSearch<'_> {
         for contact in self.obstacles.contacts.iter().filter(|contact| contact.friction > 0.0) {
             for station in self.line.stations() {
                 let velocity = contact.obstacle.velocity(&station.position, self.obstacles.time);
-                let finite = ParameterError::finite("velocity of an obstacle", velocity.sum());
+                let finite = ParameterError::finite("velocity of an obstacle", velocity.sum(), "m/s");
                 finite.map_err(|error| error.at(station.arc_length))?;
             }
         }

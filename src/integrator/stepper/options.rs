@@ -38,8 +38,8 @@ pub(in crate::integrator) struct RunOptions {
 impl RunOptions {
     /// Returns an error unless the settings are valid and the end of the run is not in the past of the shoot.
     pub fn check(&self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
-        ParameterError::positive("time step", self.step)?;
-        ParameterError::positive("tolerance of the corrections", self.tolerance)?;
+        ParameterError::positive("time step", self.step, "s")?;
+        ParameterError::positive("tolerance of the corrections", self.tolerance, "rad")?;
         check_ahead("time to advance to", shoot, self.until)
     }
 }

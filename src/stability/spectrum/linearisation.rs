@@ -133,7 +133,7 @@ impl Linearisation {
     /// A line that lies left of these, or a root that is not found.
     pub fn roots(&self, line: f64) -> Result<Vec<Root>, StabilityError> {
         const LINE: &str = "line right of which roots are sought";
-        ParameterError::finite(LINE, line)?;
+        ParameterError::finite(LINE, line, "1/s")?;
         let ok = line >= self.characteristic.leftmost() && line > accumulation(&self.essential()?);
         let requirement = "right of −0.9/τm and of the essential spectrum, or of zero where that is empty (1/s)";
         ParameterError::unless(ok, LINE, line, requirement)?;

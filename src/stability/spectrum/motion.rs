@@ -30,7 +30,7 @@ impl ForcedResponse {
         omega: f64,
         gradient: &Vector3<Complex<f64>>,
     ) -> Result<Self, StabilityError> {
-        ParameterError::positive("frequency of the forcing", omega)?;
+        ParameterError::positive("frequency of the forcing", omega, "rad/s")?;
         let unknowns = &characteristic.unknowns;
         let steered = |c: usize| unknowns.iter().filter(|(_, other)| *other == c).count() == characteristic.kind.len();
         for (c, part) in gradient.iter().map(|part| part.norm()).enumerate() {
