@@ -92,12 +92,17 @@ impl ParameterError {
         value: f64,
         requirement: &'static str,
     ) -> Result<(), Self> {
-        if ok { Ok(()) } else { Err(Self { name, value, requirement, unit, place: None, missing: false }) }
+        if ok { Ok(()) } else { Err(Self { unit, ..Self::new(name, value, requirement) }) }
+    }
+
+    /// The error of a value that does not meet a requirement.
+    pub(crate) fn new(name: &'static str, value: f64, requirement: &'static str) -> Self {
+        Self { name, value, requirement, unit: "", place: None, missing: false }
     }
 
     /// The error of a parameter that was not given.
     pub(crate) fn missing(name: &'static str, requirement: &'static str) -> Self {
-        Self { name, value: f64::NAN, requirement, unit: "", place: None, missing: true }
+        Self { missing: true, ..Self::new(name, f64::NAN, requirement) }
     }
 
     /// The same error at an arc length (m) from the base at t = 0, for a quantity that varies along the shoot.

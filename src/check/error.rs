@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Vector3;
 
-use crate::error::debug_by_display;
+use crate::error::{Number, debug_by_display};
 
 /// Quantity of a law. Components and indices are counted from zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,10 +87,10 @@ impl fmt::Display for Quantity {
             Self::VariableRotation(k) => write!(f, "index of the partner of variable {k} under rotations"),
             Self::Stimulus(k) => write!(f, "stimulus {k}"),
             Self::Signal(k) => write!(f, "component {k} of the signal"),
-            Self::Steady(k) => write!(f, "rate of variable {k} in the steady state (1/s)"),
+            Self::Steady(k) => write!(f, "rate of variable {k} in the steady state (its unit per second)"),
             Self::Initial(k) => write!(f, "initial variable {k}"),
-            Self::Rate(k) => write!(f, "rate of variable {k} (1/s)"),
-            Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (1/s)"),
+            Self::Rate(k) => write!(f, "rate of variable {k} (its unit per second)"),
+            Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (its unit per second)"),
             Self::Gradient(i) => write!(f, "component {} of the growth gradient (1/m)", i + 1),
         }
     }
@@ -123,11 +123,25 @@ pub enum Where {
 impl fmt::Display for Where {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Strain(u) => write!(f, "at the elastic strain ({:.4e}, {:.4e}, {:.4e}) 1/m", u.x, u.y, u.z),
-            Self::Force(n) => write!(f, "under the force ({:.4e}, {:.4e}, {:.4e}) N", n.x, n.y, n.z),
-            Self::Growing { sigma, time } => write!(f, "{sigma:.4e} m from the apex at {time} s"),
-            Self::Site { index, arc_length } => write!(f, "at site {index}, {arc_length:.4e} m from the base"),
+            Self::Strain(u) => write!(f, "at the elastic strain {} 1/m", Components(u)),
+            Self::Force(n) => write!(f, "under the force {} N", Components(n)),
+            Self::Growing { sigma, time } => {
+                write!(f, "at {:.5} m from the apex and {} s", Number(*sigma), Number(*time))
+            }
+            Self::Site { index, arc_length } => {
+                write!(f, "at site {index}, {:.5} m from the base", Number(*arc_length))
+            }
         }
+    }
+}
+
+/// Components of a vector in a message.
+struct Components<'a>(&'a Vector3<f64>);
+
+impl fmt::Display for Components<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = (*self.0).into();
+        write!(f, "({:.5}, {:.5}, {:.5})", Number(x), Number(y), Number(z))
     }
 }
 
@@ -152,8 +166,12 @@ pub struct LawError {
 impl fmt::Display for LawError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, quantity, place, value, expected, requirement } = self;
-        write!(f, "the {quantity} of `{law}` is {value:.6e} {place} but must be ")?;
-        if expected.is_nan() { write!(f, "{requirement}") } else { write!(f, "{expected:.6e}, {requirement}") }
+        write!(f, "the {quantity} of `{law}` is {:.7} {place} but must be ", Number(*value))?;
+        if expected.is_nan() {
+            write!(f, "{requirement}")
+        } else {
+            write!(f, "{:.7}: {requirement}", Number(*expected))
+        }
     }
 }
 

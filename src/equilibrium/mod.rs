@@ -23,7 +23,7 @@ use nalgebra::Vector3;
 
 use crate::check::{self, LawError};
 use crate::constitutive::Constitutive;
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display};
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, RodError, Tissue, centre_line_tangent};
 use crate::scene::Environment;
@@ -158,8 +158,12 @@ pub struct ContactViolation {
 impl std::fmt::Display for ContactViolation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { obstacle, arc_length, violation } = self;
-        write!(f, "the contact with obstacle {obstacle} at {arc_length:.4} m from the base is violated by ")?;
-        write!(f, "{violation:.1e} m")
+        write!(
+            f,
+            "the contact with obstacle {obstacle} at {:.4} m from the base is violated by ",
+            Number(*arc_length)
+        )?;
+        write!(f, "{:.2} m", Number(*violation))
     }
 }
 
@@ -169,9 +173,9 @@ impl std::fmt::Display for ContactViolation {
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
-        "no equilibrium after {iterations} iterations: {}, the largest unbalanced couple is {residual:.3e} N m, \
-         the largest force {force:.3e} N{}",
-        describe_step(*step),
+        "no equilibrium after {iterations} iterations: {}{}. A larger `max_iterations`, more elements or a smaller \
+         load may help",
+        describe_step([*step, *residual, *force]),
         contact.map_or(String::new(), |worst| format!("; {worst}"))
     )]
     NoConvergence {
@@ -188,26 +192,39 @@ pub enum EquilibriumError {
         contact: Option<ContactViolation>,
     },
     /// Supports do not balance the load of a rod whose base is free.
-    #[error("nothing holds the free base against a force of {:.3e} N along ({:.3}, {:.3}, {:.3})",
-        force.norm(), force.x / force.norm(), force.y / force.norm(), force.z / force.norm())]
+    #[error(
+        "nothing holds the free base against a force of ({:.4}, {:.4}, {:.4}) N: add a hold, a spring or a contact \
+         that bears it",
+        Number(force.x), Number(force.y), Number(force.z)
+    )]
     NotHeld {
         /// Resultant force of the load and of the reactions on the rod at the end of the search, in the fixed frame, N.
         force: Vector3<f64>,
     },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
-    #[error("element {element} would rotate by π: take more elements or a smaller load")]
+    #[error(
+        "element {element}, counted from the base, would bend or twist by half a turn: check the units of length, \
+         radius, stiffness and load; if the shape is as expected, take more elements or a smaller load"
+    )]
     Folded {
         /// The element, counted from zero at the base.
         element: usize,
     },
     /// The only equilibrium found is unstable.
-    #[error("the equilibrium found is unstable: {negative} negative eigenvalues")]
+    #[error(
+        "the only equilibrium found is unstable, in {negative} directions: the rod buckles or falls over, and a \
+         smaller load or an initial guess on the side to which it falls may help"
+    )]
     Unstable {
         /// Number of negative eigenvalues.
         negative: usize,
     },
     /// The rod is compressed to length zero at some place.
-    #[error("the rod is crushed: its stretch is {stretch:.3e} at {arc_length:.4} m from the base but must be positive")]
+    #[error(
+        "the rod is crushed: its stretch is {:.4} at {:.4} m from the base but must be positive; reduce the force \
+         along the rod or increase the stiffness",
+        Number(*stretch), Number(*arc_length)
+    )]
     Crushed {
         /// The stretch v3, which should be positive.
         stretch: f64,
@@ -218,6 +235,14 @@ pub enum EquilibriumError {
     #[error("the {what} is not finite")]
     NotFinite {
         /// The quantity that is not finite.
+        what: &'static str,
+    },
+    /// A solver has changed more of the rod than its shape.
+    #[error(
+        "the equilibrium solver has changed {what} of the rod, but may change only its shape, with `Rod::set_shape`"
+    )]
+    Changed {
+        /// What was changed.
         what: &'static str,
     },
     /// A solver has computed a shape that the rod refuses.
@@ -234,12 +259,17 @@ pub enum EquilibriumError {
 
 debug_by_display!(EquilibriumError);
 
-/// Describes the largest rotation of a step (rad), which is infinite before the first step.
-fn describe_step(step: f64) -> String {
-    if step.is_finite() {
-        return format!("the last step rotated a frame by {step:.3e} rad");
+/// Describes the largest rotation of a step (rad), which is infinite before the first step, and the largest unbalanced
+/// couple (N m) and force (N), which are not known then.
+fn describe_step([step, residual, force]: [f64; 3]) -> String {
+    if !step.is_finite() {
+        return "no step was accepted".to_owned();
     }
-    "no step was accepted".to_owned()
+    let [step, residual, force] = [step, residual, force].map(Number);
+    format!(
+        "the last step rotated a frame by {step:.4} rad, the largest unbalanced couple is {residual:.4} N m, and the \
+         largest force {force:.4} N"
+    )
 }
 
 impl EquilibriumError {
@@ -268,7 +298,13 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         let stiffness = material.respond(&tissue, &zero).tangent.diagonal();
         for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
             let sound = stiffness[i] > 0.0 && stiffness[i].is_finite();
-            ParameterError::unless(sound, name, stiffness[i], "positive and finite (N m²)").map_err(at)?;
+            ParameterError::unless(
+                sound,
+                name,
+                stiffness[i],
+                "positive and finite: check the elastic law, its modulus and the radius (N m²)",
+            )
+            .map_err(at)?;
         }
         let Some(line) = material.line_response(&tissue, &zero) else { continue };
         let compliance = line.compliance.diagonal();
@@ -331,7 +367,8 @@ pub trait EquilibriumSolver {
         &mut self,
         _held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        let (name, requirement) = ("number of supports", "zero for a solver without supports");
+        let name = "number of supports";
+        let requirement = "zero for a solver that does not implement `EquilibriumSolver::hold`";
         ParameterError::unless(false, name, 1.0, requirement)?;
         Err(EquilibriumError::NotFinite { what: "support" })
     }

@@ -90,9 +90,8 @@ impl Tangent {
         let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, pattern, MemStack::new(&mut memory));
         let symbolic = factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, MemStack::new(&mut memory))
             .map_err(|_| {
-                let (name, requirement) =
-                    ("number of elements", "small enough for the memory to factorise the tangent");
-                ParameterError { name, value: capacity as f64, requirement, place: None, missing: false }
+                let requirement = "small enough for the memory to factorise the tangent";
+                ParameterError::new("number of elements", capacity as f64, requirement)
             })?;
         self.factors = vec![0.0; symbolic.len_val()];
         self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(n)));

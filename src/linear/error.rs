@@ -1,7 +1,7 @@
 //! Errors of steady states, characteristic roots and their continuation.
 
 use crate::equilibrium::EquilibriumError;
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display};
 
 /// Reason why there is no steady state, root or crossing of the imaginary axis.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -24,7 +24,8 @@ pub enum StabilityError {
     /// A law, a load, growth, gravity, the base or a support depends on time, as an oscillator does.
     #[error(
         "the shoot is not autonomous: its laws, loads, growth, base or support depend on time and change by \
-         {change:.3e} 1/m; remove the time-dependent part"
+         {:.4} 1/m; remove the time-dependent part",
+        Number(*change)
     )]
     NotAutonomous {
         /// Largest change, 1/m: of the growth gradient, of the rotation of the base over the length of the
@@ -35,7 +36,8 @@ pub enum StabilityError {
     /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
     #[error(
         "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted \
-         from zero over all laws, changes by {rate:.3e} per second, {share:.1e} of the terms of this rate"
+         from zero over all laws, changes by {:.4} (its unit per second), which is {:.2} of the terms of this rate",
+        Number(*rate), Number(*share)
     )]
     NotSteady {
         /// Name of the type of the law.
@@ -50,8 +52,8 @@ pub enum StabilityError {
     /// The growth gradients do not vanish, in the given state or after a search. A tilted shoot without
     /// proprioception has no steady state.
     #[error(
-        "the shoot is not in a steady state: the laws have a gradient of {gradient:.3e} 1/m after {iterations} \
-         iterations"
+        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m{}",
+        Number(*gradient), describe_search(*iterations)
     )]
     NotSteadyState {
         /// Number of iterations of the search; zero if the given state was checked.
@@ -72,7 +74,7 @@ pub enum StabilityError {
     },
     /// Infinitely many roots are unstable, because the essential spectrum extends right of the axis. On a mesh
     /// their number is proportional to that of its points.
-    #[error("infinitely many roots are unstable: the essential spectrum reaches {abscissa:.3e} 1/s")]
+    #[error("infinitely many roots are unstable: the essential spectrum reaches {:.4} 1/s", Number(*abscissa))]
     InfinitelyMany {
         /// Largest real part of the essential spectrum, 1/s.
         abscissa: f64,
@@ -82,7 +84,10 @@ pub enum StabilityError {
     /// Next to the essential spectrum, and with fast growth and no proprioception, ever shorter waves contribute,
     /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
     /// appears as a shape that no mesh resolves.
-    #[error("the mesh does not resolve {what}, with an error of {error:.1e}; take more elements")]
+    #[error(
+        "the mesh does not resolve {what}: the error is {:.2}; take more elements, or `Linearisation::resolved`",
+        Number(*error)
+    )]
     UnderResolved {
         /// The quantity, with the unit of its error.
         what: &'static str,
@@ -91,8 +96,8 @@ pub enum StabilityError {
     },
     /// The finest mesh allowed does not meet the tolerance.
     #[error(
-        "the relative error due to the mesh is {error:.1e} with {elements} elements, above the tolerance of \
-         {tolerance:.1e}"
+        "{}, and does not meet the tolerance of {}: take a larger tolerance or permit more elements",
+        describe_mesh(*error, *elements), Number(*tolerance)
     )]
     ToleranceNotMet {
         /// The tolerance that was requested.
@@ -114,7 +119,7 @@ pub enum StabilityError {
     /// The work exceeds its limit. Either the rates of too many variables depend on each other, whose matrix is
     /// factorised in each evaluation of the characteristic function. Or a search or count meets too many roots, for
     /// example left of the axis if delays are longer than memory times, or next to the essential spectrum.
-    #[error("too much work: {amount:.1e} {what}, of which at most {most:.1e} are allowed")]
+    #[error("too much work: {:.2} {what}, of which at most {:.2} are allowed", Number(*amount), Number(*most))]
     TooMuchWork {
         /// The kind of work.
         what: &'static str,
@@ -124,7 +129,7 @@ pub enum StabilityError {
         most: f64,
     },
     /// A root, a crossing or a count of roots did not converge.
-    #[error("{what} did not converge: the last residual is {residual:.3e}")]
+    #[error("{what} did not converge{}", describe_residual(*residual))]
     NoConvergence {
         /// The quantity.
         what: &'static str,
@@ -134,3 +139,24 @@ pub enum StabilityError {
 }
 
 debug_by_display!(StabilityError);
+
+/// Describes a search for a steady state by its number of iterations, which is zero without a search.
+fn describe_search(iterations: usize) -> String {
+    if iterations > 0 {
+        return format!(" after {iterations} iterations; a tilted shoot without proprioception has no steady state");
+    }
+    "; `solve_steady_state` brings a shoot to its steady state".to_owned()
+}
+
+/// Describes the relative error of a mesh, which is infinite if no two meshes gave a result.
+fn describe_mesh(error: f64, elements: usize) -> String {
+    if error.is_finite() {
+        return format!("the relative error due to the mesh is {:.2} with {elements} elements", Number(error));
+    }
+    "the error due to the mesh is unknown, since no two meshes gave a result".to_owned()
+}
+
+/// Describes a residual, which is infinite if there is none.
+fn describe_residual(residual: f64) -> String {
+    if residual.is_finite() { format!(": the last residual is {:.4}", Number(residual)) } else { String::new() }
+}
