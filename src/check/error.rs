@@ -16,10 +16,14 @@ pub enum Quantity {
     EnergySlope(usize),
     /// Component of the couple, N m.
     Couple(usize),
+    /// Derivative of a component of the couple by the same component of the strain, N m².
+    CoupleSlope(usize),
     /// Entry of the tangent: row and column, N m².
     Tangent(usize, usize),
     /// Component of the strain of the centre line.
     LineStrain(usize),
+    /// Derivative of a component of the strain of the centre line by a component of the force, 1/N.
+    LineStrainSlope(usize, usize),
     /// Energy of shear and stretch per length without force, J/m.
     LineEnergy,
     /// Derivative of the energy of shear and stretch by a component of the force, J/(m N).
@@ -30,6 +34,8 @@ pub enum Quantity {
     Regr,
     /// Speed of the apex relative to a point, m/s.
     ApicalSpeed,
+    /// Derivative of this speed by the distance from the apex, 1/s.
+    ApicalSpeedSlope,
     /// Distance from the apex to which growth moves a point, m.
     Distance,
     /// Stretch of the tissue at a point.
@@ -68,8 +74,12 @@ impl fmt::Display for Quantity {
             Self::Energy => write!(f, "elastic energy (J/m)"),
             Self::EnergySlope(i) => write!(f, "derivative of the elastic energy by the strain u{} (N m)", i + 1),
             Self::Couple(i) => write!(f, "couple m{} (N m)", i + 1),
+            Self::CoupleSlope(i) => write!(f, "derivative of the couple m{0} by the strain u{0} (N m²)", i + 1),
             Self::Tangent(i, j) => write!(f, "tangent ∂m{}/∂u{} (N m²)", i + 1, j + 1),
             Self::LineStrain(i) => write!(f, "strain v{} of the centre line", i + 1),
+            Self::LineStrainSlope(i, j) => {
+                write!(f, "derivative of the strain v{} of the centre line by the force n{} (1/N)", i + 1, j + 1)
+            }
             Self::LineEnergy => write!(f, "energy of shear and stretch (J/m)"),
             Self::LineEnergySlope(i) => {
                 write!(f, "derivative of the energy of shear and stretch by the force n{} (J/(m N))", i + 1)
@@ -77,6 +87,7 @@ impl fmt::Display for Quantity {
             Self::Compliance(i, j) => write!(f, "compliance ∂v{}/∂n{} (1/N)", i + 1, j + 1),
             Self::Regr => write!(f, "REGR (1/s)"),
             Self::ApicalSpeed => write!(f, "apical speed (m/s)"),
+            Self::ApicalSpeedSlope => write!(f, "derivative of the apical speed by the distance from the apex (1/s)"),
             Self::Distance => write!(f, "distance of `flow` (m)"),
             Self::Stretch => write!(f, "stretch of `flow`"),
             Self::ExitTime => write!(f, "exit time (s)"),

@@ -178,8 +178,9 @@ impl TimeStepper {
         let Self { stepper, backup, .. } = self;
         let undo = backup.get_or_insert_with(|| shoot.state.clone());
         undo.copy_from(&shoot.state);
-        let grid = matches!(stepper.grid, GridUse::Free);
-        ParameterError::unless(grid, "grid that is recorded or followed", f64::NAN, "none for single steps")?;
+        let grids = if matches!(stepper.grid, GridUse::Free) { 0.0 } else { 1.0 };
+        let (name, requirement) = ("number of grids that are recorded or followed", "zero for single steps");
+        ParameterError::unless(grids == 0.0, name, grids, requirement)?;
         let ready = stepper.resume(shoot, solver, usize::MAX, None).and_then(|()| {
             let discontinuity = next_discontinuity_ahead(shoot, end)?;
             let requirement = "not after the next discontinuity of a law or the scene (s)";

@@ -12,6 +12,7 @@ mod remesh;
 mod sampling;
 mod shape;
 pub(crate) mod tissue;
+mod unshaped;
 
 pub use check::RodError;
 pub(crate) use coarse::Place;
@@ -21,6 +22,7 @@ pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rota
 pub(crate) use shape::{centre_line_tangent, weighted};
 pub use tissue::MaterialPoint;
 pub(crate) use tissue::Tissue;
+pub(crate) use unshaped::Unshaped;
 
 use std::ops::Range;
 

@@ -265,6 +265,7 @@ impl<M: Model> ShootBuilder<M> {
 pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(), ParameterError> {
     check_stiffness(rod, model.constitutive(), time)?;
     let environment = model.scene().environment(time);
+    ParameterError::finite("gravity", environment.gravity.sum(), "m/s²")?;
     for point in rod.points() {
         let tissue = Tissue::of(point, time);
         let place = rod.initial_length() - tissue.initial_apex_distance;

@@ -51,7 +51,7 @@ impl Track {
     pub fn seen_along(axis: &Vector3<f64>, times: Vec<f64>, positions: &[Vector3<f64>]) -> Result<Self, TrackingError> {
         check(&times, positions)?;
         let norm = axis.norm();
-        ParameterError::unless(norm > 0.0 && norm.is_finite(), "axis", norm, "a vector that is not zero")?;
+        ParameterError::unless(norm > 0.0 && norm.is_finite(), "norm of the axis", norm, "positive and finite")?;
         let axis = axis / norm;
         let level = Vector3::z().cross(&axis);
         let first = if level.norm() > 1e-9 { level.normalize() } else { Vector3::x() };

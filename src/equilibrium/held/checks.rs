@@ -23,13 +23,16 @@ impl HeldSearch<'_> {
         for station in self.line.stations() {
             for obstacle in 0..self.obstacles.contacts.len() {
                 let gap = self.obstacles.gap_at(obstacle, &station.position);
-                let (name, norm) = ("norm of the gradient of the distance from an obstacle", gap.normal.norm());
+                let (name, norm) = ("norm of the normal of an obstacle", gap.normal.norm());
                 let at = |error: ParameterError| error.at(station.arc_length);
+                ParameterError::finite("distance from an obstacle", gap.value, "m").map_err(at)?;
                 ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1").map_err(at)?;
                 let ahead = self.obstacles.gap_at(obstacle, &(station.position + gap.normal * step)).value;
                 let (name, slope) =
-                    ("derivative of the distance from an obstacle along its gradient", (ahead - gap.value) / step);
-                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, "1").map_err(at)?;
+                    ("derivative of the distance from an obstacle along its normal", (ahead - gap.value) / step);
+                let requirement =
+                    "1: the normal must point away from the obstacle, and the distance be measured along it";
+                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, requirement).map_err(at)?;
             }
         }
         Ok(())
@@ -103,7 +106,8 @@ impl HeldSearch<'_> {
                     ((ahead - gap.normal) / (side * step) - gap.curvature * along).norm() / scale
                 };
                 let (name, error) = ("relative error of the curvature of an obstacle", error(1.0).min(error(-1.0)));
-                let requirement = "zero: the curvature must be the derivative of the normal";
+                let requirement =
+                    "zero: the curvature must be the derivative of the normal, and no place deep inside an obstacle";
                 ParameterError::unless(error <= DISTANCE_ERROR, name, error, requirement)
                     .map_err(|error| error.at(place))?;
             }

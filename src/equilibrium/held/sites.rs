@@ -84,7 +84,12 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
         let permitted = if rod.keeps_node(node) { AT_KEPT_NODE } else { AT_NODE };
         (off <= permitted * length).then_some(node)
     });
-    let missing = ParameterError::unless(false, name, distance, "that of an end of an element (m)");
+    let missing = ParameterError::unless(
+        false,
+        name,
+        distance,
+        "that of an end of an element, as at holds that exist when the shoot is built (m)",
+    );
     node.map_or_else(|| Err(missing.unwrap_err()), Ok)
 }
 

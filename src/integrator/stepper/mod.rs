@@ -30,7 +30,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
-use crate::rod::Rod;
+use crate::rod::{Rod, Unshaped};
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State};
@@ -58,6 +58,8 @@ pub(super) struct Stepper {
     /// Declared memories, which are compared with the rates.
     memories: Declared,
     force: InternalForce,
+    /// What the solver of an equilibrium must not change.
+    unshaped: Unshaped,
     /// Stimuli of a point.
     stimuli: Vec<f64>,
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
@@ -190,7 +192,8 @@ impl Stepper {
                     self.statistics.retries += 1;
                     let step = 0.5 * (end.time - shoot.state.time);
                     self.grid.rewind(self.grid.position().saturating_sub(1));
-                    end = self.choose_step_end(shoot, &RunOptions { step, ..*options })?;
+                    // A step as short as rounding is no remedy: the error is that of the last attempt.
+                    end = self.choose_step_end(shoot, &RunOptions { step, ..*options }).map_err(|_| error)?;
                 }
                 result => return result,
             }

@@ -273,7 +273,10 @@ fn check(
     check_autonomous(shoot, rod, shoot.model.load(), force.reactions(), &steady)?;
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
     let gradient = steady.largest_gradient();
-    if !(gradient * steady.radius() < 1e-8) {
+    if !gradient.is_finite() {
+        return Err(StabilityError::NotFinite { what: "growth gradient" });
+    }
+    if gradient * steady.radius() >= 1e-8 {
         return Err(StabilityError::NotSteadyState { iterations: 0, gradient });
     }
     Ok((force, steady))
