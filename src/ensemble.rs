@@ -94,8 +94,8 @@ impl FromStr for Shard {
     fn from_str(text: &str) -> Result<Self, ParameterError> {
         let read = |text: &str| text.parse::<usize>().ok();
         let parts = text.split_once('/').and_then(|(number, of)| read(number).zip(read(of)));
-        let malformed = ParameterError::unless(false, "shard", f64::NAN, "two whole numbers, as in 2/8");
-        parts.map_or(malformed.map(|()| Self::WHOLE), |(number, of)| Self::new(number, of))
+        let malformed = || ParameterError::refused("shard", f64::NAN, "two whole numbers, as in 2/8");
+        parts.ok_or_else(malformed).and_then(|(number, of)| Self::new(number, of))
     }
 }
 

@@ -67,7 +67,12 @@ impl ParameterError {
     /// # Errors
     /// Name, value and requirement of the parameter.
     pub fn unless(ok: bool, name: &'static str, value: f64, requirement: &'static str) -> Result<(), Self> {
-        if ok { Ok(()) } else { Err(Self { name, value, requirement, place: None, missing: false }) }
+        if ok { Ok(()) } else { Err(Self::refused(name, value, requirement)) }
+    }
+
+    /// The error of a value that does not meet its requirement.
+    pub(crate) fn refused(name: &'static str, value: f64, requirement: &'static str) -> Self {
+        Self { name, value, requirement, place: None, missing: false }
     }
 
     /// The error of a parameter that was not given.

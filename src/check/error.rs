@@ -141,7 +141,7 @@ pub struct LawError {
     pub quantity: Quantity,
     /// Place at which it is wrong.
     pub place: Where,
-    /// Value that the law returns, or its derivative by differences, see the quantity.
+    /// Value of the quantity: what the law returns.
     pub value: f64,
     /// Value that follows from the other methods of the law. NaN if the requirement is no single value.
     pub expected: f64,
@@ -152,8 +152,8 @@ pub struct LawError {
 impl fmt::Display for LawError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, quantity, place, value, expected, requirement } = self;
-        // A type that is chosen at run time does not tell the law.
-        let known = !law.contains("dyn ");
+        // The type of laws that are chosen at run time, such as `DynConstitutive`, does not name the law.
+        let known = !law.starts_with("alloc::sync::Arc<dyn ");
         let law = if known { format!("`{law}`") } else { "a law that was chosen at run time".to_owned() };
         write!(f, "the {quantity} of {law} is {value:.6e} {place} but must be ")?;
         if expected.is_nan() { write!(f, "{requirement}") } else { write!(f, "{expected:.6e}, {requirement}") }

@@ -346,8 +346,7 @@ pub trait EquilibriumSolver {
         _held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
         let (name, requirement) = ("number of supports", "zero for a solver without supports");
-        ParameterError::unless(false, name, 1.0, requirement)?;
-        Err(EquilibriumError::NotFinite { what: "support" })
+        Err(ParameterError::refused(name, 1.0, requirement).into())
     }
 
     /// Moves the frames of `rod` to an equilibrium under a load.

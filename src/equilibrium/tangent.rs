@@ -92,7 +92,7 @@ impl Tangent {
             .map_err(|_| {
                 let (name, requirement) =
                     ("number of elements", "small enough for the memory to factorise the tangent");
-                ParameterError { name, value: capacity as f64, requirement, place: None, missing: false }
+                ParameterError::refused(name, capacity as f64, requirement)
             })?;
         self.factors = vec![0.0; symbolic.len_val()];
         self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(n)));

@@ -122,8 +122,8 @@ pub enum IntegrationError {
         reached: f64,
         /// [`Statistics::work`](super::Statistics::work) of all runs.
         work: usize,
-        /// End of the step with a snap in one of the runs, s; `None` without a snap. After a snap the error
-        /// decreases only in proportion to the steps.
+        /// End of the step with a snap in one of the runs, s; `None` without a snap. After a snap the error decreases
+        /// slowly.
         snap: Option<f64>,
     },
     /// A condition did not hold by the latest time.

@@ -113,7 +113,8 @@ impl TimeStepper {
     }
 
     /// Prepares a shoot for steps: starts it with an empty history unless it was started, and computes the shape after
-    /// an exchange of its laws. It has no effect on a shoot that needs neither. [`begin`](Self::begin) calls it.
+    /// an exchange of its laws. A resolution that [`Adaptive`](super::Adaptive) has chosen is no longer used.
+    /// [`begin`](Self::begin) calls it.
     ///
     /// # Errors
     /// The errors of [`start`](Self::start), and [`Parameter`](super::IntegrationError::Parameter) for a history that
@@ -186,7 +187,7 @@ impl TimeStepper {
             ParameterError::unless(end <= discontinuity, "end of the step", end, requirement)?;
             let step = end - shoot.time();
             let permitted = permitted_step(shoot, [step, end], &shoot.mesh)?;
-            let requirement = "so early that growth adds at most one element, see `next_end` (s)";
+            let requirement = "within the bound that growth sets on a step, see `next_end` (s)";
             ParameterError::unless(step <= permitted * (1.0 + ROUNDING), "end of the step", end, requirement)?;
             Ok(end == discontinuity)
         });

@@ -57,12 +57,12 @@ impl<M: Model> Shoot<M> {
         let mut force = InternalForce::of(rod, self.model.load(), &environment);
         let (load_rates, load_rate_at_base) = self.load_rates(&rates);
         // In contact the shape has more nodes than the rod of the laws.
-        let (parent, strain_rates) = (&self.state.rod, self.strain_rates());
+        let (parent, intrinsic_rates) = (&self.state.rod, self.intrinsic_rates());
         let mut walk = parent.walk();
-        let mut strain_rate = |s: f64| {
+        let mut intrinsic_rate = |s: f64| {
             let (e, x) = walk.to(s)?;
             let first = (e * p).checked_sub(parent.zone().start)?;
-            Some(weighted(strain_rates.get(first..first + p)?, &parent.reference().at_points(x)))
+            Some(weighted(intrinsic_rates.get(first..first + p)?, &parent.reference().at_points(x)))
         };
         let lengths: Vec<f64> = force.cuts().iter().map(|cut| cut.arc_length).collect();
         force.react(rod, rod.reactions());
@@ -77,7 +77,7 @@ impl<M: Model> Shoot<M> {
             };
             let couple = law.respond(&tissue, &elastic).couple;
             let mut power = rates[i] * (energy(&tissue) - couple.dot(&strain));
-            power -= strain_rate(lengths[i]).map_or(0.0, |rate| couple.dot(&rate));
+            power -= intrinsic_rate(lengths[i]).map_or(0.0, |rate| couple.dot(&rate));
             if tissue.age > 0.0 {
                 let [younger, older] =
                     [-CHANGE, CHANGE].map(|part| energy(&Tissue { age: tissue.age * (1.0 + part), ..tissue }));

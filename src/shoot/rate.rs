@@ -15,13 +15,13 @@ impl<M: Model> Shoot<M> {
     pub fn steering_rate(&self) -> f64 {
         let rod = &self.state.rod;
         let weights = rod.reference().weights.iter().cycle();
-        let each = rod.points()[rod.zone()].iter().zip(weights).zip(self.strain_rates());
+        let each = rod.points()[rod.zone()].iter().zip(weights).zip(self.intrinsic_rates());
         each.map(|((point, weight), rate)| rate.norm() * weight * point.jacobian).sum()
     }
 
     /// The rates ∂u*/∂t (1/(m s), components along the directors) at the points of the rod in the growth zone. Empty
     /// before an integrator has started the shoot.
-    pub(super) fn strain_rates(&self) -> Vec<Vector3<f64>> {
+    pub(super) fn intrinsic_rates(&self) -> Vec<Vector3<f64>> {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
         let (laws, rod, time) = (Declaration::of(tropism), &self.state.rod, self.environment().time);
         let size = laws.size();

@@ -84,8 +84,7 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
         let permitted = if rod.keeps_node(node) { AT_KEPT_NODE } else { AT_NODE };
         (off <= permitted * length).then_some(node)
     });
-    let missing = ParameterError::unless(false, name, distance, "that of an end of an element (m)");
-    node.map_or_else(|| Err(missing.unwrap_err()), Ok)
+    node.ok_or_else(|| ParameterError::refused(name, distance, "that of an end of an element (m)"))
 }
 
 /// A unit vector across another one, and the one across both.

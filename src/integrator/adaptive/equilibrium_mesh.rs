@@ -43,7 +43,8 @@ impl Adaptive {
             cut(shoot, longest);
         }
         shoot.state.forget();
-        let (error, found, refinement) = self.refine_equilibrium(shoot, self.tolerance, 1.0, self.max_work)?;
+        let mut refinement = Statistics::default();
+        let (error, found) = self.refine_equilibrium(shoot, self.tolerance, 1.0, &mut refinement)?;
         let mut statistics = self.workspace.stepper.start(shoot, &mut self.workspace.solver, history, Some(found))?;
         let error = Some(error + statistics.equilibrium_error);
         statistics += refinement;
@@ -51,27 +52,26 @@ impl Adaptive {
     }
 
     /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
-    /// tolerance. Returns the error estimate, relative to the length, the equilibrium, and the cost. The error that the
-    /// difference of two meshes shows is multiplied by `weight`, below one if another comparison shows it too.
-    /// `max_work` limits the work.
+    /// tolerance. Returns the error estimate, relative to the length, and the equilibrium. The error that the difference
+    /// of two meshes shows is multiplied by `weight`, below one if another comparison shows it too. The cost is added
+    /// to `spent`, also if the refinement fails; their sum is bounded.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         tolerance: f64,
         weight: f64,
-        max_work: usize,
-    ) -> Outcome<(f64, Equilibrium, Statistics)> {
+        spent: &mut Statistics,
+    ) -> Outcome<(f64, Equilibrium)> {
         self.workspace.solver.tolerance = tolerance_of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
         // Positions have order 2 p in the length of short elements. The estimate assumes two orders less, since
         // elements that are barely short enough may not show the full order.
         let gain = 2.0_f64.powf((order - 2.0).max(1.0)) - 1.0;
-        let mut statistics = Statistics::default();
         cut_turns(shoot);
         // Contacts are searched from the present shape.
         self.workspace.stepper.begin_increment(shoot);
         loop {
-            let before = match self.equilibrium_or_folded(shoot, &mut statistics)? {
+            let before = match self.equilibrium_or_folded(shoot, spent)? {
                 Ok(found) => found,
                 Err(folded) => {
                     cut_into(&mut shoot.state, folded, 2);
@@ -80,7 +80,7 @@ impl Adaptive {
             };
             let coarse = shoot.state.clone();
             halve(&mut shoot.state);
-            let found = match self.equilibrium_or_folded(shoot, &mut statistics)? {
+            let found = match self.equilibrium_or_folded(shoot, spent)? {
                 Ok(found) => found,
                 Err(folded) => {
                     shoot.state.copy_from(&coarse);
@@ -99,14 +99,14 @@ impl Adaptive {
             let error = change + hidden + fall(before.resistance, weakened);
             if SAFETY * error <= tolerance {
                 shoot.state.copy_from(&coarse);
-                return Ok((error, before, statistics));
+                return Ok((error, before));
             }
             let error = change / gain + hidden + fall(found.resistance, weakened / gain);
             if error <= tolerance {
-                return Ok((error, found, statistics));
+                return Ok((error, found));
             }
-            if 2 * shoot.rod().elements() > MAX_ELEMENTS || statistics.work() > max_work {
-                let (reached, work, snap) = (error, statistics.work(), None);
+            if 2 * shoot.rod().elements() > MAX_ELEMENTS || spent.work() > self.max_work {
+                let (reached, work, snap) = (error, spent.work(), None);
                 return Err(IntegrationError::ToleranceNotMet { tolerance, reached, work, snap });
             }
             let share = tolerance / (SAFETY * coarse.rod.elements() as f64);
@@ -128,7 +128,7 @@ impl Adaptive {
     fn equilibrium_or_folded(
         &mut self,
         shoot: &mut Shoot<impl Model>,
-        statistics: &mut Statistics,
+        spent: &mut Statistics,
     ) -> Outcome<Result<Equilibrium, usize>> {
         let many = shoot.rod().elements() >= MAX_ELEMENTS_TO_UNFOLD;
         let time = shoot.time();
@@ -138,7 +138,7 @@ impl Adaptive {
             }
             found => {
                 let found = found?;
-                statistics.add_equilibrium(&found);
+                spent.add_equilibrium(&found);
                 Ok(Ok(found))
             }
         }

@@ -16,8 +16,8 @@ use crate::tropism::Declaration;
 /// Tolerance of the initial equilibrium, relative to that of the run: as for merging.
 const INITIAL: f64 = AIM_OF_MERGING;
 
-/// Largest number of the longest steps over the delays after the call. A longer delay is at least 125 times the time of
-/// the call, whose first run has eight steps or more.
+/// Largest time over the delays after the call, in longest steps. The first run of a call has eight steps or more, so
+/// that only a delay of more than 125 times the time of the call is longer.
 const MOST_LATER_STEPS: f64 = 1000.0;
 
 /// Result of a run.
@@ -60,7 +60,7 @@ pub(super) struct Runs<'a, M> {
     undivided: State,
     /// Statistics of all runs, as trial runs.
     spent: Statistics,
-    /// Time of the last snap in a run, s.
+    /// Time of the last snap in a run, before the end of the call, s.
     snap: Option<f64>,
     /// Initial meshes of the runs, of a shoot without a history.
     meshes: Vec<FirstMesh>,
@@ -152,7 +152,7 @@ impl<'a, M: Model> Runs<'a, M> {
         let result = self.integrator.follow(self.shoot, plan, until, limits, known, observe);
         let statistics = self.integrator.workspace.stepper.statistics();
         self.spent += statistics.as_trial();
-        self.snap = statistics.last_snap.or(self.snap);
+        self.snap = statistics.last_snap.filter(|time| *time <= plan.until).or(self.snap);
         result
     }
 
@@ -193,9 +193,7 @@ impl<'a, M: Model> Runs<'a, M> {
         // is discontinuous.
         let tolerance = INITIAL * self.integrator.tolerance;
         let weight = (tolerance / ASYMPTOTIC).min(1.0);
-        let work = self.work_left();
-        let (error, found, statistics) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight, work)?;
-        self.spent += statistics.as_trial();
+        let (error, found) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight, &mut self.spent)?;
         // Longer elements than these would not change the initial mesh.
         plan.longest_element = plan.longest_element.min(longest_element(&self.shoot.state) / FIRST_LENGTH);
         let state = self.shoot.state.clone();

@@ -140,10 +140,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`NotFinite`](IntegrationError::NotFinite) for a law that returns NaN or infinity.
     pub fn intrinsic_rate(&mut self, point: usize, time: f64) -> Outcome<Vector3<f64>> {
         let requirement = "that of a point in the growth zone";
-        let Some([from, to]) = self.growth_interval(point) else {
-            ParameterError::unless(false, "index of a material point", point as f64, requirement)?;
-            return Ok(Vector3::zeros());
-        };
+        let outside = || ParameterError::refused("index of a material point", point as f64, requirement);
+        let [from, to] = self.growth_interval(point).ok_or_else(outside)?;
         let requirement = "in the step, before the exit of the point from the growth zone (s)";
         ParameterError::unless(time >= from && time <= to, "time of a rate of the strain", time, requirement)?;
         self.stepper.intrinsic_rate(self.shoot, self.step, point, time)
@@ -280,7 +278,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
             _ => Part::Variables,
         })?;
         if let Some(part) = Part::ALL.into_iter().find(|part| self.failed[*part as usize]) {
-            return Err(IntegrationError::Incomplete { time: self.step.to, missing: part.name() });
+            return Err(self.lacks(part));
         }
         if !self.is_explicit() {
             check_slender(self.shoot, self.step.to)?;
@@ -296,10 +294,11 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
 
     /// Returns an error unless a part of the step was made.
     fn require(&self, part: Part) -> Outcome {
-        if self.reached >= part {
-            Ok(())
-        } else {
-            Err(IntegrationError::Incomplete { time: self.step.to, missing: part.name() })
-        }
+        if self.reached >= part { Ok(()) } else { Err(self.lacks(part)) }
+    }
+
+    /// The error of a step without a part.
+    fn lacks(&self, part: Part) -> IntegrationError {
+        IntegrationError::Incomplete { time: self.step.to, missing: part.name() }
     }
 }
