@@ -75,7 +75,7 @@ impl<E: EquilibriumSolver> Integrator for Heun<E> {
     ) -> Result<Statistics, IntegrationError> {
         let Self { step, solver, parts } = self;
         parts.undo_on_error(shoot, |parts, shoot| {
-            let mut cost = parts.prepare(shoot, solver)?;
+            let mut cost = parts.prepare(shoot, solver, until)?;
             while shoot.time() < until && cost.steps < max_steps {
                 let end = parts.next_end(shoot, *step, until)?;
                 let mut step = parts.begin(shoot, solver, end)?;

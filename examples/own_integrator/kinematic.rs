@@ -37,7 +37,7 @@ impl Integrator for Kinematic {
     ) -> Result<Statistics, IntegrationError> {
         let Self { step, parts } = self;
         parts.undo_on_error(shoot, |parts, shoot| {
-            let mut cost = parts.prepare(shoot, &mut Unloaded)?;
+            let mut cost = parts.prepare(shoot, &mut Unloaded, until)?;
             while shoot.time() < until && cost.steps < max_steps {
                 let end = parts.next_end(shoot, *step, until)?;
                 let mut shape = Unloaded;

@@ -4,6 +4,7 @@ use crate::equilibrium::Equilibrium;
 
 /// Cost of a run, and estimates of its accuracy.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Statistics {
     /// Number of time steps, not counting the extra equilibria at output times. A step that is divided where a contact

@@ -2,7 +2,7 @@
 
 use super::error::Outcome;
 use super::grid::GridUse;
-use super::stepper::{StepEnd, Stepper, TimeStep, next_discontinuity_ahead, permitted_step};
+use super::stepper::{StepEnd, Stepper, TimeStep, check_ahead, next_discontinuity_ahead, permitted_step};
 use super::undo::undo_on_error;
 use super::{HistoryFunction, ROUNDING, Statistics};
 use crate::equilibrium::EquilibriumSolver;
@@ -75,7 +75,7 @@ use crate::state::State;
 ///     ) -> Result<Statistics, IntegrationError> {
 ///         let Self { step, solver, parts } = self;
 ///         parts.undo_on_error(shoot, |parts, shoot| {
-///             let mut cost = parts.prepare(shoot, solver)?;
+///             let mut cost = parts.prepare(shoot, solver, until)?;
 ///             while shoot.time() < until && cost.steps < max_steps {
 ///                 let end = parts.next_end(shoot, *step, until)?;
 ///                 let mut step = parts.begin(shoot, solver, end)?;
@@ -112,18 +112,20 @@ impl TimeStepper {
         undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history, None))
     }
 
-    /// Prepares a shoot for steps: starts it with an empty history unless it was started, and computes the shape after
-    /// an exchange of its laws. A resolution that [`Adaptive`](super::Adaptive) has chosen is no longer used.
-    /// [`begin`](Self::begin) calls it.
+    /// Prepares a shoot for steps to the time `until` (s): starts it with an empty history unless it was started, and
+    /// computes the shape after an exchange of its laws. A resolution that [`Adaptive`](super::Adaptive) has chosen is
+    /// no longer used. [`begin`](Self::begin) does the same.
     ///
     /// # Errors
-    /// The errors of [`start`](Self::start), and [`Parameter`](super::IntegrationError::Parameter) for a history that
-    /// does not fit the laws. The shoot does not change then.
+    /// The errors of [`start`](Self::start). [`Parameter`](super::IntegrationError::Parameter) for a time that is in the
+    /// past or not finite, and for a history that does not fit the laws. The shoot does not change then.
     pub fn prepare<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
+        until: f64,
     ) -> Outcome<Statistics> {
+        check_ahead("time to advance to", shoot, until)?;
         let Self { stepper, backup, .. } = self;
         undo_on_error(shoot, backup, |shoot, _| stepper.resume(shoot, solver, usize::MAX, None))?;
         Ok(stepper.statistics())

@@ -33,6 +33,20 @@ impl Rod {
         std::iter::once(self.frames[0]).chain(within).collect()
     }
 
+    /// The arc lengths of the nodes from the base, m, in the order of [`node_frames`](Self::node_frames).
+    #[must_use]
+    pub fn node_arc_lengths(&self) -> Vec<f64> {
+        let mut lengths = Vec::with_capacity(self.nodes());
+        lengths.push(0.0);
+        let mut start = 0.0;
+        for e in 0..self.elements() {
+            let within = |x: &f64| weighted_jacobian(self.element_points(e), &self.reference().integral_upto(*x));
+            lengths.extend(self.reference().nodes[1..].iter().map(|x| start + within(x)));
+            start += self.length_of(e);
+        }
+        lengths
+    }
+
     /// Sets the shape: the frames at the [nodes](Self::node_frames), and the strain v of the centre line at the
     /// material points, ∂p/∂s = v1 d1 + v2 d2 + v3 d3, which is empty for a rod that neither shears nor stretches. The
     /// base keeps its frame, and the [reactions](Self::reactions), which belong to the former shape, are removed.
@@ -41,9 +55,9 @@ impl Rod {
     /// # use morphorod::{Order, rod::Rod};
     /// # use nalgebra::{UnitQuaternion, Vector3};
     /// let mut rod = Rod::uniform(0.1, 1e-3, UnitQuaternion::identity(), 4, Order::Two)?;
-    /// // An arc towards e1 with the curvature 10 1/m, by frames at the ends of the four elements.
-    /// let arc = |node: usize| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 10.0 * 0.025 * node as f64);
-    /// rod.set_shape(&(0..rod.nodes()).map(arc).collect::<Vec<_>>(), &[])?;
+    /// // An arc towards e1 with the curvature 10 1/m.
+    /// let arc = |s: f64| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 10.0 * s);
+    /// rod.set_shape(&rod.node_arc_lengths().into_iter().map(arc).collect::<Vec<_>>(), &[])?;
     /// assert!((rod.strain(2, 0).expect("a point") - Vector3::y() * 10.0).norm() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

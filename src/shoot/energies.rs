@@ -12,6 +12,7 @@ use crate::support::{Argument, Orientation, Position, Support};
 
 /// Energies of a shoot in its present shape, see [`Shoot::energies`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Energies {
     /// Elastic energy of bending, twist, shear and stretch, J: zero without elastic strain.

@@ -13,7 +13,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::elastica::bisshopp_drucker;
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{RADIUS, bending_stiffness, solve_tight, weightless, young_tissue};
-use crate::fixtures::shoots::{HOUR, righting};
+use crate::fixtures::shoots::{HOUR, growing, righting};
 use approx::assert_abs_diff_eq;
 use arc_length::{Family, Point};
 use morphorod::constitutive::{Constitutive, ElasticResponse, LineResponse, Timoshenko, Tissue};
@@ -68,6 +68,22 @@ fn bent(order: Order, elements: usize) -> Rod {
 fn loads() -> (Weight, Distributed, ApicalForce<impl Fn(f64) -> Vector3<f64>>) {
     let apical = ApicalForce(|_: f64| Vector3::new(1e-2, 2e-2, -3e-2));
     (Weight { density: 1000.0 }, Distributed(Vector3::new(0.1, 0.0, 0.05)), apical)
+}
+
+#[test]
+fn arc_lengths_of_nodes_are_the_places_of_their_frames() {
+    for order in [Order::One, Order::Two, Order::Four] {
+        let mut shoot = growing().order(order).elements(3).build().unwrap();
+        // Divided elements are not equal, and the tissue of an element grows unevenly.
+        MethodOfSteps::new(300.0).advance(&mut shoot, HOUR).unwrap();
+        let (rod, lengths) = (shoot.rod(), shoot.rod().node_arc_lengths());
+        assert!(lengths.len() == rod.nodes() && lengths[0] == 0.0);
+        assert_abs_diff_eq!(lengths[rod.nodes() - 1], rod.length(), epsilon = 1e-15);
+        for (s, frame) in lengths.into_iter().zip(rod.node_frames()) {
+            let (_, at) = rod.at(s).unwrap();
+            assert!(at.angle_to(&frame) < 1e-12, "{order:?} {s}");
+        }
+    }
 }
 
 #[test]

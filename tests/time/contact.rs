@@ -7,7 +7,7 @@ use morphorod::checkpoint::{from_bytes, to_bytes};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, ConstantHistory, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::Distributed;
 use morphorod::support::{Contact, Cylinder, Distance, Hold, Moving, Obstacle, Slip, Sphere, Support};
 use morphorod::tropism::Oscillator;
@@ -309,4 +309,16 @@ fn heavy_rod_slides_off_the_middle_of_a_frictionless_sphere() {
         assert!(shoot.reactions().is_empty(), "{tilt}");
         assert!((shoot.tip() - free.tip()).norm() < 1e-9, "{tilt}: {:?} {:?}", shoot.tip(), free.tip());
     }
+}
+
+#[test]
+fn first_equilibrium_of_a_shoot_does_not_depend_on_the_one_before() {
+    let build = |friction: f64| inclined(pole(0.02, friction)).build().unwrap();
+    let mut first = build(0.3);
+    let mut adaptive = Adaptive::new(1e-4);
+    adaptive.advance(&mut first, 600.0).unwrap();
+    let (mut used, mut fresh) = (build(0.3), build(0.3));
+    adaptive.start(&mut used, &ConstantHistory::Empty).unwrap();
+    Adaptive::new(1e-4).start(&mut fresh, &ConstantHistory::Empty).unwrap();
+    assert!(used.reactions().len() == 1 && used.state() == fresh.state(), "{:?}", used.reactions());
 }

@@ -137,9 +137,12 @@ fn parts_of_a_step_are_those_of_the_crates_integrator() {
         own.set_intrinsic(|point| point.intrinsic * 1.1);
         let now = exact.time();
         let cost = run.advance(&mut exact, now).unwrap();
-        assert_eq!(parts.prepare(&mut own, &mut solver).unwrap(), cost, "{name}");
+        assert_eq!(parts.prepare(&mut own, &mut solver, now).unwrap(), cost, "{name}");
         assert!(own.state() == exact.state() && cost.equilibria == 1, "{name}");
-        assert_eq!(parts.prepare(&mut own, &mut solver).unwrap(), Statistics::default());
+        assert_eq!(parts.prepare(&mut own, &mut solver, now).unwrap(), Statistics::default());
+        for time in [f64::NAN, f64::INFINITY, now - 1.0] {
+            refused(parts.prepare(&mut own, &mut solver, time), "time to advance to");
+        }
     }
 }
 
@@ -167,7 +170,7 @@ fn refused<T>(answer: Result<T, IntegrationError>, words: &str) {
 fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
     let mut shoot = leaving();
     let (mut parts, mut solver) = (TimeStepper::default(), tight());
-    parts.prepare(&mut shoot, &mut solver).unwrap();
+    parts.prepare(&mut shoot, &mut solver, HOUR).unwrap();
     let before = shoot.state().clone();
     let missing = |answer: Result<(), IntegrationError>, name: &str| {
         let error = answer.unwrap_err();
@@ -205,7 +208,7 @@ fn parts_in_another_order_are_refused_and_a_dropped_step_is_undone() {
 fn step_with_a_part_that_failed_ends_only_after_its_repetition() {
     let mut shoot = leaving();
     let (mut parts, mut solver) = (TimeStepper::default(), tight());
-    parts.prepare(&mut shoot, &mut solver).unwrap();
+    parts.prepare(&mut shoot, &mut solver, HOUR).unwrap();
     let before = shoot.state().clone();
     for case in ["variables of the laws", "intrinsic strain", "none"] {
         let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
@@ -234,7 +237,7 @@ fn step_with_a_part_that_failed_ends_only_after_its_repetition() {
 fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
     let mut shoot = pushed();
     let (mut parts, mut solver) = (TimeStepper::default(), tight());
-    parts.prepare(&mut shoot, &mut solver).unwrap();
+    parts.prepare(&mut shoot, &mut solver, HOUR).unwrap();
     let before = shoot.state().clone();
     for bad in [0.0, -60.0, f64::NAN, f64::INFINITY] {
         refused(parts.begin(&mut shoot, &mut solver, bad).map(|_| ()), "end of the step");
@@ -294,7 +297,7 @@ fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
 fn step_that_growth_forbids_is_refused() {
     let mut shoot = leaving();
     let (mut parts, mut solver) = (TimeStepper::default(), tight());
-    parts.prepare(&mut shoot, &mut solver).unwrap();
+    parts.prepare(&mut shoot, &mut solver, HOUR).unwrap();
     let before = shoot.state().clone();
     let end = 100.0 * HOUR;
     assert!(parts.next_end(&shoot, end, end).unwrap() < end);

@@ -52,9 +52,11 @@ impl Adaptive {
     }
 
     /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
-    /// tolerance. Returns the error estimate, relative to the length, and the equilibrium. The error that the difference
-    /// of two meshes shows is multiplied by `weight`, below one if another comparison shows it too. The cost is added
-    /// to `spent`, also if the refinement fails; their sum is bounded.
+    /// tolerance. Returns the error estimate, relative to the length, and the equilibrium.
+    ///
+    /// The error that the difference of two meshes shows is multiplied by `weight`, below one if another comparison
+    /// shows it too. The cost is added to `spent`, also if the refinement fails. The limit of the work holds for the
+    /// sum.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
