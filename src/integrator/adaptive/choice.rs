@@ -34,7 +34,7 @@ impl<M: Model> Runs<'_, M> {
         let (mut run, mut estimate) = self.first_runs(until)?;
         // Run 5: shorter steps by the observed order, until the estimate is below the tolerance.
         loop {
-            if estimate.reported() <= tolerance && !extrapolated {
+            if estimate.reported() + run.error_of_equilibria() <= tolerance && !extrapolated {
                 return Ok(self.accept(run, estimate.reported()));
             }
             if estimate.left_for_steps(tolerance) <= 0.0 {
@@ -57,11 +57,12 @@ impl<M: Model> Runs<'_, M> {
     /// run and its error estimate.
     fn first_runs(&mut self, until: f64) -> Outcome<(Run, ErrorEstimate)> {
         let mut coarse = self.first_plan(until);
-        let (mut failure, mut failures) = (None, 0);
+        let (mut failure, mut failures, mut reached) = (None, 0, f64::INFINITY);
         for _ in 0..MAX_HALVINGS {
             match self.compare(&mut coarse) {
                 Ok((run, estimate)) if estimate.is_asymptotic() => return Ok((run, estimate)),
-                Ok(_) | Err(IntegrationError::GrowsTooFast { .. }) => (),
+                Ok((_, estimate)) => (failure, reached) = (None, estimate.reported()),
+                Err(IntegrationError::GrowsTooFast { .. }) => (),
                 Err(error) if error.is_recoverable() => {
                     // Shorter elements may prevent these failures only.
                     if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
@@ -96,7 +97,7 @@ impl<M: Model> Runs<'_, M> {
             // The runs before are not compared with the next ones.
             coarse.coarsest_step = coarse.step;
         }
-        Err(failure.unwrap_or_else(|| self.not_met(ASYMPTOTIC)))
+        Err(failure.unwrap_or_else(|| self.not_met(reached)))
     }
 
     /// Returns the resolution of the first run: one element in the growth zone, and the first step.
@@ -128,10 +129,11 @@ impl<M: Model> Runs<'_, M> {
         let both = !self.has_started();
         let mut half = self.run_over_delays(Plan { step: 0.5 * coarse.step, ..if both { finer } else { *coarse } })?;
         if both {
-            let (ratio, difference) = (half.element_ratio(&first), half.distance_with_delays(&first));
-            if half.statistics.merge_loss <= LOSSLESS && ratio > MIN_RATIO && difference <= ASYMPTOTIC {
+            let ratio = half.element_ratio(&first);
+            let differences = [half.distance(&first), half.distance_with_delays(&first)];
+            if half.statistics.merge_loss <= LOSSLESS && ratio > MIN_RATIO && differences[1] <= ASYMPTOTIC {
                 let order = order_in_space(self.start.rod.order());
-                let estimate = ErrorEstimate::of_both(ratio, difference, order, self.initial_error(&half.plan));
+                let estimate = ErrorEstimate::of_both(ratio, differences, order, self.initial_error(&half.plan));
                 // If the elements are sufficient, only the steps may have to be shorter.
                 let short_enough = estimate.space() <= (AIM_IN_SPACE + AIM_OF_MERGING) * tolerance;
                 if short_enough || estimate.reported() <= tolerance {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::division::{FIRST_LENGTH, cut, cut_into, merge_lossless, size};
+use super::division::{FIRST_LENGTH, cut, cut_into, longest_element, merge_lossless, size};
 use super::hidden_turns::hidden_turns;
 use super::richardson::SAFETY;
 use super::{Adaptive, HistoryFunction, Outcome, Statistics, tolerance_of_equilibria};
@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::so3;
-use crate::state::State;
+use crate::state::{Plan, State};
 
 /// Number of elements of the first mesh of an equilibrium, in the growth zone or in a shoot of constant length.
 const FIRST_ELEMENTS: f64 = 3.0;
@@ -46,9 +46,15 @@ impl Adaptive {
         let mut refinement = Statistics::default();
         let (error, found) = self.refine_equilibrium(shoot, self.tolerance, 1.0, &mut refinement)?;
         let mut statistics = self.workspace.stepper.start(shoot, &mut self.workspace.solver, history, Some(found))?;
-        let error = Some(error + statistics.equilibrium_error);
+        let error = error + statistics.equilibrium_error;
         statistics += refinement;
-        Ok(Statistics { error, ..statistics })
+        // No step was chosen. Later calls keep elements and error.
+        let (tolerance, until, longest) = (self.tolerance, shoot.time(), longest_element(&shoot.state) / FIRST_LENGTH);
+        let [step, coarsest_step] = [f64::MAX; 2];
+        let merge_tolerance = tolerance;
+        let plan = Plan { tolerance, until, step, coarsest_step, longest_element: longest, merge_tolerance, error };
+        shoot.state.plan = Some(plan);
+        Ok(Statistics { error: Some(error), ..statistics })
     }
 
     /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a

@@ -74,6 +74,11 @@ impl Richardson {
         gain.powf(1.0 / self.max_order)
     }
 
+    /// Returns the error of the coarser one of two runs with a difference, by the present order.
+    pub fn error_of_coarser(&self, ratio: f64, difference: f64) -> f64 {
+        difference / (1.0 - ratio.powf(-self.order))
+    }
+
     /// Returns whether the order is that of two differences.
     pub fn is_observed(&self) -> bool {
         self.is_observed
@@ -128,14 +133,15 @@ impl ErrorEstimate {
         Self { time, later, space, steps }
     }
 
-    /// Error estimate of a run from its difference from a run with twice the steps and elements of the given order that
-    /// are longer by `ratio`. Either may have caused all of the difference. An order of one less than that of the
-    /// method is assumed, since no order has been observed. `initial` is the error of the initial equilibrium.
-    pub fn of_both(ratio: f64, difference: f64, order_in_space: f64, initial: f64) -> Self {
-        let space = initial + Richardson::in_smooth_space(order_in_space).error(ratio, difference);
-        let steps = Richardson { last: Some((2.0, difference)), ..Richardson::new(ORDER as f64) };
-        let time = difference / (2.0_f64.powf(UNOBSERVED) - 1.0);
-        Self { time, later: 0.0, space, steps }
+    /// Error estimate of a run from its differences from a run with twice the steps and elements of the given order that
+    /// are longer by `ratio`. The differences are those over the time of the call, and over this time and the delays
+    /// after it. Either steps or elements may have caused all of them. An order of one less than that of the method is
+    /// assumed, since no order has been observed. `initial` is the error of the initial equilibrium.
+    pub fn of_both(ratio: f64, [difference, later]: [f64; 2], order_in_space: f64, initial: f64) -> Self {
+        let space = initial + Richardson::in_smooth_space(order_in_space).error(ratio, later);
+        let [time, all] = [difference, later].map(|difference| difference / (2.0_f64.powf(UNOBSERVED) - 1.0));
+        // The differences are not due to the steps alone, so that they show no order.
+        Self { time, later: (all - time).max(0.0), space, steps: Richardson::new(ORDER as f64) }
     }
 
     /// Returns whether the runs are close enough to each other to show an order of convergence.
@@ -234,7 +240,7 @@ mod tests {
         let error = |h: f64, l: f64| (h / 1000.0).powi(4) + (l / 10.0).powi(5);
         for ratio in [1.25, 1.5, 2.0, 3.0] {
             let (coarse, fine) = (error(200.0, 1.0), error(100.0, 1.0 / ratio));
-            let estimate = ErrorEstimate::of_both(ratio, coarse - fine, 6.0, 0.0);
+            let estimate = ErrorEstimate::of_both(ratio, [coarse - fine; 2], 6.0, 0.0);
             assert!(estimate.reported() >= 2.0 * fine, "{ratio}: {estimate:?}");
         }
     }

@@ -43,6 +43,12 @@ impl Run {
         self.track.distance(&coarser.track, f64::INFINITY)
     }
 
+    /// Returns the errors of equilibria and corrections, relative to the length, which the comparison with another run
+    /// does not show.
+    pub fn error_of_equilibria(&self) -> f64 {
+        self.statistics.equilibrium_error + tolerance_of_equilibria(self.plan.tolerance)
+    }
+
     /// Returns the ratio of the longest elements of a run to those of this run, averaged over the steps. Growing
     /// elements are halved at different times in the two runs.
     pub fn element_ratio(&self, coarser: &Self) -> f64 {
@@ -161,12 +167,11 @@ impl<'a, M: Model> Runs<'a, M> {
         self.integrator.max_work.saturating_sub(self.spent.work())
     }
 
-    /// Makes a run the result of the call. Returns its resolution and the statistics of the call. Adds the errors of
-    /// equilibria and corrections to the `error`, since the comparison of runs does not show them.
+    /// Makes a run the result of the call, whose steps and elements have an `error`. Returns its resolution and the
+    /// statistics of the call.
     pub fn accept(&mut self, run: Run, error: f64) -> (Plan, Statistics) {
         self.shoot.state.copy_from(&run.state);
-        let solved = run.statistics.equilibrium_error + tolerance_of_equilibria(run.plan.tolerance);
-        let error = self.start.plan.map_or(0.0, |plan| plan.error) + error + solved;
+        let error = self.start.plan.map_or(0.0, |plan| plan.error) + error + run.error_of_equilibria();
         let trial_steps = self.spent.trial_steps - run.statistics.steps;
         let statistics = Statistics { trial_steps, ..self.spent.undone_since(run.statistics) };
         // The resolution is sufficient as far as the runs were compared.

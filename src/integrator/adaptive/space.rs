@@ -51,13 +51,14 @@ impl<M: Model> Runs<'_, M> {
         for refinement in 0..MAX_REFINEMENTS {
             let (ratio, difference) = (run.element_ratio(&compared), run.distance_with_delays(&compared));
             let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
-            // A difference is above the error of the longer elements, and the next one is near it.
+            // The error of the longer elements; that of the shorter ones is smaller.
+            let coarser_error = estimate.error_of_coarser(ratio.max(ratio.recip()), difference);
             if refinement < 2 && differ {
-                errors[refinement..].fill(difference);
+                errors[refinement..].fill(coarser_error);
             }
-            if difference <= enough && differ {
+            if coarser_error <= enough && differ {
                 let run = if ratio > 1.0 { compared } else { run };
-                return Ok(Refined { run, error: difference, errors });
+                return Ok(Refined { run, error: coarser_error, errors });
             }
             let plan = run.plan;
             let mut longest_element = self.next_length(plan.longest_element);
