@@ -227,10 +227,36 @@ impl NewtonSolver {
         Ok(reactions)
     }
 
+    /// The equilibrium of the free rod, for a rod with obstacles only that touched none at the start of the increment.
+    /// `None` if there is none next to the initial guess, or if the rod touches or could pass an obstacle on its way.
+    fn search_free<C: Constitutive, L: Load, U: Support>(
+        &mut self,
+        held: &HeldRod<C, L, U>,
+    ) -> Result<Option<Held>, EquilibriumError> {
+        let &HeldRod { rod, material, load, support, environment, earlier, before, .. } = held;
+        let Some((_, _, [])) = before else { return Ok(None) };
+        let touches = !earlier.1.is_empty() || support.base().is_some();
+        if touches || !support.holds(environment.time).is_empty() || !support.potentials().is_empty() {
+            return Ok(None);
+        }
+        let mut shape = rod.clone();
+        let mut force = InternalForce::of(rod, load, environment);
+        let Ok(equilibrium @ Equilibrium { jump: None, .. }) = self.equilibrate(&mut shape, material, &force) else {
+            return Ok(None);
+        };
+        let mut search = self.held(rod, (material, load), &mut force, support, (true, 1.0))?;
+        before.into_iter().for_each(|before| search.since(before, None));
+        let held = Held { equilibrium, increments: 1, reactions: Vec::new(), rod: shape, patches: Vec::new() };
+        Ok(search.stays_clear(&held.rod)?.then_some(held))
+    }
+
     fn search_held<C: Constitutive, L: Load, U: Support>(
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
+        if let Some(free) = self.search_free(held)? {
+            return Ok(free);
+        }
         let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before, nearby } = held;
         let mut force = InternalForce::of(rod, load, environment);
         if !force.largest().is_finite() {

@@ -106,6 +106,22 @@ impl HeldSearch<'_> {
         true
     }
 
+    /// Whether no part of the rod touches an obstacle in a shape, or could pass one on the way there from the start of
+    /// the increment.
+    pub fn stays_clear(&mut self, shape: &Rod) -> Result<bool, EquilibriumError> {
+        self.locate(shape);
+        self.check_obstacles()?;
+        self.check_start(shape)?;
+        if self.add_candidates(shape, -SETTINGS.rounding * self.length) {
+            return Ok(false);
+        }
+        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return Ok(false) };
+        let mut start = shape.clone();
+        start.sample_shape(&self.before.rod);
+        self.set_share(0.0);
+        Ok(self.largest_motion(&start, shape, time) >= 1.0)
+    }
+
     /// The largest share of the motion, at most `next`, up to which no part of the rod can pass an obstacle.
     fn safe_end(&self, rod: &Rod, mut next: f64) -> f64 {
         let Some(motion) = &self.motion else { return next };
