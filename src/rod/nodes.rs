@@ -4,6 +4,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::check::{RodError, unless};
+use super::shape::weighted_jacobian;
 use super::{Rod, UNIT};
 use crate::so3;
 

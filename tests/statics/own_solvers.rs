@@ -72,7 +72,7 @@ fn loads() -> (Weight, Distributed, ApicalForce<impl Fn(f64) -> Vector3<f64>>) {
 
 #[test]
 fn arc_lengths_of_nodes_are_the_places_of_their_frames() {
-    for order in [Order::One, Order::Two, Order::Four] {
+    for order in [Order::Two, Order::Four, Order::Eight] {
         let mut shoot = growing().order(order).elements(3).build().unwrap();
         // Divided elements are not equal, and the tissue of an element grows unevenly.
         MethodOfSteps::new(300.0).advance(&mut shoot, HOUR).unwrap();
