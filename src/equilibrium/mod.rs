@@ -31,6 +31,7 @@ use crate::support::{Patch, Reaction, Support};
 
 /// Signs of the eigenvalues of the second derivative of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Inertia {
     /// Number of negative eigenvalues, the Morse index: zero at a stable equilibrium.
@@ -56,10 +57,11 @@ impl Default for Inertia {
 /// Counts, error and stability of an equilibrium. The counts do not include the search on a coarse mesh that improves a
 /// straight initial guess.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 #[non_exhaustive]
 pub struct Equilibrium {
-    /// Number of Newton iterations, each with a new tangent.
+    /// Number of iterations. Each Newton iteration has a new tangent.
     pub iterations: usize,
     /// Number of factorisations of the tangent, including those with a trial shift.
     pub factorisations: usize,
@@ -132,13 +134,11 @@ pub struct HeldRod<'a, C, L, U> {
 
 impl std::fmt::Display for Equilibrium {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Inertia { negative, neutral, .. } = self.inertia;
-        write!(
-            f,
-            "{} Newton iterations, error {:.1e} rad, energy {:.6e} J, ",
-            self.iterations, self.error, self.energy
-        )?;
-        write!(f, "{negative} negative and {neutral} neutral eigenvalues")?;
+        let Inertia { negative, neutral, positive, .. } = self.inertia;
+        write!(f, "{} iterations, error {:.1e} rad, energy {:.6e} J", self.iterations, self.error, self.energy)?;
+        if negative + neutral + positive > 0 {
+            write!(f, ", {negative} negative and {neutral} neutral eigenvalues")?;
+        }
         self.jump.map_or(Ok(()), |jump| write!(f, ", {jump:.1e} m from an unstable shape"))
     }
 }
@@ -327,6 +327,10 @@ pub trait EquilibriumSolver {
     /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial
     /// guess is the current configuration. The frame of the base does not change. The force must be that in
     /// this rod.
+    ///
+    /// An integrator adds the counts of the result to its [`Statistics`](crate::integrator::Statistics), of which a
+    /// limit of work depends. It reports a snap for a result with `jump`. `error` is a part of the error estimate of
+    /// [`Adaptive`](crate::integrator::Adaptive). The other fields are for the user.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.

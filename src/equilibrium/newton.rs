@@ -46,6 +46,7 @@ pub(super) use with_points;
 #[derive(Debug, Clone)]
 pub struct NewtonSolver {
     /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad; positive.
+    /// 1e-11 by default; an integrator with a solver of its own chooses another one.
     pub tolerance: f64,
     /// Largest number of Newton iterations. With a support, the increments of the load path and the search for
     /// contacts have bounds of their own, and [`Equilibrium::iterations`], the sum over them, may be larger.

@@ -24,7 +24,7 @@ use crate::rod::Rod;
 /// eliminates the nodes inside elements, whose rotation vectors it changes additively.
 ///
 /// This is the interface for [solvers](super::EquilibriumSolver) outside the crate, together with
-/// [`Rod::set_shape`](crate::rod::Rod::set_shape). The chapter [own methods](crate::guide::own_methods) writes three.
+/// [`Rod::set_shape`](crate::rod::Rod::set_shape). The chapter [own methods](crate::guide::own_methods) has examples.
 ///
 /// ```
 /// # use morphorod::{Order, Scene, Still, constitutive::LinearElastic, load::{InternalForce, Weight}, rod::Rod};
@@ -89,6 +89,9 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
     }
 
     /// The tangent ∂²Π/∂φi∂φj, N m, which is exact at any frames, in equilibrium or not.
+    ///
+    /// A rotation φj changes the [couple](Self::couples) of node i by −∂²Π/∂φi∂φj · φj. The couple cj of the rotated
+    /// node also changes by −½ φj × cj, since rotations do not commute. This part vanishes in equilibrium.
     ///
     /// # Errors
     /// [`NotFinite`](EquilibriumError::NotFinite) for an entry that is not finite, and

@@ -52,7 +52,7 @@ pub struct Statistics {
 impl std::fmt::Display for Statistics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} steps, {} in trial runs, ", self.steps, self.trial_steps)?;
-        write!(f, "{} equilibria, {} Newton iterations", self.equilibria, self.iterations)?;
+        write!(f, "{} equilibria, {} iterations, {} evaluations", self.equilibria, self.iterations, self.evaluations)?;
         if self.snaps > 0 {
             write!(f, ", {} snaps by up to {:.1e} m", self.snaps, self.largest_jump)?;
         }

@@ -127,6 +127,33 @@ fn couples_and_tangent_are_the_derivatives_of_the_energy() {
 }
 
 #[test]
+fn derivative_of_couples_is_the_tangent_and_half_the_turned_couple() {
+    let rod = bent(Order::Four, 2);
+    let force = InternalForce::of(&rod, &loads(), &Still::upright().environment(0.0));
+    let (law, frames) = (young_tissue(), rod.node_frames());
+    let energy = RodEnergy::new(&law, &force);
+    let (_, couples) = energy.couples(&rod).unwrap();
+    let tangent = energy.tangent(&rod).unwrap().to_dense();
+    for (column, (i, axis)) in
+        (1..frames.len()).flat_map(|i| [0, 1, 2].map(|axis| (i, Vector3::ith(axis, 1.0)))).enumerate()
+    {
+        let after = |by: f64| {
+            let (mut rod, mut frames) = (rod.clone(), frames.clone());
+            frames[i] *= turn(axis * by);
+            rod.set_shape(&frames, &[]).unwrap();
+            energy.couples(&rod).unwrap().1
+        };
+        let (h, scale) = (1e-5, tangent.amax());
+        for (j, (a, b)) in after(h).iter().zip(&after(-h)).enumerate().skip(1) {
+            let own = if i == j { axis.cross(&couples[j]) * 0.5 } else { Vector3::zeros() };
+            let expected = -tangent.fixed_view::<3, 1>(3 * (j - 1), column).into_owned() - own;
+            // The central difference has a relative error of 1e-10, and rounding of 1e-11.
+            assert_abs_diff_eq!((a - b) / (2.0 * h), expected, epsilon = 1e-9 * scale);
+        }
+    }
+}
+
+#[test]
 fn energy_of_an_arc_is_that_of_its_bending_and_of_its_load() {
     let (curvature, length) = (10.0, 0.1);
     let pull = Vector3::new(0.02, 0.0, -0.03);
