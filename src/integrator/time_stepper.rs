@@ -117,8 +117,8 @@ impl TimeStepper {
     /// no longer used. [`begin`](Self::begin) does the same.
     ///
     /// # Errors
-    /// The errors of [`start`](Self::start). [`Parameter`](super::IntegrationError::Parameter) for a time that is in the
-    /// past or not finite, and for a history that does not fit the laws. The shoot does not change then.
+    /// The errors of [`start`](Self::start). [`Parameter`](super::IntegrationError::Parameter) for a time that is in
+    /// the past or not finite, and for a history that does not fit the laws. The shoot does not change then.
     pub fn prepare<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
