@@ -97,7 +97,9 @@ impl HeldSearch<'_> {
         let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
         let converged = loop {
-            let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, last);
+            // The tangent of a chord has shown its accuracy in the step before.
+            let distance = if chords == 0 { step.drift } else { turn };
+            let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, (last, distance));
             let enough = !self.is_loaded() || self.found.error <= SETTINGS.chord_error * self.tolerance;
             if converged && enough || turn >= SETTINGS.chord_turn || chords == most {
                 break converged;
@@ -234,11 +236,13 @@ impl HeldSearch<'_> {
     }
 
     /// Whether the rod is in equilibrium after a whole Newton step, which followed one with the rotation `last` (rad).
-    fn has_converged(&mut self, rod: &Rod, step: &Step, last: f64) -> bool {
+    /// `distance` is that of the tangent from the shape and the reactions after the step.
+    fn has_converged(&mut self, rod: &Rod, step: &Step, (last, distance): (f64, f64)) -> bool {
         let turn = step.turn;
         let stretching = step.stretch > 1e-8 * self.length;
-        // The next error is the square of the step.
-        let ratio = (turn / last.min(1.0)).max(turn);
+        // The next error is the product of the step and the distance of the tangent: a change of a reaction turns the
+        // couples on a rotated frame.
+        let ratio = (turn / last.min(1.0)).max(distance);
         let error = 4.0 * turn * ratio.min(1.0);
         // A new contact is one that the last step has missed.
         let found = self.add_candidates(rod, -SETTINGS.rounding * self.length);
