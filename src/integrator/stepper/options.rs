@@ -9,6 +9,9 @@ use crate::shoot::{Mesh, Shoot};
 /// 1e-9. With a slower contraction the step is too long.
 pub(in crate::integrator) const MAX_CORRECTIONS: usize = 30;
 
+/// Largest number of steps of a call, which take days.
+const MOST_STEPS: f64 = 1e9;
+
 /// End, step size and settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::integrator) struct RunOptions {
@@ -38,9 +41,12 @@ pub(in crate::integrator) struct RunOptions {
 impl RunOptions {
     /// Returns an error unless the settings are valid and the end of the run is not in the past of the shoot.
     pub fn check(&self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
-        ParameterError::positive("time step", self.step)?;
-        ParameterError::positive("tolerance of the corrections", self.tolerance)?;
-        check_ahead("time to advance to", shoot, self.until)
+        ParameterError::positive("time step", self.step, "s")?;
+        ParameterError::positive("tolerance of the corrections", self.tolerance, "rad")?;
+        check_ahead("time to advance to", shoot, self.until)?;
+        let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps as f64);
+        let requirement = "such that there are at most 1e9 steps in a call (s)";
+        ParameterError::unless(steps <= MOST_STEPS, "time step", self.step, requirement)
     }
 }
 
