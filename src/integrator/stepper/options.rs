@@ -9,9 +9,6 @@ use crate::shoot::{Mesh, Shoot};
 /// 1e-9. With a slower contraction the step is too long.
 pub(in crate::integrator) const MAX_CORRECTIONS: usize = 30;
 
-/// Largest number of steps of a call, which take days.
-const MOST_STEPS: f64 = 1e9;
-
 /// End, step size and settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::integrator) struct RunOptions {
@@ -46,7 +43,7 @@ impl RunOptions {
         check_ahead("time to advance to", shoot, self.until)?;
         let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps as f64);
         let requirement = "such that there are at most 1e9 steps in a call (s)";
-        ParameterError::unless(steps <= MOST_STEPS, "time step", self.step, requirement)
+        ParameterError::unless(steps <= 1e9, "time step", self.step, requirement)
     }
 }
 

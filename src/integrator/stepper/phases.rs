@@ -116,7 +116,8 @@ impl Stepper {
             return self.solve_held(shoot, solver, &environment);
         }
         self.force.update(rod, model.load(), &environment);
-        self.unshaped.keep(rod);
+        // A solver that changes material points does so from the start: later comparisons would cost time.
+        self.unshaped.keep(rod, self.statistics.equilibria == 0);
         let found = solver.equilibrate(rod, model.constitutive(), &self.force).and_then(|found| {
             // The history belongs to these elements, and the scene determines the base.
             self.unshaped.changed(rod).map_or(Ok(()), |what| Err(EquilibriumError::Changed { what }))?;
