@@ -33,7 +33,7 @@ const HEADER: u64 = NAME.len() as u64 + 4 + 8 + 4;
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The bytes do not begin with the name of this format.
-    #[error("this is not a checkpoint of morphorod")]
+    #[error("this is not a checkpoint of morphorod, which `checkpoint::to_bytes` writes")]
     Foreign,
     /// The checkpoint has another format.
     #[error(transparent)]
@@ -50,7 +50,9 @@ pub enum CheckpointError {
     #[error("the checkpoint is damaged: its content was changed after it was written, and does not match its checksum")]
     Damaged,
     /// The content is valid, but of another type than the requested one, or the data cannot be serialised.
-    #[error("the data of the checkpoint are not of the requested type: {0}")]
+    #[error(
+        "the checkpoint is intact, but its data are not of the requested type: read the type that was written ({0})"
+    )]
     Content(String),
 }
 

@@ -10,8 +10,10 @@ pub struct ParameterError {
     pub name: &'static str,
     /// The given value; NaN for a missing one.
     pub value: f64,
-    /// Requirement that the value does not meet, with its unit.
+    /// Requirement that the value does not meet. It ends with the unit, unless this is the field `unit`.
     pub requirement: &'static str,
+    /// Unit of the value; empty for a number, and for a requirement that states the unit.
+    pub unit: &'static str,
     /// Arc length from the base at t = 0 (m) at which the value was found, for a quantity that varies along the shoot;
     /// `None` for any other.
     pub place: Option<f64>,
@@ -21,28 +23,49 @@ pub struct ParameterError {
 
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, value, requirement, .. } = self;
+        let Self { name, value, requirement, unit, .. } = self;
         if self.missing {
             return write!(f, "{name} is missing: it must be {requirement}");
         }
-        let value = Number(*value);
-        match self.place {
-            None => write!(f, "{name} is {value} but must be {requirement}"),
-            Some(s) => write!(f, "{name} is {value} at {s:.4} m from the base but must be {requirement}"),
-        }
+        write!(f, "{name} is {}", Number(*value))?;
+        self.place.map_or(Ok(()), |s| write!(f, " at {:.4} m from the base", Number(s)))?;
+        write!(f, " but must be {requirement}")?;
+        if unit.is_empty() { Ok(()) } else { write!(f, " ({unit})") }
     }
 }
 
 impl std::error::Error for ParameterError {}
 
-/// A number in a message. Very small and very large ones are written with an exponent.
+/// A number in a message, with ten significant digits or as many as the precision of the format. Very small and very
+/// large ones are written with an exponent, and those that are not finite in words.
 pub(crate) struct Number(pub f64);
+
+/// Significant digits of a number in a message. They distinguish a norm from 1 at the tolerance of 1e-9 of norms.
+const DIGITS: usize = 10;
 
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (value, size) = (self.0, self.0.abs());
-        let short = value == 0.0 || !size.is_finite() || (1e-4..1e7).contains(&size);
-        if short { write!(f, "{value}") } else { write!(f, "{value:e}") }
+        match self.0 {
+            x if x.is_nan() => return f.write_str("not a number"),
+            f64::INFINITY => return f.write_str("infinite"),
+            f64::NEG_INFINITY => return f.write_str("minus infinity"),
+            // A time just after zero.
+            x if x.is_subnormal() => return f.write_str("0"),
+            _ => (),
+        }
+        let digits = f.precision().unwrap_or(DIGITS);
+        let rounded = format!("{:.*e}", digits.saturating_sub(1), self.0).parse().unwrap_or(self.0);
+        let short = rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs());
+        if short { write!(f, "{rounded}") } else { write!(f, "{rounded:e}") }
+    }
+}
+
+/// A residual or an estimate of an error in a message, with two digits. One that is not finite is unknown.
+pub(crate) struct Known(pub f64);
+
+impl fmt::Display for Known {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_finite() { write!(f, "{:.2}", Number(self.0)) } else { f.write_str("unknown") }
     }
 }
 
@@ -72,12 +95,12 @@ impl ParameterError {
 
     /// The error of a value that does not meet its requirement.
     pub(crate) fn refused(name: &'static str, value: f64, requirement: &'static str) -> Self {
-        Self { name, value, requirement, place: None, missing: false }
+        Self { name, value, requirement, unit: "", place: None, missing: false }
     }
 
     /// The error of a parameter that was not given.
     pub(crate) fn missing(name: &'static str, requirement: &'static str) -> Self {
-        Self { name, value: f64::NAN, requirement, place: None, missing: true }
+        Self { missing: true, ..Self::refused(name, f64::NAN, requirement) }
     }
 
     /// The same error at an arc length (m) from the base at t = 0, for a quantity that varies along the shoot.
@@ -85,27 +108,31 @@ impl ParameterError {
         Self { place: Some(place), ..self }
     }
 
-    /// Returns an error unless the value is positive and finite.
+    /// Returns an error unless the value is positive and finite. The unit is part of the message, and empty for a
+    /// number.
     ///
     /// # Errors
     /// Name, value and requirement of the parameter.
-    pub fn positive(name: &'static str, value: f64) -> Result<(), Self> {
-        Self::unless(value > 0.0 && value.is_finite(), name, value, "positive and finite (SI units)")
+    pub fn positive(name: &'static str, value: f64, unit: &'static str) -> Result<(), Self> {
+        Self::unless(value > 0.0 && value.is_finite(), name, value, "positive and finite")
+            .map_err(|error| Self { unit, ..error })
     }
 
-    /// Returns an error for NaN and infinite values.
+    /// Returns an error for NaN and infinite values, with the unit as [`positive`](Self::positive).
     ///
     /// # Errors
     /// Name, value and requirement of the parameter.
-    pub fn finite(name: &'static str, value: f64) -> Result<(), Self> {
-        Self::unless(value.is_finite(), name, value, "a finite number (SI units)")
+    pub fn finite(name: &'static str, value: f64, unit: &'static str) -> Result<(), Self> {
+        Self::unless(value.is_finite(), name, value, "finite").map_err(|error| Self { unit, ..error })
     }
 
-    /// Returns an error unless the value is zero or positive, and finite.
+    /// Returns an error unless the value is zero or positive, and finite, with the unit as
+    /// [`positive`](Self::positive).
     ///
     /// # Errors
     /// Name, value and requirement of the parameter.
-    pub fn not_negative(name: &'static str, value: f64) -> Result<(), Self> {
-        Self::unless(value >= 0.0 && value.is_finite(), name, value, "zero or positive, and finite (SI units)")
+    pub fn not_negative(name: &'static str, value: f64, unit: &'static str) -> Result<(), Self> {
+        Self::unless(value >= 0.0 && value.is_finite(), name, value, "zero or positive, and finite")
+            .map_err(|error| Self { unit, ..error })
     }
 }

@@ -152,8 +152,8 @@ impl Scene for Still {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("gravity", self.gravity.sum())?;
-        ParameterError::finite("tilt or frame of the base", self.base.coords.sum())?;
+        ParameterError::finite("gravity", self.gravity.sum(), "m/s²")?;
+        ParameterError::finite("tilt or frame of the base", self.base.coords.sum(), "rad")?;
         let norm = self.base.coords.norm();
         ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
     }
@@ -212,8 +212,8 @@ impl<S: Scene> Scene for Turned<S> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.scene.check()?;
-        ParameterError::finite("rotation of the base", self.turn.coords.sum())?;
-        ParameterError::finite("`from` of a turned base", self.from)?;
+        ParameterError::finite("rotation of the base", self.turn.coords.sum(), "rad")?;
+        ParameterError::finite("`from` of a turned base", self.from, "s")?;
         let (name, until) = ("`until` of a turned base", self.until);
         ParameterError::unless(until > self.from, name, until, "later than `from` (s)")
     }
@@ -257,6 +257,6 @@ impl<P: Fn(f64) -> Vector3<f64>, S: Scene> Scene for Along<P, S> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.scene.check()?;
-        ParameterError::finite("position of the base", self.position(0.0).sum())
+        ParameterError::finite("position of the base", self.position(0.0).sum(), "m")
     }
 }

@@ -46,7 +46,10 @@ pub fn elastic_law<C: Constitutive>(
     for (_, force) in points {
         let line = Strained::new(law, tissue, force)?;
         if line.is_some() != rest.is_some() {
-            let (at, requirement) = (At::of::<C>(Where::Force(*force)), "returned under all forces or under none");
+            let (at, requirement) = (
+                At::of::<C>(Where::Force(*force)),
+                "given under all forces or under none, where `line_response` returns `None`",
+            );
             return Err(at.error(Quantity::LineStrain(0), [f64::NAN; 2], requirement));
         }
         strained.extend(line);
@@ -146,7 +149,7 @@ impl Bent {
             let tolerance = CURVATURE_ERROR * here.tangent.norm();
             let couple = i == j && (curvatures[i] - tangent).abs() < tolerance;
             return Err(if couple {
-                at.error(Quantity::Couple(i), [found, tangent], "in its derivative the tangent")
+                at.error(Quantity::CoupleSlope(i), [found, tangent], "the tangent")
             } else {
                 at.error(Quantity::Tangent(i, j), [tangent, found], SLOPE_OF_COUPLE)
             });
@@ -221,7 +224,7 @@ impl Strained {
         Err(match wrong {
             Some((i, k)) if (0..3).all(|j| agrees(j, by_compliance[j])) => {
                 let values = [slopes.vector[(i, k)], here.compliance[(i, k)]];
-                at.error(Quantity::LineStrain(i), values, "in its derivative the compliance")
+                at.error(Quantity::LineStrainSlope(i, k), values, "the compliance")
             }
             _ => at.error(Quantity::LineEnergySlope(j), [slopes.scalar[j], by_strain[j]], "n · ∂v/∂n"),
         })

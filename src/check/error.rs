@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Vector3;
 
-use crate::error::debug_by_display;
+use crate::error::{Number, debug_by_display};
 
 /// Quantity of a law. Components and indices are counted from zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,10 +16,14 @@ pub enum Quantity {
     EnergySlope(usize),
     /// Component of the couple, N m.
     Couple(usize),
+    /// Derivative of a component of the couple by the same component of the strain, N m².
+    CoupleSlope(usize),
     /// Entry of the tangent: row and column, N m².
     Tangent(usize, usize),
     /// Component of the strain of the centre line.
     LineStrain(usize),
+    /// Derivative of a component of the strain of the centre line by a component of the force, 1/N.
+    LineStrainSlope(usize, usize),
     /// Energy of shear and stretch per length without force, J/m.
     LineEnergy,
     /// Derivative of the energy of shear and stretch by a component of the force, J/(m N).
@@ -30,6 +34,8 @@ pub enum Quantity {
     Regr,
     /// Speed of the apex relative to a point, m/s.
     ApicalSpeed,
+    /// Derivative of this speed by the distance from the apex, 1/s.
+    ApicalSpeedSlope,
     /// Distance from the apex to which growth moves a point, m.
     Distance,
     /// Stretch of the tissue at a point.
@@ -68,8 +74,12 @@ impl fmt::Display for Quantity {
             Self::Energy => write!(f, "elastic energy (J/m)"),
             Self::EnergySlope(i) => write!(f, "derivative of the elastic energy by the strain u{} (N m)", i + 1),
             Self::Couple(i) => write!(f, "couple m{} (N m)", i + 1),
+            Self::CoupleSlope(i) => write!(f, "derivative of the couple m{0} by the strain u{0} (N m²)", i + 1),
             Self::Tangent(i, j) => write!(f, "tangent ∂m{}/∂u{} (N m²)", i + 1, j + 1),
             Self::LineStrain(i) => write!(f, "strain v{} of the centre line", i + 1),
+            Self::LineStrainSlope(i, j) => {
+                write!(f, "derivative of the strain v{} of the centre line by the force n{} (1/N)", i + 1, j + 1)
+            }
             Self::LineEnergy => write!(f, "energy of shear and stretch (J/m)"),
             Self::LineEnergySlope(i) => {
                 write!(f, "derivative of the energy of shear and stretch by the force n{} (J/(m N))", i + 1)
@@ -77,6 +87,7 @@ impl fmt::Display for Quantity {
             Self::Compliance(i, j) => write!(f, "compliance ∂v{}/∂n{} (1/N)", i + 1, j + 1),
             Self::Regr => write!(f, "REGR (1/s)"),
             Self::ApicalSpeed => write!(f, "apical speed (m/s)"),
+            Self::ApicalSpeedSlope => write!(f, "derivative of the apical speed by the distance from the apex (1/s)"),
             Self::Distance => write!(f, "distance of `flow` (m)"),
             Self::Stretch => write!(f, "stretch of `flow`"),
             Self::ExitTime => write!(f, "exit time (s)"),
@@ -87,10 +98,10 @@ impl fmt::Display for Quantity {
             Self::VariableRotation(k) => write!(f, "index of the partner of variable {k} under rotations"),
             Self::Stimulus(k) => write!(f, "stimulus {k}"),
             Self::Signal(k) => write!(f, "component {k} of the signal"),
-            Self::Steady(k) => write!(f, "rate of variable {k} in the steady state (1/s)"),
+            Self::Steady(k) => write!(f, "rate of variable {k} in the steady state (its unit per second)"),
             Self::Initial(k) => write!(f, "initial variable {k}"),
-            Self::Rate(k) => write!(f, "rate of variable {k} (1/s)"),
-            Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (1/s)"),
+            Self::Rate(k) => write!(f, "rate of variable {k} (its unit per second)"),
+            Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (its unit per second)"),
             Self::Gradient(i) => write!(f, "component {} of the growth gradient (1/m)", i + 1),
         }
     }
@@ -123,11 +134,25 @@ pub enum Where {
 impl fmt::Display for Where {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Strain(u) => write!(f, "at the elastic strain ({:.4e}, {:.4e}, {:.4e}) 1/m", u.x, u.y, u.z),
-            Self::Force(n) => write!(f, "under the force ({:.4e}, {:.4e}, {:.4e}) N", n.x, n.y, n.z),
-            Self::Growing { sigma, time } => write!(f, "{sigma:.4e} m from the apex at {time} s"),
-            Self::Site { index, arc_length } => write!(f, "at site {index}, {arc_length:.4e} m from the base"),
+            Self::Strain(u) => write!(f, "at the elastic strain {} 1/m", Components(u)),
+            Self::Force(n) => write!(f, "under the force {} N", Components(n)),
+            Self::Growing { sigma, time } => {
+                write!(f, "at {:.5} m from the apex and {} s", Number(*sigma), Number(*time))
+            }
+            Self::Site { index, arc_length } => {
+                write!(f, "at site {index}, {:.5} m from the base", Number(*arc_length))
+            }
         }
+    }
+}
+
+/// Components of a vector in a message.
+struct Components<'a>(&'a Vector3<f64>);
+
+impl fmt::Display for Components<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = (*self.0).into();
+        write!(f, "({:.5}, {:.5}, {:.5})", Number(x), Number(y), Number(z))
     }
 }
 
@@ -155,8 +180,12 @@ impl fmt::Display for LawError {
         // The type of laws that are chosen at run time, such as `DynConstitutive`, does not name the law.
         let known = !law.starts_with("alloc::sync::Arc<dyn ");
         let law = if known { format!("`{law}`") } else { "a law that was chosen at run time".to_owned() };
-        write!(f, "the {quantity} of {law} is {value:.6e} {place} but must be ")?;
-        if expected.is_nan() { write!(f, "{requirement}") } else { write!(f, "{expected:.6e}, {requirement}") }
+        write!(f, "the {quantity} of {law} is {:.7} {place} but must be ", Number(*value))?;
+        if expected.is_nan() {
+            write!(f, "{requirement}")
+        } else {
+            write!(f, "{:.7}: {requirement}", Number(*expected))
+        }
     }
 }
 

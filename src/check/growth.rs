@@ -22,6 +22,7 @@ pub fn growth_law<G: GrowthLaw>(law: &G, points: &[(f64, f64)], span: f64) -> Re
     for &(sigma, time) in points {
         let until = (time + span).min(before(law.next_discontinuity(time)));
         let at = At::of::<G>(Where::Growing { sigma, time });
+        at.finite(Quantity::Distance, sigma)?;
         let point = Point { law, at, sigma, time, until };
         if !law.elongates() {
             point.check_fixed()?;
@@ -82,7 +83,7 @@ impl<G: GrowthLaw> Point<'_, G> {
         if agrees(0, speed) && !agrees(1, regr) {
             return Err(at.error(Quantity::Regr, [regr, by_sigma[0]], "the derivative of the apical speed"));
         }
-        Err(at.error(Quantity::ApicalSpeed, [by_sigma[0], regr], "in its derivative the REGR"))
+        Err(at.error(Quantity::ApicalSpeedSlope, [by_sigma[0], regr], "the REGR"))
     }
 
     /// Compares the motion with that by numerical integration.

@@ -41,7 +41,7 @@ impl Constitutive for Lignifying {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.young.check()?;
-        ParameterError::positive("Young's modulus of mature tissue", self.mature_modulus)?;
-        ParameterError::positive("lignification time", self.time)
+        ParameterError::positive("Young's modulus of mature tissue", self.mature_modulus, "Pa")?;
+        ParameterError::positive("lignification time", self.time, "s")
     }
 }

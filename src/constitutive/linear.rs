@@ -44,8 +44,8 @@ impl Constitutive for LinearElastic {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("Young's modulus", self.youngs_modulus)?;
+        ParameterError::positive("Young's modulus", self.youngs_modulus, "Pa")?;
         let nu = self.poissons_ratio;
-        ParameterError::unless(nu > -1.0 && nu <= 0.5, "Poisson's ratio", nu, "in (−1, 0.5]")
+        ParameterError::unless(nu > -1.0 && nu <= 0.5, "Poisson's ratio", nu, "above −1 and at most 0.5")
     }
 }

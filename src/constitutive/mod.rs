@@ -51,7 +51,7 @@ pub struct LineResponse {
 pub trait Constitutive {
     /// The response to the elastic strain u − u* (1/m, components along the directors), equations (9) and (10).
     ///
-    /// The energy must be zero at zero strain. The tangent must be the exact derivative of the couple, since
+    /// Energy and couple must be zero at zero strain. The tangent must be the exact derivative of the couple, since
     /// Newton's method does not converge quadratically otherwise.
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
 

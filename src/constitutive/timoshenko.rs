@@ -84,6 +84,6 @@ impl<C: Constitutive> Constitutive for Timoshenko<C> {
         {
             ParameterError::unless(modulus > 0.0, name, modulus, "positive (Pa)")?;
         }
-        ParameterError::positive("shear factor", self.shear_factor)
+        ParameterError::positive("shear factor", self.shear_factor, "")
     }
 }

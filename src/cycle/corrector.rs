@@ -15,6 +15,7 @@ use nalgebra::DVector;
 use super::equations::{Effort, Equations, Evaluation};
 use super::error::CycleError;
 use super::extended::{Border, Bordered, Conditions, Difference, Unknowns};
+use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -148,4 +149,11 @@ fn deflated_share(at: &Unknowns, update: &Difference) -> f64 {
     let towards_zero = -change.dot(strain) / strain.norm_squared();
     let most = (size / change.norm()).min(STRETCH / (update.clock / at.clock).abs());
     (1.0 - towards_zero).recip().clamp(-most, most)
+}
+
+/// Returns an error for an amplitude (m) of an initial guess that no orbit of the shoot can have.
+pub(super) fn check_amplitude(shoot: &Shoot<impl Model>, amplitude: f64) -> Result<(), ParameterError> {
+    let ok = amplitude > 0.0 && amplitude < shoot.rod().length();
+    let requirement = "positive and smaller than the length of the shoot (m)";
+    ParameterError::unless(ok, "amplitude of the initial guess", amplitude, requirement)
 }

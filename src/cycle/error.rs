@@ -1,7 +1,7 @@
 //! Errors of the solvers of periodic orbits and rotating waves.
 
 use crate::equilibrium::EquilibriumError;
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Known, Number, ParameterError, debug_by_display};
 use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
@@ -24,14 +24,14 @@ pub enum CycleError {
     )]
     Elongates,
     /// The laws request a twist. Only orbits of bending are computed.
-    #[error("the laws request a twist of {twist:.1e} 1/m, but only orbits without twist are computed")]
+    #[error("the laws request a twist of {:.2} 1/m, but only orbits without twist are computed", Number(*twist))]
     Twists {
         /// Largest growth gradient of the twist, 1/m.
         twist: f64,
     },
     /// The shoot lacks a symmetry that the equations assume: laws, loads, elasticity or the scene change under a
     /// rotation about the tangent of the base, or under a shift in time by the period of the forcing.
-    #[error("{what} is not invariant: it changes by {change:.1e} of its size")]
+    #[error("{what} is not invariant: the change is {:.2} of the size", Number(*change))]
     NotInvariant {
         /// Part of the shoot, with the transformation.
         what: &'static str,
@@ -50,14 +50,16 @@ pub enum CycleError {
     },
     /// Newton's method converged to the stationary state.
     #[error(
-        "no orbit near the initial guess: the iteration converged to the stationary state, a strain of {strain:.1e} 1/m"
+        "no orbit near the initial guess: the iteration converged to the stationary state, with a change of strain of \
+         {:.2} 1/m; a larger amplitude or another period may help, if the shoot has an orbit",
+        Number(*strain)
     )]
     Stationary {
         /// Largest change of the intrinsic strain, 1/m.
         strain: f64,
     },
     /// A branch cannot be followed, or a bifurcation on it cannot be located, with the shortest step.
-    #[error("at parameter {parameter}, with a step of {step:.1e}: {what}")]
+    #[error("at parameter {}, with a step of {:.2}: {what}", Number(*parameter), Number(*step))]
     Lost {
         /// What fails.
         what: &'static str,
@@ -76,7 +78,9 @@ pub enum CycleError {
     },
     /// The largest number of intervals does not resolve the orbit or its multipliers.
     #[error(
-        "{intervals} intervals do not resolve the orbit or its multipliers: the relative error is about {error:.1e}"
+        "{intervals} intervals do not resolve the orbit or its multipliers: the relative error is {}; take more \
+         `intervals` or a larger `accuracy`",
+        Known(*error)
     )]
     Unresolved {
         /// Relative error of period and shape, distance of a trivial multiplier from 1, or difference between a
@@ -86,7 +90,10 @@ pub enum CycleError {
         intervals: usize,
     },
     /// The limit of work that a setting of the solver gives.
-    #[error("no orbit within the limit of work: relative residual {residual:.1e} after {work} equilibria")]
+    #[error(
+        "no orbit within the limit `max_work`: the relative residual is {} after {work} equilibria",
+        Known(*residual)
+    )]
     WorkLimit {
         /// Number of equilibria.
         work: usize,
@@ -95,7 +102,9 @@ pub enum CycleError {
     },
     /// An iteration did not converge.
     #[error(
-        "the iteration for {what} did not converge: relative residual {residual:.1e} after {iterations} iterations"
+        "the iteration for {what} did not converge: the relative residual is {} after {iterations} iterations; an \
+         initial guess nearer to the solution, more `max_iterations` or a larger `tolerance` may help",
+        Known(*residual)
     )]
     NotConverged {
         /// Unknowns of the iteration.

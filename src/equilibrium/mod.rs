@@ -23,7 +23,7 @@ use nalgebra::Vector3;
 
 use crate::check::{self, LawError};
 use crate::constitutive::Constitutive;
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display};
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, RodError, Tissue, centre_line_tangent};
 use crate::scene::Environment;
@@ -158,8 +158,12 @@ pub struct ContactViolation {
 impl std::fmt::Display for ContactViolation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { obstacle, arc_length, violation } = self;
-        write!(f, "the contact with obstacle {obstacle} at {arc_length:.4} m from the base is violated by ")?;
-        write!(f, "{violation:.1e} m")
+        write!(
+            f,
+            "the contact with obstacle {obstacle} at {:.4} m from the base is violated by ",
+            Number(*arc_length)
+        )?;
+        write!(f, "{:.2} m", Number(*violation))
     }
 }
 
@@ -169,9 +173,9 @@ impl std::fmt::Display for ContactViolation {
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
-        "no equilibrium after {iterations} iterations: {}{}{}; shorter steps, more elements or a smaller load may help",
-        describe_step(*step),
-        describe_couple(*residual, *force),
+        "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load or a larger \
+         `max_iterations` may help",
+        describe_search(*step, *residual, *force),
         contact.map_or(String::new(), |worst| format!("; {worst}"))
     )]
     NoConvergence {
@@ -188,29 +192,39 @@ pub enum EquilibriumError {
         contact: Option<ContactViolation>,
     },
     /// Supports do not balance the load of a rod whose base is free.
-    #[error("nothing holds the free base against a force of {:.3e} N along ({:.3}, {:.3}, {:.3})",
-        force.norm(), force.x / force.norm(), force.y / force.norm(), force.z / force.norm())]
+    #[error(
+        "nothing holds the free base against a force of ({:.4}, {:.4}, {:.4}) N: add a hold, a spring or a contact \
+         that bears it",
+        Number(force.x), Number(force.y), Number(force.z)
+    )]
     NotHeld {
         /// Resultant force of the load and of the reactions on the rod at the end of the search, in the fixed frame, N.
         force: Vector3<f64>,
     },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
-    #[error("element {element} would rotate by π: take more elements or a smaller load")]
+    #[error(
+        "element {element}, counted from the base, would rotate by π: check the units of length, radius, stiffness, \
+         growth and load; if the shape is as expected, take more elements or a smaller load"
+    )]
     Folded {
         /// The element, counted from zero at the base.
         element: usize,
     },
     /// The only equilibrium found is unstable.
     #[error(
-        "the equilibrium found is unstable: its tangent has {negative} negative eigenvalues; \
-         shorter steps, or a solver that is not `stable_only`, may help"
+        "the equilibrium found is unstable in {negative} directions (negative eigenvalues of its tangent): the rod \
+         buckles or falls over; shorter steps, a smaller load, or a solver that is not `stable_only` may help"
     )]
     Unstable {
         /// Number of negative eigenvalues.
         negative: usize,
     },
     /// The rod is compressed to length zero at some place.
-    #[error("the rod is crushed: its stretch is {stretch:.3e} at {arc_length:.4} m from the base but must be positive")]
+    #[error(
+        "the rod is crushed: its stretch is {:.4} at {:.4} m from the base but must be positive; reduce the force \
+         along the rod or increase the stiffness",
+        Number(*stretch), Number(*arc_length)
+    )]
     Crushed {
         /// The stretch v3, which should be positive.
         stretch: f64,
@@ -221,6 +235,14 @@ pub enum EquilibriumError {
     #[error("the {what} is not finite")]
     NotFinite {
         /// The quantity that is not finite.
+        what: &'static str,
+    },
+    /// A solver has changed more of the rod than its shape.
+    #[error(
+        "the equilibrium solver has changed {what} of the rod, but may change only its shape, with `Rod::set_shape`"
+    )]
+    Changed {
+        /// What was changed.
         what: &'static str,
     },
     /// A solver has computed a shape that the rod refuses.
@@ -237,23 +259,19 @@ pub enum EquilibriumError {
 
 debug_by_display!(EquilibriumError);
 
-/// Describes the largest rotation of a step (rad), which is infinite before the first step, and zero if the search ends
-/// at its start.
-fn describe_step(step: f64) -> String {
-    if step.is_finite() && step > 0.0 {
-        return format!("the last step rotated a frame by {step:.3e} rad");
+/// Describes the end of a search: the largest rotation of its last step (rad), which is infinite or zero without a
+/// step, the largest unbalanced couple (N m), which is zero before an evaluation, and the largest force (N).
+fn describe_search(step: f64, couple: f64, force: f64) -> String {
+    let moved = if step > 0.0 && step.is_finite() {
+        format!("the last step rotated a frame by {:.4} rad", Number(step))
+    } else {
+        "no step was accepted".to_owned()
+    };
+    if couple == 0.0 {
+        return moved;
     }
-    "no step was accepted".to_owned()
-}
-
-/// Describes the largest unbalanced couple (N m) and the largest force (N) of a rod unless both are zero.
-fn describe_couple(couple: f64, force: f64) -> String {
-    if couple == 0.0 && force == 0.0 {
-        return String::new();
-    }
-    let [couple, force] =
-        [couple, force].map(|value| if value == 0.0 { "0".to_owned() } else { format!("{value:.3e}") });
-    format!(", the largest unbalanced couple is {couple} N m, the largest force {force} N")
+    let [couple, force] = [couple, force].map(Number);
+    format!("{moved}, the largest unbalanced couple is {couple:.4} N m, and the largest force {force:.4} N")
 }
 
 impl EquilibriumError {
@@ -279,11 +297,18 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
     for point in rod.points() {
         let (tissue, zero) = (Tissue::of(point, time), Vector3::zeros());
         let at = |error: ParameterError| error.at(rod.initial_length() - point.initial_apex_distance);
-        let stiffness = material.respond(&tissue, &zero).tangent.diagonal();
+        let response = material.respond(&tissue, &zero);
+        let stiffness = response.tangent.diagonal();
         for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
             let sound = stiffness[i] > 0.0 && stiffness[i].is_finite();
-            ParameterError::unless(sound, name, stiffness[i], "positive and finite (N m²)").map_err(at)?;
+            let requirement = "positive and finite: check the elastic law, its modulus and the radius (N m²)";
+            ParameterError::unless(sound, name, stiffness[i], requirement).map_err(at)?;
         }
+        let (couple, requirement) =
+            (response.couple.norm(), "zero: describe a prestrain by the intrinsic strain (N m)");
+        // The angle by which this couple bends the rod has the same bound as the norm of the base frame.
+        let vanishes = couple * rod.length() < 1e-9 * stiffness.min();
+        ParameterError::unless(vanishes, "couple without elastic strain", couple, requirement).map_err(at)?;
         let Some(line) = material.line_response(&tissue, &zero) else { continue };
         let compliance = line.compliance.diagonal();
         for (i, name) in ["compliance to shear along d1", "compliance to shear along d2", "compliance to stretch"]
@@ -295,7 +320,6 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         }
         let strained = (line.strain - centre_line_tangent()).norm();
         let name = "shear or stretch without force";
-        // The same bound as for the norm of the base frame.
         ParameterError::unless(strained < 1e-9, name, strained, "zero").map_err(at)?;
     }
     Ok(())
@@ -349,11 +373,12 @@ pub trait EquilibriumSolver {
         &mut self,
         _held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        let (name, requirement) = ("number of supports", "zero for a solver without supports");
+        let name = "number of supports";
+        let requirement = "zero for a solver that does not implement `EquilibriumSolver::hold`";
         Err(ParameterError::refused(name, 1.0, requirement).into())
     }
 
-    /// Moves the frames of `rod` to an equilibrium under a load.
+    /// Moves the frames of `rod` to an equilibrium under a load. The parameters of the elastic law are checked.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.
@@ -364,6 +389,7 @@ pub trait EquilibriumSolver {
         load: &impl Load,
         environment: &Environment,
     ) -> Result<Equilibrium, EquilibriumError> {
+        material.check()?;
         let force = InternalForce::of(rod, load, environment);
         self.equilibrate(rod, material, &force)
     }

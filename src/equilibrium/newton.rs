@@ -260,9 +260,7 @@ impl NewtonSolver {
         }
         let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before, nearby } = held;
         let mut force = InternalForce::of(rod, load, environment);
-        if !force.largest().is_finite() {
-            return Err(EquilibriumError::NotFinite { what: "force in the rod" });
-        }
+        check_finite(rod, &force)?;
         let (kind, bound) = ((self.stable_only, self.tolerance), self.max_iterations);
         let mut search = self.held(rod, (material, load), &mut force, support, kind)?;
         if let Some(before) = before {
@@ -292,12 +290,19 @@ impl NewtonSolver {
     }
 }
 
+/// Returns an error for an intrinsic strain or a force that is not finite.
+fn check_finite(rod: &Rod, force: &InternalForce) -> Result<(), EquilibriumError> {
+    let strained = rod.points().iter().all(|point| point.intrinsic.sum().is_finite());
+    let what = if strained { "force in the rod" } else { "intrinsic strain" };
+    if strained && force.largest().is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what }) }
+}
+
 impl EquilibriumSolver for NewtonSolver {
     fn hold<C: Constitutive, L: Load, U: Support>(
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
+        ParameterError::positive("tolerance of the equilibrium", self.tolerance, "rad")?;
         held.support.check()?;
         let answer = self.search_held(held);
         self.workspace.system.joints.clear();
@@ -314,11 +319,9 @@ impl EquilibriumSolver for NewtonSolver {
         material: &impl Constitutive,
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
-        ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
+        ParameterError::positive("tolerance of the equilibrium", self.tolerance, "rad")?;
         force.check(rod)?;
-        if !force.largest().is_finite() {
-            return Err(EquilibriumError::NotFinite { what: "force in the rod" });
-        }
+        check_finite(rod, force)?;
         self.workspace.system.initial.keep(rod);
         let answer = with_points!(rod, self, search(rod, material, force)).and_then(|found| {
             let strains = &mut self.workspace.line_strains;

@@ -77,7 +77,7 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
         self.force.check(rod)?;
         let (energy, mut gradient) = with_points!(rod, self, gradient(rod));
         if !energy.is_finite() {
-            return Err(EquilibriumError::NotFinite { what: "energy" });
+            return Err(EquilibriumError::NotFinite { what: "energy of the elastic law" });
         }
         for slope in &mut gradient {
             *slope = -*slope;

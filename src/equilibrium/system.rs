@@ -129,7 +129,11 @@ impl System {
                 self.tangent.set_coupling(last, &blocks.h01);
             }
         }
-        if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+        if energy.is_finite() {
+            Ok((energy, inertia))
+        } else {
+            Err(EquilibriumError::NotFinite { what: "energy of the elastic law" })
+        }
     }
 
     /// Smallest bending or twist of the rod by a couple on the apex, rad/(N m), at the last assembly.

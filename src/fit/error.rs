@@ -1,6 +1,6 @@
 //! Errors of fits.
 
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display};
 use crate::integrator::IntegrationError;
 
 /// Reason why parameters cannot be estimated.
@@ -29,7 +29,10 @@ pub enum FitError {
         problem: &'static str,
     },
     /// The data have fewer residuals than there are unknowns.
-    #[error("{coordinates} coordinates cannot determine {parameters} unknowns")]
+    #[error(
+        "the data have {coordinates} coordinates, which cannot determine the {parameters} unknowns (free parameters \
+         and noise): add frames or fix parameters"
+    )]
     Insufficient {
         /// Number of residuals: measured coordinates, without those along centre lines.
         coordinates: usize,
@@ -38,8 +41,9 @@ pub enum FitError {
     },
     /// The sizes of data and shoot differ by a factor that suggests a wrong unit.
     #[error(
-        "series {series} extends to {observed:.3e} m from the base, but the shoot at the initial values to \
-         {modelled:.3e} m: is the unit of the data m?"
+        "series {series} extends to {:.4} m from the base, but the shoot at the initial values to {:.4} m: is the \
+         unit of the data m?",
+        Number(*observed), Number(*modelled)
     )]
     Unit {
         /// Index of the series, from 0.
@@ -97,5 +101,5 @@ pub enum FitError {
 debug_by_display!(FitError);
 
 fn describe(values: &[(String, f64)]) -> String {
-    values.iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect::<Vec<_>>().join(", ")
+    values.iter().map(|(name, value)| format!("{name} = {:.7}", Number(*value))).collect::<Vec<_>>().join(", ")
 }

@@ -227,12 +227,14 @@ impl Estimates {
 impl std::fmt::Display for Estimates {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for Estimate { name, value, error, relative, verdict } in &self.parameters {
+            let known = error.is_finite();
             let error = if *relative { format!("{:.3} %", 100.0 * error) } else { format!("{error:.3e}") };
             let known = match verdict {
                 Verdict::Fixed => "(given)".to_owned(),
                 Verdict::AtBound => "(at a bound, without an error)".to_owned(),
                 Verdict::StructurallyNot => "structurally not identifiable".to_owned(),
-                Verdict::PracticallyNot => format!("± {error}, practically not identifiable"),
+                Verdict::PracticallyNot if known => format!("± {error}, practically not identifiable"),
+                Verdict::PracticallyNot => "practically not identifiable".to_owned(),
                 Verdict::Identifiable => format!("± {error}"),
             };
             writeln!(f, "{name:>12} = {value:.6e} {known}")?;

@@ -46,7 +46,7 @@ impl Fit {
             |values: &[f64], until: f64, steps: Steps<'_>| simulate(family, data, self.step, (values, until), steps);
         let free = &estimates.free;
         let Some(i) = free.iter().position(|k| family.parameters[*k].name == name) else {
-            let problem = "has no error in the estimates";
+            let problem = "is not among the estimates that have an error";
             return Err(FitError::Parameter { name: name.to_owned(), problem });
         };
         let (k, covariance) = (free[i], &estimates.covariance);

@@ -69,7 +69,7 @@ impl Fit {
         [shortest, longest]: [f64; 2],
     ) -> Result<Scan, FitError> {
         let data = &estimates.data[..];
-        ParameterError::positive("shortest period of a scan", shortest)?;
+        ParameterError::positive("shortest period of a scan", shortest, "s")?;
         // A period shorter than two frames is an alias of a longer period in the opposite sense.
         let frames = data.iter().map(Series::spacing).fold(f64::INFINITY, f64::min);
         let requirement = "at least twice the median time between frames (s)";

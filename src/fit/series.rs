@@ -55,11 +55,12 @@ impl View {
     /// View with the given rows of a camera matrix (without unit), one for each coordinate of the image.
     ///
     /// # Errors
-    /// [`Parameter`](FitError::Parameter) for no row, for more than two, and for numbers that are not finite or
-    /// beyond 1e9.
+    /// [`Parameter`](FitError::Parameter) for no row, for more than two, for a row of zeros, and for numbers
+    /// that are not finite or beyond 1e9.
     pub fn matrix(rows: &[Vector3<f64>]) -> Result<Self, FitError> {
-        let ok = (1..=2).contains(&rows.len()) && rows.iter().flatten().all(|x| x.abs() <= LARGEST);
-        let problem = "must have one or two rows of numbers up to 1e9";
+        let sound = |row: &Vector3<f64>| row.iter().all(|x| x.abs() <= LARGEST) && row.norm() > 0.0;
+        let ok = (1..=2).contains(&rows.len()) && rows.iter().all(sound);
+        let problem = "must have one or two rows of numbers up to 1e9, none of which is zero";
         if ok { Ok(Self(rows.to_vec())) } else { Err(FitError::Parameter { name: "view".into(), problem }) }
     }
 }

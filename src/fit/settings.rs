@@ -134,8 +134,8 @@ impl Fit {
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
         data: &[Series],
     ) -> Result<(), FitError> {
-        ParameterError::positive("time step of a fit", self.step)?;
-        ParameterError::positive("largest standard error of an identifiable parameter", self.widest)?;
+        ParameterError::positive("time step of a fit", self.step, "s")?;
+        ParameterError::positive("largest standard error of an identifiable parameter", self.widest, "")?;
         if let Loss::Huber(threshold) = self.loss {
             let ok = threshold >= LEAST_THRESHOLD && threshold.is_finite();
             ParameterError::unless(ok, "threshold of Huber's loss", threshold, "0.01 or larger, and finite")?;

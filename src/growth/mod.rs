@@ -94,8 +94,8 @@ pub trait GrowthLaw {
 
 /// Checks the parameters of a law with a zone length (m) and a growth time (s).
 fn check_zone(length: f64, time: f64) -> Result<(), ParameterError> {
-    ParameterError::positive("length of the growth zone", length)?;
-    ParameterError::positive("growth time", time)
+    ParameterError::positive("length of the growth zone", length, "m")?;
+    ParameterError::positive("growth time", time, "s")
 }
 
 /// Number of parts of the zone in which the integral is computed for the check, and largest relative difference: far
@@ -116,11 +116,13 @@ pub(crate) fn check_speed(law: &impl GrowthLaw, length: f64) -> Result<(), Param
     let parts = SPEED_PARTS as f64;
     let pieces = (0..SPEED_PARTS).map(|k| [k, k + 1].map(|k| zone * k as f64 / parts));
     let exact: f64 = pieces.map(|[a, b]| integral(&|sigma| law.regr(sigma, 0.0), a, b)).sum();
-    let difference = law.apical_speed(zone, 0.0) - exact;
-    // Rates that are not finite are reported where they act.
-    let agrees = !(difference.abs() > SPEED_ERROR * exact.abs());
-    let what = "speed of the apex minus the integral of the growth rate over the zone at t = 0";
-    ParameterError::unless(agrees, what, difference, "zero, in m/s (for a narrow peak, implement `apical_speed`)")
+    let speed = law.apical_speed(zone, 0.0);
+    ParameterError::finite("integral of the growth rate over the zone at t = 0", exact, "m/s")?;
+    ParameterError::finite("apical speed of the zone at t = 0", speed, "m/s")?;
+    let (what, difference) =
+        ("apical speed minus the integral of the growth rate over the zone at t = 0", speed - exact);
+    let requirement = "zero: correct `apical_speed`, or implement it if the growth rate has a narrow peak (m/s)";
+    ParameterError::unless(difference.abs() <= SPEED_ERROR * exact.abs(), what, difference, requirement)
 }
 
 /// Number of steps of the classical fourth-order Runge–Kutta method for (σ, ln γ). A step is 1/512 of the fastest
@@ -238,7 +240,7 @@ mod tests {
         // None of the 24 places is in a band of 0.2 mm.
         assert!(check(5e-3, None).is_ok() && check(2e-4, Some(0.0)).is_ok());
         let error = check(2e-4, None).unwrap_err().to_string();
-        assert!(error.contains("speed of the apex"), "{error}");
+        assert!(error.contains("apical speed"), "{error}");
         // An error of 1e-5 of the speed, which is 1e-7 m/s.
         assert!(check(5e-3, Some(1e-12)).is_err());
     }

@@ -26,8 +26,9 @@ pub enum IntegrationError {
     },
     /// The corrections of an implicit step did not converge.
     #[error(
-        "the step to {} s did not converge: its last correction changed an angle by {change:.3e} rad",
-        Number(*time)
+        "the step to {} s did not converge: its last correction changed an angle by {:.4} rad, which exceeds the \
+         tolerance; take a shorter step, more corrections or a larger tolerance",
+        Number(*time), Number(*change)
     )]
     NotConverged {
         /// End of the step, s.
@@ -36,7 +37,7 @@ pub enum IntegrationError {
         change: f64,
     },
     /// A part of a [`TimeStep`](super::TimeStep) is missing.
-    #[error("the step to {} s lacks its {missing}", Number(*time))]
+    #[error("the step to {} s lacks its {missing}, which must be computed before this part", Number(*time))]
     Incomplete {
         /// End of the step, s.
         time: f64,
@@ -45,7 +46,9 @@ pub enum IntegrationError {
     },
     /// The laws' variables at a material point could not be integrated over the step.
     #[error(
-        "the variables of material point {point} cannot be integrated to {} s: take a shorter step",
+        "the variables of the tropism laws at material point {point} cannot be integrated to {} s: they change too \
+         fast for this step or grow without bound; take a shorter step, or check the rates and time constants of the \
+         laws",
         Number(*time)
     )]
     Variables {
@@ -56,7 +59,8 @@ pub enum IntegrationError {
     },
     /// The tissue that leaves the growth zone in a step would be divided into more than 1024 elements.
     #[error(
-        "from {} s on a step of {} s would create more than {MAX_PARTS} mature elements: take a shorter step",
+        "from {} s on a step of {} s would create more than {MAX_PARTS} mature elements: take a shorter step, or \
+         check the unit of the growth rate (1/s)",
         Number(*time), Number(*step)
     )]
     GrowsTooFast {
@@ -81,7 +85,8 @@ pub enum IntegrationError {
     },
     /// The work of a call exceeds its limit.
     #[error(
-        "at {} s the work exceeds its limit of {limit} evaluations of the forces in the rod",
+        "at {} s the work exceeds its limit `max_work` of {limit} evaluations of the forces in the rod: increase \
+         it, or take longer steps",
         Number(*time)
     )]
     WorkLimit {
@@ -94,10 +99,10 @@ pub enum IntegrationError {
     /// not larger than that of the section, and the tissue on the inner side would have no length. The response of the
     /// laws diverges, as that of proprioception does if its sensitivity times its delay exceeds π/2 growth times.
     #[error(
-        "at {} s the intrinsic curvature at {arc_length:.4} m from the base is {curvature:.3e} 1/m, and the radius \
-         {radius:.3e} m: the rod is not slender there. The response of the tropism laws diverges: reduce a \
+        "at {} s the intrinsic curvature at {:.4} m from the base is {:.4} 1/m, and the radius {:.4} m: the rod is \
+         not slender there. The response of the tropism laws diverges: check the unit of the growth time (s), reduce a \
          sensitivity, a delay or a memory time, or end the run earlier",
-        Number(*time)
+        Number(*time), Number(*arc_length), Number(*curvature), Number(*radius)
     )]
     NotSlender {
         /// End of the step, s.
@@ -111,9 +116,8 @@ pub enum IntegrationError {
     },
     /// The tolerance was not met within the permitted work or number of elements.
     #[error(
-        "the tolerance {tolerance:.1e} is not met: {}, after {work} evaluations of the forces in the rod{}",
-        describe_estimate(*reached),
-        describe_snap(*snap)
+        "the tolerance {} is not met after {work} evaluations of the forces in the rod: {}{}",
+        Number(*tolerance), describe_estimate(*reached), describe_snap(*snap)
     )]
     ToleranceNotMet {
         /// Tolerance, relative to the length.
@@ -128,7 +132,7 @@ pub enum IntegrationError {
     },
     /// A condition did not hold by the latest time.
     #[error(
-        "the condition does not hold by {} s: its value is {}, and must be zero or positive",
+        "the condition does not hold by {} s: its value is {}, and must become zero or positive",
         Number(*time), Number(*value)
     )]
     NotReached {
@@ -138,7 +142,7 @@ pub enum IntegrationError {
         value: f64,
     },
     /// A run cannot follow the recorded [`Grid`](super::Grid) of another run.
-    #[error("the run cannot follow the recorded grid from {time:.6e} s on: {problem}")]
+    #[error("the run cannot follow the recorded grid from {} s on: {problem}", Number(*time))]
     Grid {
         /// Start of the step, s.
         time: f64,
@@ -159,14 +163,16 @@ debug_by_display!(IntegrationError);
 
 fn describe_estimate(error: f64) -> String {
     if error.is_finite() {
-        return format!("the error reached is {error:.1e} of the length");
+        return format!("the error is estimated as {:.2} of the length", Number(error));
     }
-    "there is no estimate of the error yet (advance in pieces, to an earlier time first)".to_owned()
+    "there is no estimate of the error yet".to_owned()
 }
 
-/// Describes the effect of a snap at a time (s) on an error that is too large.
+/// Describes the remedies for an error that is too large, with the effect of a snap at a time (s).
 fn describe_snap(time: Option<f64>) -> String {
-    let Some(time) = time else { return String::new() };
+    let Some(time) = time else {
+        return "; a larger tolerance, a larger `max_work` or shorter calls may help".to_owned();
+    };
     let time = Number(time);
     format!("; after the snap at {time} s errors decrease slowly: advance to an earlier time, or take fixed steps")
 }

@@ -93,7 +93,7 @@ impl<I: Iterator<Item = f64>, F> Outputs<I, F> {
         let mut statistics = Statistics::default();
         let now = shoot.time();
         while let Some(&time) = self.times.peek() {
-            let requirement = "in order, from the present to the end (s)";
+            let requirement = "not before the present or an earlier output time, and not after the end (s)";
             let ok = time >= self.last && time <= self.latest;
             ParameterError::unless(ok, "output time", time, requirement)?;
             if time > now {

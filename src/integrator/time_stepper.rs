@@ -156,7 +156,7 @@ impl TimeStepper {
     /// [`Parameter`](super::IntegrationError::Parameter) for a step that is not positive, for a time that is not in the
     /// future, and for discontinuities without end; [`GrowsTooFast`](super::IntegrationError::GrowsTooFast).
     pub fn next_end(&self, shoot: &Shoot<impl Model>, longest: f64, until: f64) -> Outcome<f64> {
-        ParameterError::positive("time step", longest)?;
+        ParameterError::positive("time step", longest, "s")?;
         let now = check_future("end of the steps", shoot, until)?;
         let target = next_discontinuity_ahead(shoot, until)?.min(until);
         let step = permitted_step(shoot, [longest, until], &shoot.mesh)?;
@@ -181,8 +181,9 @@ impl TimeStepper {
         let Self { stepper, backup, .. } = self;
         let undo = backup.get_or_insert_with(|| shoot.state.clone());
         undo.copy_from(&shoot.state);
-        let grid = matches!(stepper.grid, GridUse::Free);
-        ParameterError::unless(grid, "grid that is recorded or followed", f64::NAN, "none for single steps")?;
+        let grids = if matches!(stepper.grid, GridUse::Free) { 0.0 } else { 1.0 };
+        let (name, requirement) = ("number of grids that are recorded or followed", "zero for single steps");
+        ParameterError::unless(grids == 0.0, name, grids, requirement)?;
         let ready = stepper.resume(shoot, solver, usize::MAX, None).and_then(|()| {
             let discontinuity = next_discontinuity_ahead(shoot, end)?;
             let requirement = "not after the next discontinuity of a law or the scene (s)";

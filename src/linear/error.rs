@@ -1,7 +1,7 @@
 //! Errors of steady states, characteristic roots and their continuation.
 
 use crate::equilibrium::EquilibriumError;
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Known, Number, ParameterError, debug_by_display};
 
 /// Reason why there is no steady state, root or crossing of the imaginary axis.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -24,7 +24,8 @@ pub enum StabilityError {
     /// A law, a load, growth, gravity, the base or a support depends on time, as an oscillator does.
     #[error(
         "the shoot is not autonomous: its laws, loads, growth, base or support depend on time and change by \
-         {change:.3e} 1/m; remove the time-dependent part"
+         {:.4} 1/m; remove the time-dependent part",
+        Number(*change)
     )]
     NotAutonomous {
         /// Largest change, 1/m: of the growth gradient, of the rotation of the base over the length of the
@@ -35,7 +36,8 @@ pub enum StabilityError {
     /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
     #[error(
         "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted \
-         from zero over all laws, changes by {rate:.3e} per second, {share:.1e} of the terms of this rate"
+         from zero over all laws, changes by {:.4} (its unit per second), which is {:.2} of the terms of this rate",
+        Number(*rate), Number(*share)
     )]
     NotSteady {
         /// Name of the type of the law.
@@ -50,8 +52,9 @@ pub enum StabilityError {
     /// The growth gradients do not vanish, in the given state or after a search. A tilted shoot without
     /// proprioception has no steady state.
     #[error(
-        "the shoot is not in a steady state: the laws have a gradient of {gradient:.3e} 1/m after {iterations} \
-         iterations"
+        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m after {iterations} \
+         iterations: `solve_steady_state` searches for one, which a tilted shoot without proprioception does not have",
+        Number(*gradient)
     )]
     NotSteadyState {
         /// Number of iterations of the search; zero if the given state was checked.
@@ -64,7 +67,8 @@ pub enum StabilityError {
     NothingDriven,
     /// No root crosses the imaginary axis in the range of the parameter.
     #[error(
-        "no root crosses the axis: at the ends of the range {} and {} roots are unstable", unstable[0], unstable[1]
+        "no root crosses the axis: at the ends of the range {} and {} roots are unstable; take a wider range",
+        unstable[0], unstable[1]
     )]
     NoCrossing {
         /// Numbers of unstable roots at both ends of the range.
@@ -72,7 +76,7 @@ pub enum StabilityError {
     },
     /// Infinitely many roots are unstable, because the essential spectrum extends right of the axis. On a mesh
     /// their number is proportional to that of its points.
-    #[error("infinitely many roots are unstable: the essential spectrum reaches {abscissa:.3e} 1/s")]
+    #[error("infinitely many roots are unstable: the essential spectrum reaches {:.4} 1/s", Number(*abscissa))]
     InfinitelyMany {
         /// Largest real part of the essential spectrum, 1/s.
         abscissa: f64,
@@ -82,7 +86,10 @@ pub enum StabilityError {
     /// Next to the essential spectrum, and with fast growth and no proprioception, ever shorter waves contribute,
     /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
     /// appears as a shape that no mesh resolves.
-    #[error("the mesh does not resolve {what}, with an error of {error:.1e}; take more elements")]
+    #[error(
+        "the mesh does not resolve {what}: the error is {:.2}; take more elements, or `Linearisation::resolved`",
+        Number(*error)
+    )]
     UnderResolved {
         /// The quantity, with the unit of its error.
         what: &'static str,
@@ -91,8 +98,9 @@ pub enum StabilityError {
     },
     /// The finest mesh allowed does not meet the tolerance.
     #[error(
-        "the relative error due to the mesh is {error:.1e} with {elements} elements, above the tolerance of \
-         {tolerance:.1e}"
+        "the relative error due to the mesh is {} with {elements} elements, and does not meet the tolerance of {}: \
+         take a larger tolerance or permit more elements",
+        Known(*error), Number(*tolerance)
     )]
     ToleranceNotMet {
         /// The tolerance that was requested.
@@ -109,12 +117,12 @@ pub enum StabilityError {
         what: &'static str,
     },
     /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
-    #[error("no isolated root lies right of the essential spectrum; use essential_spectrum() or unstable()")]
+    #[error("no isolated root lies right of the essential spectrum: use `essential_spectrum` or `unstable`")]
     NoIsolatedRoot,
     /// The work exceeds its limit. Either the rates of too many variables depend on each other, whose matrix is
     /// factorised in each evaluation of the characteristic function. Or a search or count meets too many roots, for
     /// example left of the axis if delays are longer than memory times, or next to the essential spectrum.
-    #[error("too much work: {amount:.1e} {what}, of which at most {most:.1e} are allowed")]
+    #[error("too much work: {:.2} {what}, of which at most {:.2} are allowed", Number(*amount), Number(*most))]
     TooMuchWork {
         /// The kind of work.
         what: &'static str,
@@ -124,7 +132,7 @@ pub enum StabilityError {
         most: f64,
     },
     /// A root, a crossing or a count of roots did not converge.
-    #[error("{what} did not converge: the last residual is {residual:.3e}")]
+    #[error("{what} did not converge: the last residual or change is {}", Known(*residual))]
     NoConvergence {
         /// The quantity.
         what: &'static str,

@@ -29,7 +29,7 @@ impl<F: Fn(f64) -> Vector3<f64>> Load for ApicalForce<F> {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("apical force at t = 0", (self.0)(0.0).sum())
+        ParameterError::finite("apical force at t = 0", (self.0)(0.0).sum(), "N")
     }
 }
 
@@ -68,8 +68,8 @@ impl Load for Pulse {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("peak of the apical pulse", self.peak.sum())?;
-        ParameterError::finite("start of the apical pulse", self.start)?;
-        ParameterError::positive("duration of the apical pulse", self.duration)
+        ParameterError::finite("peak of the apical pulse", self.peak.sum(), "N")?;
+        ParameterError::finite("start of the apical pulse", self.start, "s")?;
+        ParameterError::positive("duration of the apical pulse", self.duration, "s")
     }
 }

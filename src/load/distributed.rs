@@ -20,6 +20,6 @@ impl Load for Distributed {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("distributed load", self.0.sum())
+        ParameterError::finite("distributed load", self.0.sum(), "N/m")
     }
 }

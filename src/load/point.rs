@@ -52,7 +52,7 @@ impl Load for PointForce {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::not_negative("distance of a point force from the apex", self.initial_apex_distance)?;
-        ParameterError::finite("point force", self.force.sum())
+        ParameterError::not_negative("distance of a point force from the apex", self.initial_apex_distance, "m")?;
+        ParameterError::finite("point force", self.force.sum(), "N")
     }
 }

@@ -41,7 +41,7 @@ impl Load for Weight {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("density", self.density)
+        ParameterError::positive("density", self.density, "kg/m³")
     }
 }
 

@@ -37,8 +37,8 @@ impl Load for Whirl {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("size of the rotating force", self.force)?;
-        ParameterError::positive("period of the rotating force", self.period)?;
-        ParameterError::positive("number of turns of the rotating force", self.turns)
+        ParameterError::finite("size of the rotating force", self.force, "N")?;
+        ParameterError::positive("period of the rotating force", self.period, "s")?;
+        ParameterError::positive("number of turns of the rotating force", self.turns, "")
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Rod, UNIT};
-use crate::error::debug_by_display;
+use crate::error::{Number, debug_by_display};
 
 /// Inconsistency of the data of a rod.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -20,7 +20,7 @@ pub enum RodError {
         expected: usize,
     },
     /// A number is out of range.
-    #[error("the {what} number {index} is {value} but must be {requirement}")]
+    #[error("the {what} number {index} is {} but must be {requirement}", Number(*value))]
     Value {
         /// The quantity.
         what: &'static str,
@@ -33,7 +33,11 @@ pub enum RodError {
     },
     /// A frame is rotated too far from that at the first end of its element. A shorter step of a solver, or shorter
     /// elements are needed.
-    #[error("a node of element {element} is rotated by {rotation:.3} rad from its first end, more than 3.1 rad")]
+    #[error(
+        "a node of element {element}, counted from the base, is rotated by {:.4} rad from the first end, more than \
+         3.1 rad: take shorter steps or more elements",
+        Number(*rotation)
+    )]
     Folded {
         /// The element, counted from zero at the base.
         element: usize,

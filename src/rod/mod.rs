@@ -12,6 +12,7 @@ mod remesh;
 mod sampling;
 mod shape;
 pub(crate) mod tissue;
+mod unshaped;
 
 pub use check::RodError;
 pub(crate) use coarse::Place;
@@ -21,6 +22,7 @@ pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rota
 pub(crate) use shape::{centre_line_tangent, weighted};
 pub use tissue::MaterialPoint;
 pub(crate) use tissue::Tissue;
+pub(crate) use unshaped::Unshaped;
 
 use std::ops::Range;
 
@@ -107,7 +109,7 @@ impl Rod {
         let mut points = Vec::with_capacity(elements * reference.p);
         for ends in nodes.windows(2) {
             let h = ends[1] - ends[0];
-            ParameterError::positive("length of an element", h)?;
+            ParameterError::positive("length of an element", h, "m")?;
             for x in &reference.points {
                 let s = ends[0] + h * x;
                 let section = section(s).into();
@@ -150,7 +152,7 @@ impl Rod {
         elements: usize,
         order: Order,
     ) -> Result<Self, ParameterError> {
-        ParameterError::positive("length", length)?;
+        ParameterError::positive("length", length, "m")?;
         Self::straight(&Self::equal_nodes(length, elements), |_| radius, base, order)
     }
 
@@ -294,7 +296,7 @@ impl Rod {
     /// # Errors
     /// A position that is not finite; the rod does not change then.
     pub fn set_base_position(&mut self, position: Vector3<f64>) -> Result<(), ParameterError> {
-        ParameterError::finite("position of the base", position.sum())?;
+        ParameterError::finite("position of the base", position.sum(), "m")?;
         self.base_position = position;
         Ok(())
     }

@@ -215,7 +215,7 @@ impl<M: Model> ShootBuilder<M> {
         let SectionAlong(along) = self.section.ok_or(ParameterError::missing("radius", section))?;
         along(0.0).check(length, section)?;
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
-        ParameterError::not_negative("merge tolerance", merge_tolerance)?;
+        ParameterError::not_negative("merge tolerance", merge_tolerance, "rad")?;
         if self.steers && !self.grows {
             let growth = "given by `growth`, since steering is differential growth; use `growth(())` for none";
             return Err(ParameterError::missing("growth of a shoot that steers", growth));
@@ -265,11 +265,12 @@ impl<M: Model> ShootBuilder<M> {
 pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(), ParameterError> {
     check_stiffness(rod, model.constitutive(), time)?;
     let environment = model.scene().environment(time);
+    ParameterError::finite("gravity", environment.gravity.sum(), "m/s²")?;
     for point in rod.points() {
         let tissue = Tissue::of(point, time);
         let place = rod.initial_length() - tissue.initial_apex_distance;
         let force = model.load().per_length(&tissue, &environment).sum();
-        ParameterError::finite("force per length", force).map_err(|error| error.at(place))?;
+        ParameterError::finite("force per length", force, "N/m").map_err(|error| error.at(place))?;
     }
     Ok(())
 }

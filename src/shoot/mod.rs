@@ -14,6 +14,7 @@ pub use energies::Energies;
 use nalgebra::Vector3;
 
 use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
 use crate::load::Load;
 use crate::model::{DynLaws, Model};
 use crate::profile::Profile;
@@ -134,12 +135,14 @@ impl<M: Model> Shoot<M> {
     ///
     /// # Errors
     /// A state that is inconsistent, whose history has other numbers of variables or stimuli, or whose length
-    /// exceeds a million times the longest element of this shoot. The shoot does not change then.
+    /// exceeds a million times the longest element of this shoot or is not permitted by its growth law. The shoot does
+    /// not change then.
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
         state.check()?;
         let size = self.model.tropism().size();
         state.check_laws((size.variables, size.stimuli))?;
         state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
+        self.model.growth().check(state.rod.length())?;
         self.state.copy_from(state);
         self.state.release_if_absent(self.model.support());
         Ok(())

@@ -18,10 +18,17 @@ pub(super) fn equal_nodes(length: f64, mature: f64, longest: f64) -> Result<Vec<
 /// Checks the `nodes` of the user and adds one at the end of the mature part. Returns them with the length of
 /// the longest element in the growth zone (m).
 pub(super) fn user_nodes(nodes: &[f64], length: f64, mature: f64) -> Result<(Vec<f64>, f64), ParameterError> {
-    let [first, last] = [nodes.first(), nodes.last()].map(|node| node.copied().unwrap_or(f64::NAN));
-    ParameterError::unless(first == 0.0, "arc length of the first node", first, "0")?;
+    let (count, requirement) = (nodes.len(), "at least 2, the ends of the shoot");
+    let &[first, .., last] = nodes else {
+        return Err(ParameterError::refused("number of nodes", count as f64, requirement));
+    };
+    ParameterError::unless(first == 0.0, "arc length of the first node", first, "0 (m)")?;
     let spans = (last - length).abs() <= SAME_PLACE * length;
     ParameterError::unless(spans, "arc length of the last node", last, "the length (m)")?;
+    for ends in nodes.windows(2) {
+        let requirement = "larger than that of the node before it (m)";
+        ParameterError::unless(ends[1] > ends[0], "arc length of a node", ends[1], requirement)?;
+    }
     let mut nodes = nodes.to_vec();
     nodes.pop();
     nodes.push(length);

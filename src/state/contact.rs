@@ -96,9 +96,9 @@ impl ContactState {
             ParameterError::unless(excess.abs() <= 1e-9 * rod.length(), name, excess, "zero (m)")?;
         }
         let sum = self.patches.iter().map(|patch| patch.from + patch.to).sum();
-        ParameterError::finite("sum of the places of contacts", sum)?;
+        ParameterError::finite("sum of the places of contacts", sum, "m")?;
         let forces = self.force_rates.iter().map(|(slide, force)| slide + force.sum());
         let rates = self.end_rates.iter().flatten().copied().chain(forces).sum::<f64>();
-        Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time)?)
+        Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time, "")?)
     }
 }

@@ -306,7 +306,7 @@ impl History {
                 size as f64,
                 "that of the points times that of the laws' values",
             )?;
-            level.rows.iter().try_for_each(|x| ParameterError::finite("value in the history", *x))?;
+            level.rows.iter().try_for_each(|x| ParameterError::finite("value in the history", *x, ""))?;
             // Two levels of the same time mark a discontinuity, since which the history is smooth.
             let ok = level.time > before || level.time == before && level.time <= since;
             ParameterError::unless(ok, "time of a level of the history", level.time, "later than the one before (s)")?;

@@ -126,7 +126,7 @@ impl State {
 
     /// Returns an error if a number of the state is invalid, or if its parts do not fit each other.
     pub(crate) fn check(&self) -> Result<(), StateError> {
-        ParameterError::finite("time of the state", self.time)?;
+        ParameterError::finite("time of the state", self.time, "s")?;
         let since = self.smooth_since;
         let ok = since.is_finite() && since <= self.time;
         ParameterError::unless(ok, "start of the run or last discontinuity", since, "not in the future (s)")?;

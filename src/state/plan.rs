@@ -26,12 +26,12 @@ pub(crate) struct Plan {
 impl Plan {
     /// Returns an error if a number is invalid.
     pub fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("planned tolerance", self.tolerance)?;
-        ParameterError::positive("planned step", self.step)?;
-        ParameterError::positive("step of the coarsest trial run", self.coarsest_step)?;
-        ParameterError::positive("planned longest element", self.longest_element)?;
-        ParameterError::positive("planned merge tolerance", self.merge_tolerance)?;
-        ParameterError::finite("end of the plan", self.until)?;
-        ParameterError::not_negative("estimated error", self.error)
+        ParameterError::positive("planned tolerance", self.tolerance, "")?;
+        ParameterError::positive("planned step", self.step, "s")?;
+        ParameterError::positive("step of the coarsest trial run", self.coarsest_step, "s")?;
+        ParameterError::positive("planned longest element", self.longest_element, "m")?;
+        ParameterError::positive("planned merge tolerance", self.merge_tolerance, "rad")?;
+        ParameterError::finite("end of the plan", self.until, "s")?;
+        ParameterError::not_negative("estimated error", self.error, "")
     }
 }

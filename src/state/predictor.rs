@@ -86,8 +86,9 @@ impl Predictor {
             let (name, size) = ("number of rotation vectors of an earlier equilibrium", earlier.rotations.len());
             ParameterError::unless(size == rotations, name, size as f64, "that of the rod")?;
             let square = earlier.rotations.iter().map(Vector3::norm_squared).sum();
-            ParameterError::finite("sum of squared earlier rotations", square)?;
-            ParameterError::finite("sum of squared moments of the intrinsic strain", earlier.moments.norm_squared())?;
+            ParameterError::finite("sum of squared earlier rotations", square, "rad²")?;
+            let moments = earlier.moments.norm_squared();
+            ParameterError::finite("sum of squared moments of the intrinsic strain", moments, "")?;
             let ok = earlier.time.is_finite() && (i >= self.known || earlier.time < after);
             ParameterError::unless(ok, "time of an earlier equilibrium", earlier.time, "before that of the next (s)")?;
             after = earlier.time;

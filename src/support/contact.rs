@@ -27,13 +27,13 @@ impl<O: Obstacle> Support for Contact<O> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.obstacle.check()?;
-        ParameterError::not_negative("radius of a shoot in contact", self.radius)?;
+        ParameterError::not_negative("radius of a shoot in contact", self.radius, "m")?;
         let sharp = self.radius == 0.0 && self.obstacle.has_edges();
         let (name, requirement) = ("radius of a shoot in contact with an obstacle with edges", "positive (m)");
         ParameterError::unless(!sharp, name, self.radius, requirement)?;
-        ParameterError::not_negative("coefficient of friction", self.friction)?;
+        ParameterError::not_negative("coefficient of friction", self.friction, "")?;
         let compliance = self.obstacle.compliance();
-        ParameterError::finite("compliance of an obstacle", compliance.sum())?;
+        ParameterError::finite("compliance of an obstacle", compliance.sum(), "m/N")?;
         let (name, skew) = ("asymmetry of the compliance of an obstacle", (compliance - compliance.transpose()).norm());
         ParameterError::unless(skew <= 1e-12 * compliance.norm(), name, skew, "zero (m/N)")?;
         let (name, least) = ("least compliance of an obstacle", compliance.symmetric_eigenvalues().min());

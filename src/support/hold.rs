@@ -155,21 +155,21 @@ impl Support for Hold {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::not_negative("distance of a held place from the apex", self.initial_apex_distance)?;
+        ParameterError::not_negative("distance of a held place from the apex", self.initial_apex_distance, "m")?;
         match self.position {
             Position::Free => {}
-            Position::At(point) => ParameterError::finite("held position", point.sum())?,
+            Position::At(point) => ParameterError::finite("held position", point.sum(), "m")?,
             Position::OnLine { through, along } => {
-                ParameterError::finite("point of a guiding line", through.sum())?;
+                ParameterError::finite("point of a guiding line", through.sum(), "m")?;
                 check_unit("norm of the direction of a guiding line", &along)?;
             }
             Position::OnPlane { through, normal } => {
-                ParameterError::finite("point of a guiding plane", through.sum())?;
+                ParameterError::finite("point of a guiding plane", through.sum(), "m")?;
                 check_unit("norm of the normal of a guiding plane", &normal)?;
             }
             Position::Spring { anchor, stiffness } => {
-                ParameterError::finite("anchor of a spring", anchor.sum())?;
-                ParameterError::finite("stiffness of a spring", stiffness.sum())?;
+                ParameterError::finite("anchor of a spring", anchor.sum(), "m")?;
+                ParameterError::finite("stiffness of a spring", stiffness.sum(), "N/m")?;
                 let (name, skew) =
                     ("asymmetry of the stiffness of a spring", (stiffness - stiffness.transpose()).norm());
                 ParameterError::unless(skew <= 1e-12 * stiffness.norm(), name, skew, "zero (N/m)")?;
@@ -187,7 +187,7 @@ impl Support for Hold {
             }
             Orientation::Spring { frame, stiffness } => {
                 check_frame(&frame)?;
-                ParameterError::not_negative("stiffness of an elastic joint", stiffness)
+                ParameterError::not_negative("stiffness of an elastic joint", stiffness, "N m/rad")
             }
         }
     }

@@ -158,10 +158,12 @@ macro_rules! all_supports {
         }
 
         fn check(&$self) -> Result<(), ParameterError> {
+            let mut joints = 0;
             $(for support in $supports {
                 support.check()?;
+                joints += usize::from(support.base().is_some());
             })*
-            Ok(())
+            ParameterError::unless(joints < 2, "number of joints of the base", joints as f64, "at most one")
         }
     };
 }

@@ -114,8 +114,8 @@ impl Obstacle for HalfSpace {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("point of a half space", self.through.sum())?;
-        ParameterError::positive("norm of the normal of a half space", self.normal.norm())
+        ParameterError::finite("point of a half space", self.through.sum(), "m")?;
+        ParameterError::positive("norm of the normal of a half space", self.normal.norm(), "")
     }
 }
 
@@ -139,9 +139,9 @@ impl Obstacle for Cylinder {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("point of the axis of a cylinder", self.through.sum())?;
-        ParameterError::positive("norm of the direction of a cylinder", self.along.norm())?;
-        ParameterError::positive("radius of a cylinder", self.radius)
+        ParameterError::finite("point of the axis of a cylinder", self.through.sum(), "m")?;
+        ParameterError::positive("norm of the direction of a cylinder", self.along.norm(), "")?;
+        ParameterError::positive("radius of a cylinder", self.radius, "m")
     }
 }
 
@@ -171,8 +171,8 @@ impl Obstacle for Sphere {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("centre of a sphere", self.centre.sum())?;
-        ParameterError::positive("radius of a sphere", self.radius)
+        ParameterError::finite("centre of a sphere", self.centre.sum(), "m")?;
+        ParameterError::positive("radius of a sphere", self.radius, "m")
     }
 }
 
@@ -199,7 +199,7 @@ impl Obstacle for Capsule {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("length of a capsule's segment", (self.ends[1] - self.ends[0]).norm())?;
-        ParameterError::positive("radius of a capsule", self.radius)
+        ParameterError::positive("length of a capsule's segment", (self.ends[1] - self.ends[0]).norm(), "m")?;
+        ParameterError::positive("radius of a capsule", self.radius, "m")
     }
 }

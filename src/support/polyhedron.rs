@@ -85,8 +85,9 @@ impl ConvexPolyhedron {
         ParameterError::unless(!planes.is_empty(), name, number, "at least 1")?;
         let thinner = |plane: &Plane| Plane { offset: plane.offset - THINNEST * size, ..*plane };
         let thinner: Vec<Plane> = planes.iter().map(thinner).collect();
-        let requirement = "that of half spaces whose intersection has a volume";
-        ParameterError::unless(!is_empty(&thinner, SAME * size), name, number, requirement)?;
+        let (name, requirement) =
+            ("volume of a polyhedron", "positive: the half spaces must have an inside in common (m³)");
+        ParameterError::unless(!is_empty(&thinner, SAME * size), name, 0.0, requirement)?;
         let edges = edges(&planes, SAME * size);
         Ok(Self { half_spaces, planes, edges, same: SAME * size })
     }

@@ -112,7 +112,7 @@ impl<P: Potential> Support for Elastic<P> {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::not_negative("distance of an elastic place from the apex", self.initial_apex_distance)?;
+        ParameterError::not_negative("distance of an elastic place from the apex", self.initial_apex_distance, "m")?;
         if let Argument::Rotation { frame } = &self.argument {
             super::hold::check_frame(frame)?;
         }

@@ -22,7 +22,7 @@ impl Track {
     /// # Errors
     /// A period that is not positive, or fewer than four positions.
     pub fn drift(&self, period: f64) -> Result<Self, TrackingError> {
-        ParameterError::positive("period at which drift begins", period)?;
+        ParameterError::positive("period at which drift begins", period, "s")?;
         // One more than the number of coefficients of a parabola.
         TrackingError::unless_positions(4, self.times.len())?;
         let width = period * (2.0 * GAMMA_MEDIAN).sqrt() / std::f64::consts::TAU;

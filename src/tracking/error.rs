@@ -1,6 +1,6 @@
 //! Errors of the analysis of tip tracks.
 
-use crate::error::{ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display};
 
 /// Reason why a tip track cannot be analysed.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -18,7 +18,7 @@ pub enum TrackingError {
         problem: &'static str,
     },
     /// The track is too short for the analysis, has too few positions, or they are too far apart.
-    #[error("the {what} is {value} but must be at least {needed}")]
+    #[error("the {what} is {} but must be at least {}", Number(*value), Number(*needed))]
     Insufficient {
         /// Name of the quantity, with its unit.
         what: &'static str,

@@ -105,7 +105,7 @@ impl Track {
     /// than a third of the track; too few positions.
     pub fn nutation(&self, band: [f64; 2]) -> Result<Nutation, TrackingError> {
         let [shortest, longest] = band;
-        ParameterError::positive("shortest period of the band", shortest)?;
+        ParameterError::positive("shortest period of the band", shortest, "s")?;
         let longer = longest > shortest && longest.is_finite();
         ParameterError::unless(longer, "longest period of the band", longest, "longer than the shortest (s)")?;
         TrackingError::unless_positions(LEAST, self.times.len())?;
@@ -115,7 +115,7 @@ impl Track {
         let track = self.in_unit(unit).filtered(&good);
         TrackingError::unless_positions(LEAST, track.times.len())?;
         let (duration, interval) = (track.duration(), median_gap(&track.times));
-        ParameterError::finite("duration of the track", duration)?;
+        ParameterError::finite("duration of the track", duration, "s")?;
         // The cones of influence of both ends cover 2.74 periods.
         let needed = (2.0 * CONE / period_over_scale()).ceil() * longest;
         TrackingError::unless_at_least(needed, "duration (s)", duration)?;

@@ -51,7 +51,7 @@ impl Track {
     pub fn seen_along(axis: &Vector3<f64>, times: Vec<f64>, positions: &[Vector3<f64>]) -> Result<Self, TrackingError> {
         check(&times, positions)?;
         let norm = axis.norm();
-        ParameterError::unless(norm > 0.0 && norm.is_finite(), "axis", norm, "a vector that is not zero")?;
+        ParameterError::unless(norm > 0.0 && norm.is_finite(), "norm of the axis", norm, "positive and finite")?;
         let axis = axis / norm;
         let level = Vector3::z().cross(&axis);
         let first = if level.norm() > 1e-9 { level.normalize() } else { Vector3::x() };
@@ -145,8 +145,8 @@ impl Track {
     /// # Errors
     /// A length or a time between windows that is not positive, or a track that is shorter than one window.
     pub fn windows(&self, length: f64, every: f64) -> Result<impl Iterator<Item = (f64, Self)> + '_, TrackingError> {
-        ParameterError::positive("length of a window", length)?;
-        ParameterError::positive("time from one window to the next", every)?;
+        ParameterError::positive("length of a window", length, "s")?;
+        ParameterError::positive("time from one window to the next", every, "s")?;
         let (start, duration) = (self.times.first().copied().unwrap_or(0.0), self.duration());
         TrackingError::unless_at_least(length, "duration (s)", duration)?;
         let count = whole_steps(duration - length, every).saturating_add(1);

@@ -310,7 +310,7 @@ impl Declaration {
     /// The first one that is out of range.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         for variable in &self.variables {
-            ParameterError::not_negative("delay of a tropism law", variable.delay.unwrap_or(0.0))?;
+            ParameterError::not_negative("delay of a tropism law", variable.delay.unwrap_or(0.0), "s")?;
             let time = variable.time_constant;
             ParameterError::unless(time > 0.0, "time constant of a variable", time, "positive (s)")?;
             let (index, number) = match variable.remembers {

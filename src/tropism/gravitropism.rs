@@ -52,7 +52,7 @@ impl<P: Perception<Signal = [f64; 2]>> Response for DirectionalTropism<P> {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("tropic sensitivity", self.sensitivity)?;
+        ParameterError::finite("tropic sensitivity", self.sensitivity, "")?;
         self.perception.check()
     }
 }

@@ -37,7 +37,7 @@ impl Memory {
     /// # Errors
     /// The first one that is out of range.
     pub fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("memory time", self.time)?;
-        ParameterError::not_negative("reaction time", self.delay)
+        ParameterError::positive("memory time", self.time, "s")?;
+        ParameterError::not_negative("reaction time", self.delay, "s")
     }
 }

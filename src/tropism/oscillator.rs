@@ -66,8 +66,8 @@ impl TropismLaw for Oscillator {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("sensitivity of the oscillator", self.sensitivity)?;
-        ParameterError::positive("period of the oscillator", self.period)?;
-        ParameterError::finite("phase of the oscillator", self.phase)
+        ParameterError::finite("sensitivity of the oscillator", self.sensitivity, "")?;
+        ParameterError::positive("period of the oscillator", self.period, "s")?;
+        ParameterError::finite("phase of the oscillator", self.phase, "rad")
     }
 }

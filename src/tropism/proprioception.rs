@@ -40,7 +40,7 @@ impl Response for Proprioception {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("proprioceptive sensitivity", self.sensitivity)
+        ParameterError::finite("proprioceptive sensitivity", self.sensitivity, "")
     }
 }
 

@@ -98,6 +98,6 @@ impl Perception for Statoliths {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("avalanche time", self.avalanche_time)
+        ParameterError::positive("avalanche time", self.avalanche_time, "s")
     }
 }

@@ -85,7 +85,7 @@ fn invalid_initial_guesses_are_refused_by_name() {
         let circle = |root: &Root, radius| RotatingWaveSolver::default().from_mode(&shoot, root, radius);
         let swing = |root: &Root, amplitude| PeriodicSolver::default().from_mode(&shoot, root, amplitude);
         for amplitude in [f64::NAN, f64::INFINITY] {
-            assert_eq!(refused(circle(root, amplitude)), "strain of the initial guess");
+            assert_eq!(refused(circle(root, amplitude)), "amplitude of the initial guess");
         }
         for amplitude in [f64::NAN, f64::INFINITY, 0.0, -0.02] {
             assert_eq!(refused(swing(root, amplitude)), "amplitude of the initial guess");

@@ -49,7 +49,7 @@ fn laws_that_contradict_their_declarations_are_refused() {
         answer.map_err(|error| error.to_string())
     };
     assert!(start(Careless { ..sound }).is_ok());
-    assert!(start(Careless { written: 1, ..sound }).unwrap_err().contains("history of the variables is not finite"));
+    assert!(start(Careless { written: 1, ..sound }).unwrap_err().contains("rate of a variable"));
     // Positions are not finite for laws that do not request them.
     assert!(start(Careless { with_position: false, ..sound }).unwrap_err().contains("not finite"));
     // This law keeps the default implementation of the rates.

@@ -227,7 +227,7 @@ fn invalid_new_laws_are_refused_and_the_shoot_is_unchanged() {
     refuse(&|laws| laws.load.density = -1.0, "density is -1");
     refuse(&|laws| laws.growth.0.zone_length = 0.04, "length of a shoot of constant length");
     refuse(&|laws| laws.tropism.0.memory.delay = 5000.0, "longest delay of the laws is 5000");
-    refuse(&|laws| laws.tropism.1.memory.time = f64::NAN, "memory time is NaN");
+    refuse(&|laws| laws.tropism.1.memory.time = f64::NAN, "memory time is not a number");
     // A load with a jump outside the shoot is refused.
     for apex_distance in [0.051, f64::INFINITY] {
         let jumping = shoot.model().with_load((WEIGHT, Jump(apex_distance))).into_dyn();

@@ -175,7 +175,7 @@ mod written {
                 "couple": [0.0, 0.0, 0.0], "length": 0.0, "obstacle": null, "surface": 0, "normal": 0.0, "slip": null
             }]);
         });
-        assert!(message.contains("sum of reaction number 0 is inf but must be finite"), "{message}");
+        assert!(message.contains("sum of reaction number 0 is infinite but must be finite"), "{message}");
         let message = refusal(|state| state["history"]["levels"][1]["time"] = 0.0.into());
         assert!(message.contains("later than the one before"), "{message}");
         let message = refusal(|state| _ = state["history"]["levels"][1]["rows"].as_array_mut().unwrap().pop());

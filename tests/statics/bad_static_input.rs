@@ -2,6 +2,7 @@
 //! or contains numbers.
 
 use crate::fixtures::in_norm::InNorm;
+use crate::fixtures::messages::names;
 use crate::fixtures::rods;
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, young_tissue};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
@@ -27,7 +28,7 @@ fn refused<T: std::fmt::Debug>(answer: Result<T, ParameterError>, name: &str, va
     assert!(error.value == value || (error.value.is_nan() && value.is_nan()), "{name}: {} for {value}", error.value);
     let said = error.to_string();
     assert!(said.contains(name) && said.contains(error.requirement) && !error.requirement.is_empty(), "{said}");
-    assert!(said.contains(&format!("{value}")) || said.contains(&format!("{value:e}")), "{said} does not name {value}");
+    assert!(names(&said, value), "{said} does not name {value}");
 }
 
 #[test]

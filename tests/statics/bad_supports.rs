@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::held::Held;
+use crate::fixtures::messages::in_words;
 use crate::fixtures::rods::DENSITY;
 use morphorod::load::Weight;
 use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Hold, Moving, Obstacle, Sphere, Support};
@@ -28,7 +29,7 @@ fn refused(support: &dyn Support, time: f64, words: &[&str]) {
 
 #[test]
 fn holds_beyond_the_reach_of_the_rod_between_them_are_refused() {
-    let between = ["distance between two holds", "at 0.0500 m"];
+    let between = ["distance between two holds", "at 0.05 m"];
     let at = |share: f64| Vector3::x() * (share * LENGTH);
     let (middle, apex) = (Hold::place(0.5 * LENGTH), Hold::apex());
     // Each place is within reach of the base.
@@ -45,12 +46,12 @@ fn holds_beyond_the_reach_of_the_rod_between_them_are_refused() {
 #[test]
 fn hold_that_becomes_invalid_in_time_is_refused() {
     let place = Moving(|t: f64| Hold::apex().at(Vector3::x() * (0.9 * LENGTH / (1.0 - t))));
-    refused(&place, 1.0, &["held position", "at 0.0500 m"]);
+    refused(&place, 1.0, &["held position", "at 0.05 m"]);
     let frame = Moving(|t: f64| {
         let frame = UnitQuaternion::new_unchecked(UnitQuaternion::identity().into_inner() * (1.0 + t));
         Hold::apex().held(frame)
     });
-    refused(&frame, 1.0, &["norm of the quaternion of a held frame", "at 0.0500 m"]);
+    refused(&frame, 1.0, &["norm of the quaternion of a held frame", "at 0.05 m"]);
 }
 
 /// An obstacle with a distance that is given as a function of the place and time, and a velocity.
@@ -101,7 +102,7 @@ fn base_that_touches_an_obstacle_up_to_rounding_is_permitted() {
 fn friction_radius_and_compliance_out_of_range_are_refused() {
     let floor = HalfSpace { through: -Vector3::z() * 0.005, normal: Vector3::z() };
     for value in [-0.1, f64::NAN, f64::INFINITY] {
-        refused(&contact(floor, value), 0.0, &["coefficient of friction", &format!("is {value}")]);
+        refused(&contact(floor, value), 0.0, &["coefficient of friction", &format!("is {}", in_words(value))]);
         let radius = Contact { obstacle: floor, radius: value, friction: 0.0 };
         refused(&radius, 0.0, &["radius of a shoot in contact"]);
     }

@@ -189,8 +189,8 @@ impl Constitutive for Stiffening {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("linear stiffness", self.linear)?;
-        ParameterError::not_negative("cubic stiffness", self.cubic)
+        ParameterError::positive("linear stiffness", self.linear, "N m²")?;
+        ParameterError::not_negative("cubic stiffness", self.cubic, "N m⁴")
     }
 }
 

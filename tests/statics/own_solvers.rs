@@ -277,7 +277,7 @@ fn energies_refuse_another_rod_and_numbers_that_are_not_finite() {
     }
     let force = InternalForce::of(&rod, &ApicalForce(|_: f64| Vector3::x() * f64::NAN), &now);
     let energy = RodEnergy::new(&law, &force);
-    assert!(matches!(energy.couples(&rod), Err(EquilibriumError::NotFinite { what: "energy" })));
+    assert!(matches!(energy.couples(&rod), Err(EquilibriumError::NotFinite { what: "energy of the elastic law" })));
     assert!(matches!(energy.tangent(&rod), Err(EquilibriumError::NotFinite { what: "tangent" })));
     // A force of 1 N shortens the soft centre line by more than its length.
     let force = InternalForce::of(&rod, &ApicalForce(|_: f64| Vector3::z() * -1.0), &now);
@@ -392,7 +392,8 @@ fn solvers_that_exchange_the_rod_of_a_shoot_are_refused() {
     for careless in [Careless::MoreElements, Careless::OtherBase, Careless::Mature] {
         let before = shoot.state().clone();
         let error = MethodOfSteps::with_solver(360.0, careless).advance(&mut shoot, 2.0 * HOUR).unwrap_err();
-        assert!(matches!(&error, IntegrationError::Parameter(error) if error.name.contains("solver")), "{error}");
+        let changed = matches!(&error, IntegrationError::Equilibrium { error: EquilibriumError::Changed { .. }, .. });
+        assert!(changed, "{error}");
         assert!(*shoot.state() == before);
     }
 }

@@ -19,6 +19,7 @@ mod groove;
 mod growing_shoot;
 mod ladder;
 mod long_growth;
+mod messages;
 mod moving_base;
 mod obstacles;
 mod order_in_time;

@@ -265,7 +265,7 @@ fn invalid_arguments_of_steps_are_refused_and_leave_the_shoot_unchanged() {
     changes[1].y = f64::NAN;
     assert!(matches!(
         step.change_intrinsic(&changes),
-        Err(IntegrationError::NotFinite { what: "growth gradient", .. })
+        Err(IntegrationError::NotFinite { what: "change of the intrinsic strain", .. })
     ));
     changes[1].y = 1e4;
     assert!(matches!(step.change_intrinsic(&changes), Err(IntegrationError::NotSlender { .. })));

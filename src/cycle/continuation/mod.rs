@@ -144,7 +144,7 @@ where
     ) -> Result<Self, CycleError> {
         let [parameter] = onset.parameters;
         check_range(&within, ("onset", parameter))?;
-        ParameterError::positive("frequency of the onset", onset.frequency)?;
+        ParameterError::positive("frequency of the onset", onset.frequency, "rad/s")?;
         let shoot = family(parameter)?;
         let share = amplitude / shoot.rod().length();
         let what = "amplitude of the first orbit, in lengths of the shoot";
@@ -220,7 +220,7 @@ where
     /// # Errors
     /// A step that is not positive.
     pub fn largest_step(mut self, step: f64) -> Result<Self, CycleError> {
-        ParameterError::positive("longest step along a branch", step)?;
+        ParameterError::positive("longest step along a branch", step, "")?;
         self.largest_step = step;
         Ok(self)
     }

@@ -30,6 +30,7 @@ pub(crate) fn extend_past(
 /// period is an unknown.
 pub(super) fn kept(longest: f64, intervals: usize, period: f64) -> Result<usize, CycleError> {
     let (what, periods) = ("longest delay, in periods", longest / period);
-    ParameterError::unless(periods <= 16.0, what, periods, "at most 16: a state contains the past over this delay")?;
+    let requirement = "at most 16: check the unit of the period (s), since a state contains the past over the delay";
+    ParameterError::unless(periods <= 16.0, what, periods, requirement)?;
     Ok(((longest * intervals as f64 / period + 0.5).ceil() as usize).max(1))
 }

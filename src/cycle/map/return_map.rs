@@ -113,7 +113,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             check_unsupported(&shoot.model)?;
         }
         let (places, regr) = driven_points(shoot)?;
-        ParameterError::positive("period", period)?;
+        ParameterError::positive("period", period, "s")?;
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
         let declaration = Declaration::of(shoot.model.tropism());
         declaration.check()?;

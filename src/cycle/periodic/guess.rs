@@ -100,7 +100,7 @@ pub(crate) fn state_of_mode<M: Model>(
     let (what, points) = ("number of strains of the mode", root.strain.len());
     ParameterError::unless(points == p, what, points as f64, "that of the points of the zone")?;
     for strain in &root.strain {
-        ParameterError::finite("strain of the mode", strain.map(|x| x.re + x.im).sum())?;
+        ParameterError::finite("strain of the mode", strain.map(|x| x.re + x.im).sum(), "")?;
     }
     let phases = PhaseGrid::new(WAVES);
     // Strain of the state about which the laws are linearised; zero if it is upright.

@@ -16,7 +16,7 @@ pub(super) use equations::MAX_INTERVALS;
 pub use multipliers::Multipliers;
 pub use orbit::PeriodicOrbit;
 
-use super::corrector;
+use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{Conditions, Unknowns};
@@ -90,8 +90,8 @@ impl PeriodicSolver {
         root: &Root,
         amplitude: f64,
     ) -> Result<PeriodicOrbit, CycleError> {
-        ParameterError::positive("frequency of the mode", root.value.im)?;
-        ParameterError::positive("amplitude of the initial guess", amplitude)?;
+        ParameterError::positive("frequency of the mode", root.value.im, "rad/s")?;
+        check_amplitude(shoot, amplitude)?;
         let guess = self.of_mode(shoot, root, amplitude)?;
         corrector::solve(*self, shoot, guess, &Conditions::default())
     }
@@ -153,9 +153,9 @@ impl PeriodicSolver {
         // More intervals are more efficient than more stages, whose cost increases with the third power.
         let (what, number) = ("points in an interval", self.stages);
         ParameterError::unless((1..=16).contains(&number), what, number as f64, "from 1 to 16")?;
-        ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
-        ParameterError::positive("accuracy of a periodic orbit", self.accuracy)?;
-        ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
+        ParameterError::positive("tolerance of a periodic orbit", self.tolerance, "")?;
+        ParameterError::positive("accuracy of a periodic orbit", self.accuracy, "")?;
+        ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0), "rad")?;
         ReturnMap::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }
 

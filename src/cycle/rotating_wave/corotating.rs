@@ -59,7 +59,7 @@ impl<'a, M: Model> Corotating<'a, M> {
         ParameterError::unless(points == zone.len(), what, points as f64, "that of the points of the zone")?;
         ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the initial guess", rate, "not zero (rad/s)")?;
         for (point, strain) in rod.points_mut()[zone].iter_mut().zip(strain.as_slice().chunks_exact(2)) {
-            ParameterError::finite("strain of the initial guess", strain[0] + strain[1])?;
+            ParameterError::finite("strain of the initial guess", strain[0] + strain[1], "1/m")?;
             (point.intrinsic.x, point.intrinsic.y) = (strain[0], strain[1]);
         }
         if strain.amax() == 0.0 {

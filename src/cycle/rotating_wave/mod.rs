@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DVector, Vector3};
 
-use super::corrector;
+use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{Conditions, Unknowns};
@@ -95,6 +95,7 @@ impl RotatingWaveSolver {
     /// without growth; a tolerance that is not positive, a root that does not oscillate, or no rotating wave near the
     /// guess.
     pub fn from_mode(&self, shoot: &Shoot<impl Model>, root: &Root, radius: f64) -> Result<RotatingWave, CycleError> {
+        check_amplitude(shoot, radius)?;
         self.solve(shoot, self.of_mode(shoot, root, radius)?)
     }
 
@@ -119,7 +120,7 @@ impl RotatingWaveSolver {
 
     /// Solves with the phase of the guess.
     fn solve(&self, shoot: &Shoot<impl Model>, guess: Unknowns) -> Result<RotatingWave, CycleError> {
-        ParameterError::positive("tolerance of a rotating wave", self.tolerance)?;
+        ParameterError::positive("tolerance of a rotating wave", self.tolerance, "")?;
         let (tangent, weights) = (rotation_tangent(&guess.start.strain), guess.start.weights());
         let conditions = Conditions::default().with_phases_of(&guess, &[tangent], &weights);
         corrector::solve(*self, shoot, guess, &conditions)

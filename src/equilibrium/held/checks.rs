@@ -25,11 +25,13 @@ impl HeldSearch<'_> {
                 let gap = self.obstacles.gap_at(obstacle, &station.position);
                 let (name, norm) = ("norm of the gradient of the distance from an obstacle", gap.normal.norm());
                 let at = |error: ParameterError| error.at(station.arc_length);
+                ParameterError::finite("distance from an obstacle", gap.value, "m").map_err(at)?;
                 ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1").map_err(at)?;
                 let ahead = self.obstacles.gap_at(obstacle, &(station.position + gap.normal * step)).value;
                 let (name, slope) =
                     ("derivative of the distance from an obstacle along its gradient", (ahead - gap.value) / step);
-                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, "1").map_err(at)?;
+                let requirement = "1: the gradient is the normal, which must point away from the obstacle";
+                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, requirement).map_err(at)?;
             }
         }
         Ok(())
@@ -82,7 +84,7 @@ impl HeldSearch<'_> {
         for contact in self.obstacles.contacts.iter().filter(|contact| contact.friction > 0.0) {
             for station in self.line.stations() {
                 let velocity = contact.obstacle.velocity(&station.position, self.obstacles.time);
-                let finite = ParameterError::finite("velocity of an obstacle", velocity.sum());
+                let finite = ParameterError::finite("velocity of an obstacle", velocity.sum(), "m/s");
                 finite.map_err(|error| error.at(station.arc_length))?;
             }
         }
@@ -103,7 +105,8 @@ impl HeldSearch<'_> {
                     ((ahead - gap.normal) / (side * step) - gap.curvature * along).norm() / scale
                 };
                 let (name, error) = ("relative error of the curvature of an obstacle", error(1.0).min(error(-1.0)));
-                let requirement = "zero: the curvature must be the derivative of the normal";
+                let requirement =
+                    "zero: the curvature must be the derivative of the normal, and no place deep inside an obstacle";
                 ParameterError::unless(error <= DISTANCE_ERROR, name, error, requirement)
                     .map_err(|error| error.at(place))?;
             }

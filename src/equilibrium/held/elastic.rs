@@ -55,7 +55,7 @@ impl Law<'_> {
         let here = self.energy(x, time);
         let (stiffness, skew) = (here.stiffness.norm(), (here.stiffness - here.stiffness.transpose()).norm());
         let sum = here.value + here.gradient.sum() + here.stiffness.sum();
-        ParameterError::finite("sum of an energy and its derivatives", sum)?;
+        ParameterError::finite("sum of an energy and its derivatives", sum, "")?;
         ParameterError::unless(skew <= 1e-9 * stiffness, "asymmetry of the stiffness of a potential", skew, "zero")?;
         for axis in 0..3 {
             let errors = [1.0, -1.0].map(|side| {

@@ -205,7 +205,11 @@ impl<'a> HeldSearch<'a> {
         system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
-        if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+        if energy.is_finite() {
+            Ok((energy, inertia))
+        } else {
+            Err(EquilibriumError::NotFinite { what: "energy of the elastic law and the supports" })
+        }
     }
 
     /// Chooses the spring of a free base: the load displaces it by its reach, or bends the rod as much.

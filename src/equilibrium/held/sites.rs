@@ -84,7 +84,8 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
         let permitted = if rod.keeps_node(node) { AT_KEPT_NODE } else { AT_NODE };
         (off <= permitted * length).then_some(node)
     });
-    node.ok_or_else(|| ParameterError::refused(name, distance, "that of an end of an element (m)"))
+    let requirement = "that of an end of an element, as at holds that exist when the shoot is built (m)";
+    node.ok_or_else(|| ParameterError::refused(name, distance, requirement))
 }
 
 /// A unit vector across another one, and the one across both.

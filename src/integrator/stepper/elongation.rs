@@ -45,7 +45,10 @@ impl Stepper {
                     _ => rod.node_distances()[e] - distance,
                 };
                 if !rod.set_element_length(e, length).is_finite() {
-                    return Err(IntegrationError::NotFinite { what: "stretch of growing tissue", time: to });
+                    return Err(IntegrationError::NotFinite {
+                        what: "stretch of growing tissue, by REGR and apical speed of the growth law,",
+                        time: to,
+                    });
                 }
                 if !(rod.least_jacobian(e) > 0.0) {
                     return Err(IntegrationError::Uneven { time: to, element: e, ratio: rod.jacobian_ratio(e) });

@@ -218,8 +218,9 @@ impl Declared {
                 Source::Computed => continue,
             };
             let linear = is_memory_rate(rates[i], [x, y], time);
-            let name = "rate of a variable that is declared a memory, times its time constant";
-            ParameterError::unless(linear, name, rates[i] * time, "the remembered quantity minus the variable")?;
+            let name = "time constant times the rate of a variable that is declared a memory";
+            let requirement = "the remembered quantity minus the variable: `rates` contradicts `declare`";
+            ParameterError::unless(linear, name, rates[i] * time, requirement)?;
         }
         Ok(())
     }

@@ -30,7 +30,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
-use crate::rod::Rod;
+use crate::rod::{Rod, Unshaped};
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State};
@@ -58,6 +58,8 @@ pub(super) struct Stepper {
     /// Declared memories, which are compared with the rates.
     memories: Declared,
     force: InternalForce,
+    /// Data that the solver of an equilibrium must not change.
+    unshaped: Unshaped,
     /// Stimuli of a point.
     stimuli: Vec<f64>,
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
@@ -164,7 +166,8 @@ impl Stepper {
     }
 
     /// Makes one step and passes the discontinuity at its end, if there is one. The step ends where a contact begins
-    /// or ends. After a recoverable error it is repeated with half its length, while retries are left.
+    /// or ends. After a recoverable error it is repeated with half its length, while retries are left. If these
+    /// attempts fail, too, the error is that of the first attempt: later ones are those of ever shorter steps.
     fn next_step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -173,7 +176,7 @@ impl Stepper {
         retries_left: &mut usize,
     ) -> Outcome<StepEnd> {
         let mut end = self.choose_step_end(shoot, options)?;
-        let locates = self.locates_contacts(shoot);
+        let (locates, mut first) = (self.locates_contacts(shoot), None);
         while locates || *retries_left > 0 {
             let counts = self.statistics;
             let mut backup = self.backup.take();
@@ -191,12 +194,14 @@ impl Stepper {
                     self.statistics.retries += 1;
                     let step = 0.5 * (end.time - shoot.state.time);
                     self.grid.rewind(self.grid.position().saturating_sub(1));
-                    end = self.choose_step_end(shoot, &RunOptions { step, ..*options })?;
+                    let first = first.get_or_insert(error);
+                    let chosen = self.choose_step_end(shoot, &RunOptions { step, ..*options });
+                    end = chosen.map_err(|_| first.clone())?;
                 }
-                result => return result,
+                result => return result.map_err(|error| first_cause(first, error)),
             }
         }
-        self.step(shoot, solver, end, options).map(|()| end)
+        self.step(shoot, solver, end, options).map(|()| end).map_err(|error| first_cause(first, error))
     }
 
     /// Makes one step, and passes the discontinuity at its end.
@@ -314,4 +319,9 @@ impl Stepper {
         let levels = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * ORDER;
         state.history.reserve(levels, &mut self.spare);
     }
+}
+
+/// Returns the error of a step whose first attempt failed, too. An error that no shorter step avoids takes precedence.
+fn first_cause(first: Option<IntegrationError>, last: IntegrationError) -> IntegrationError {
+    if last.is_recoverable() { first.unwrap_or(last) } else { last }
 }

@@ -38,9 +38,12 @@ pub(in crate::integrator) struct RunOptions {
 impl RunOptions {
     /// Returns an error unless the settings are valid and the end of the run is not in the past of the shoot.
     pub fn check(&self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
-        ParameterError::positive("time step", self.step)?;
-        ParameterError::positive("tolerance of the corrections", self.tolerance)?;
-        check_ahead("time to advance to", shoot, self.until)
+        ParameterError::positive("time step", self.step, "s")?;
+        ParameterError::positive("tolerance of the corrections", self.tolerance, "rad")?;
+        check_ahead("time to advance to", shoot, self.until)?;
+        let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps as f64);
+        let requirement = "such that there are at most 1e9 steps in a call (s)";
+        ParameterError::unless(steps <= 1e9, "time step", self.step, requirement)
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::collocation::Levels;
 use super::transient::smooth_levels;
 use super::{IntegrationError, Outcome, PointStep, ROUNDING, Step, Stepper};
-use crate::equilibrium::{Equilibrium, EquilibriumSolver, HeldRod};
+use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
@@ -20,6 +20,9 @@ use crate::tropism::{Growing, Site, TropismLaw};
 
 /// Rotation of the axis of a base's hinge that is attributed to rounding, rad. The base is not rotated then.
 const HINGE_ROUNDING: f64 = 1e-12;
+
+/// Name of the rates of variables in errors. The default of [`TropismLaw::rates`] is NaN.
+pub(super) const RATE: &str = "rate of a variable of the tropism laws, which `TropismLaw::rates` writes,";
 
 impl Stepper {
     /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
@@ -113,14 +116,16 @@ impl Stepper {
             return self.solve_held(shoot, solver, &environment);
         }
         self.force.update(rod, model.load(), &environment);
-        let (base, elements, zone) = (rod.frames()[0], rod.elements(), rod.zone());
-        let found = solver.equilibrate(rod, model.constitutive(), &self.force);
-        let found = found.map_err(|error| IntegrationError::Equilibrium { time, error })?;
-        // The history belongs to these elements, and the scene determines the base.
-        let kept = (rod.frames()[0], rod.elements(), rod.zone()) == (base, elements, zone);
-        let name = "number of elements after the equilibrium solver";
-        ParameterError::unless(kept, name, rod.elements() as f64, "that of before, with the same zone and base")?;
-        Ok(found)
+        // A solver that changes material points does so from the start: later comparisons would cost time.
+        self.unshaped.keep(rod, self.statistics.equilibria == 0);
+        let found = solver.equilibrate(rod, model.constitutive(), &self.force).and_then(|found| {
+            // The history belongs to these elements, and the scene determines the base.
+            self.unshaped.changed(rod).map_or(Ok(()), |what| Err(EquilibriumError::Changed { what }))?;
+            let what = "error or energy that the equilibrium solver reports";
+            let finite = found.error.is_finite() && found.energy.is_finite();
+            if finite { Ok(found) } else { Err(EquilibriumError::NotFinite { what }) }
+        });
+        found.map_err(|error| IntegrationError::Equilibrium { time, error })
     }
 
     /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
@@ -129,10 +134,11 @@ impl Stepper {
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
         let scene = model.scene();
         let (base, position, environment) = (scene.base(time), scene.position(time), scene.environment(time));
-        // `set_base` would normalise a quaternion that is not a rotation.
-        if !((base.norm() - 1.0).abs() < ROUNDING) {
-            return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
+        if !base.norm().is_finite() {
+            return Err(IntegrationError::NotFinite { what: "frame of the base", time });
         }
+        let (name, norm) = ("norm of the base frame's quaternion", base.norm());
+        ParameterError::unless((norm - 1.0).abs() < ROUNDING, name, norm, "1")?;
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
@@ -242,7 +248,7 @@ impl Stepper {
         self.collocation.prepare(&self.laws, size, Levels { count, times, transient });
         let first = state.rod.zone().start;
         let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
-        let mut check = Ok(());
+        let (mut check, mut defined) = (Ok(()), true);
         let integrated =
             state.history.each_step((&smooth, unread), |[before, rates_before], stimuli, variables, rates| {
                 variables.copy_from_slice(before);
@@ -254,6 +260,9 @@ impl Stepper {
                 let finite = integrated && rates.iter().all(|rate| rate.is_finite());
                 if finite {
                     check = self.memories.check(variables, rates, stimuli[count - 1]);
+                } else {
+                    tropism.rates(before, stimuli[count - 1], rates);
+                    defined = rates.iter().all(|rate| rate.is_finite());
                 }
                 finite && check.is_ok()
             });
@@ -261,6 +270,9 @@ impl Stepper {
             // More specific errors take precedence.
             self.check_size(tropism)?;
             check?;
+            if !defined {
+                return Err(IntegrationError::NotFinite { what: RATE, time: step.to });
+            }
             Err(IntegrationError::Variables { time: step.to, point: first + point })
         })
     }
@@ -278,8 +290,8 @@ impl Stepper {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
-        let (first, levels, mut check) = (state.rod.zone().start, state.history.last_two(), Ok(()));
-        let mut point = first;
+        let (levels, mut check, mut what) = (state.history.last_two(), Ok(()), RATE);
+        let mut point = state.rod.zone().start;
         let set = state.history.each_step((&levels, 0), |[before, rates_before], stimuli, variables, rates| {
             let stimuli = [stimuli[0], stimuli[1]];
             variables.copy_from_slice(before);
@@ -287,15 +299,18 @@ impl Stepper {
             point += 1;
             rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[1], rates);
+            if !variables.iter().all(|number| number.is_finite()) {
+                what = "variable that the integrator sets";
+            }
             let finite = variables.iter().chain(&*rates).all(|number| number.is_finite());
             if finite {
                 check = self.memories.check(variables, rates, stimuli[1]);
             }
             finite && check.is_ok()
         });
-        set.or_else(|point| {
+        set.or_else(|_| {
             check?;
-            Err(IntegrationError::Variables { time: step.to, point: first + point })
+            Err(IntegrationError::NotFinite { what, time: step.to })
         })
     }
 

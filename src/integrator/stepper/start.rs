@@ -1,5 +1,6 @@
 //! Start of a run: the first equilibrium and the history before it.
 
+use super::phases::RATE;
 use super::step_end::starts_at_discontinuity;
 use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver};
@@ -60,7 +61,11 @@ impl Stepper {
         state.history = history;
         self.evaluate_rates(shoot);
         if !shoot.state.history.is_finite() {
-            return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
+            let mut present = shoot.state.history.each_present();
+            let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
+            let undefined = present.any(|point| finite(point.variables) && !finite(point.rates));
+            let what = if undefined { RATE } else { "history of the variables of the tropism laws" };
+            return Err(IntegrationError::NotFinite { what, time: now });
         }
         for point in shoot.state.history.each_present() {
             self.memories.check(point.variables, point.rates, point.stimuli)?;

@@ -237,7 +237,8 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     } else {
         t + step
     };
-    ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
+    let requirement = "longer than the rounding of the time (s): a step, a delay or a memory time is too short";
+    ParameterError::unless(time > t, "time step", step, requirement)?;
     let kink = time == next_point;
     let sharp = if kink && time != discontinuity { sharp_generation(shoot, laws, options, time) } else { None };
     let (generation, discontinuity) = (sharp.unwrap_or(0), sharp.is_some() || time == discontinuity);

@@ -38,9 +38,10 @@ impl BoundarySettings {
         let ok = self.step > 0.0 && self.step <= 1.0;
         ParameterError::unless(ok, "step of the continuation", self.step, "positive and at most 1")?;
         let sides = self.sides();
-        ParameterError::positive("width of the rectangle", sides[0])?;
-        ParameterError::positive("height of the rectangle", sides[1])?;
-        ParameterError::positive("length of the direction", Vector2::from(self.direction).norm())?;
+        ParameterError::positive("width of the rectangle", sides[0], "")?;
+        ParameterError::positive("height of the rectangle", sides[1], "")?;
+        ParameterError::positive("length of the direction", Vector2::from(self.direction).norm(), "")?;
+        ParameterError::not_negative("frequency of the start", self.frequency, "rad/s")?;
         for (k, &parameter) in self.start.iter().enumerate() {
             let inside = (self.low[k]..=self.high[k]).contains(&parameter);
             ParameterError::unless(inside, "start of the boundary", parameter, "inside the rectangle")?;

@@ -34,8 +34,8 @@ impl<const N: usize> Follower<N> {
     /// The root next to an angular frequency (1/s) on the axis.
     pub fn on_axis(linear: &Linearisation, at: SVector<f64, N>, frequency: f64) -> Result<Self, StabilityError> {
         let start = Complex::new(0.0, frequency);
-        let what = "start of the boundary (there is no root next to its frequency)";
-        let none = StabilityError::NoConvergence { what, residual: frequency };
+        let what = "the root at the start of the boundary, next to the given frequency,";
+        let none = StabilityError::NoConvergence { what, residual: f64::INFINITY };
         nearest(linear, start, |_| true).map(|root| Self::new(linear, at, root)).ok_or(none)
     }
 

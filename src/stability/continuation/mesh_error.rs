@@ -18,7 +18,9 @@ pub(super) const ACCURACY: f64 = 10.0 * ROUNDING;
 /// Returns an error unless a linearisation has more elements than the mesh whose error it is to estimate.
 pub(super) fn check_finer(elements: usize, finer: &Linearisation) -> Result<(), ParameterError> {
     let (what, number) = ("number of elements of the finer mesh", finer.elements());
-    ParameterError::unless(number > elements, what, number as f64, "more than that of the mesh whose error is sought")
+    let requirement =
+        "more than that of the mesh whose error is sought: the family must use the number of elements that it receives";
+    ParameterError::unless(number > elements, what, number as f64, requirement)
 }
 
 /// The observed convergence of a result from mesh to mesh.

@@ -107,8 +107,8 @@ pub fn crossings(
 }
 
 fn check_range(from: f64, to: f64) -> Result<(), ParameterError> {
-    ParameterError::finite("start of the parameter's range", from)?;
-    ParameterError::finite("end of the parameter's range", to)
+    ParameterError::finite("start of the parameter's range", from, "")?;
+    ParameterError::finite("end of the parameter's range", to, "")
 }
 
 /// The number of unstable roots; the largest number if there are infinitely many.

@@ -133,7 +133,7 @@ impl Linearisation {
     /// A line that lies left of these, or a root that is not found.
     pub fn roots(&self, line: f64) -> Result<Vec<Root>, StabilityError> {
         const LINE: &str = "line right of which roots are sought";
-        ParameterError::finite(LINE, line)?;
+        ParameterError::finite(LINE, line, "1/s")?;
         let ok = line >= self.characteristic.leftmost() && line > accumulation(&self.essential()?);
         let requirement = "right of −0.9/τm and of the essential spectrum, or of zero where that is empty (1/s)";
         ParameterError::unless(ok, LINE, line, requirement)?;
@@ -273,7 +273,10 @@ fn check(
     check_autonomous(shoot, rod, shoot.model.load(), force.reactions(), &steady)?;
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
     let gradient = steady.largest_gradient();
-    if !(gradient * steady.radius() < 1e-8) {
+    if !gradient.is_finite() {
+        return Err(StabilityError::NotFinite { what: "growth gradient" });
+    }
+    if gradient * steady.radius() >= 1e-8 {
         return Err(StabilityError::NotSteadyState { iterations: 0, gradient });
     }
     Ok((force, steady))

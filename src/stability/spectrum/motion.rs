@@ -30,13 +30,14 @@ impl ForcedResponse {
         omega: f64,
         gradient: &Vector3<Complex<f64>>,
     ) -> Result<Self, StabilityError> {
-        ParameterError::positive("frequency of the forcing", omega)?;
+        ParameterError::positive("frequency of the forcing", omega, "rad/s")?;
         let unknowns = &characteristic.unknowns;
         let steered = |c: usize| unknowns.iter().filter(|(_, other)| *other == c).count() == characteristic.kind.len();
         for (c, part) in gradient.iter().map(|part| part.norm()).enumerate() {
-            let requirement = "along directors about which the laws steer everywhere";
-            let possible = part.is_finite() && (part == 0.0 || steered(c));
-            ParameterError::unless(possible, "growth gradient of the forcing", part, requirement)?;
+            let name = "growth gradient of the forcing";
+            ParameterError::finite(name, part, "1/m")?;
+            let requirement = "zero along directors about which the laws do not steer everywhere (1/m)";
+            ParameterError::unless(part == 0.0 || steered(c), name, part, requirement)?;
         }
         let matrix = characteristic.whole(Complex::new(0.0, omega));
         let regr = |i: usize| characteristic.transfers[characteristic.kind[i]].rate;

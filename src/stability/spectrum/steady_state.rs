@@ -103,11 +103,14 @@ fn iterate(
     check_autonomous(shoot, rod, load, force.reactions(), &steady)?;
     for iterations in 0.. {
         let gradient = steady.largest_gradient();
+        if !gradient.is_finite() {
+            return Err(StabilityError::NotFinite { what: "growth gradient" });
+        }
         if gradient * steady.radius() <= tolerance {
             break;
         }
         let failed = StabilityError::NotSteadyState { iterations, gradient };
-        if iterations == 50 || !gradient.is_finite() {
+        if iterations == 50 {
             return Err(failed);
         }
         // The gradients must vanish at points with a REGR of zero, too: all have a REGR of one here.

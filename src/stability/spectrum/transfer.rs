@@ -67,7 +67,7 @@ impl TransferFunction {
         }
         for (j, variable) in laws.variables().iter().enumerate() {
             match variable.delay {
-                Some(delay) => ParameterError::not_negative("delay of a law", delay)?,
+                Some(delay) => ParameterError::not_negative("delay of a law", delay, "s")?,
                 // A variable that is not read has no effect.
                 None => out.gradient_y.column_mut(j).fill(0.0),
             }
