@@ -23,7 +23,7 @@ impl Environment {
     }
 }
 
-/// Gravity and the base as functions of time, for example a clinostat:
+/// Gravity and the base as functions of time, for example a clinostat, with time steps of at most 1/20 of a rotation:
 ///
 /// ```
 /// use morphorod::Scene;

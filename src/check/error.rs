@@ -66,6 +66,14 @@ pub enum Quantity {
     CoupledRate(usize),
     /// Component of the growth gradient, 1/m.
     Gradient(usize),
+    /// Signed distance of a place from an obstacle, m.
+    Clearance,
+    /// Norm of the normal of an obstacle.
+    NormalLength,
+    /// Component of the normal of an obstacle.
+    Normal(usize),
+    /// Entry of the curvature of an obstacle: row and column, 1/m.
+    Curvature(usize, usize),
 }
 
 impl fmt::Display for Quantity {
@@ -102,6 +110,10 @@ impl fmt::Display for Quantity {
             Self::Initial(k) => write!(f, "initial variable {k}"),
             Self::Rate(k) => write!(f, "rate of variable {k} (its unit per second)"),
             Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (its unit per second)"),
+            Self::Clearance => write!(f, "signed distance from the obstacle (m)"),
+            Self::NormalLength => write!(f, "norm of the normal"),
+            Self::Normal(i) => write!(f, "component {} of the normal", i + 1),
+            Self::Curvature(i, j) => write!(f, "entry {}, {} of the curvature (1/m)", i + 1, j + 1),
             Self::Gradient(i) => write!(f, "component {} of the growth gradient (1/m)", i + 1),
         }
     }
@@ -122,6 +134,13 @@ pub enum Where {
         /// Time, s.
         time: f64,
     },
+    /// Place beside an obstacle.
+    Place {
+        /// Place in the fixed frame, m.
+        place: Vector3<f64>,
+        /// Index of the surface of the obstacle.
+        surface: usize,
+    },
     /// Site of a tropism law.
     Site {
         /// Index of the site among those given.
@@ -138,6 +157,9 @@ impl fmt::Display for Where {
             Self::Force(n) => write!(f, "under the force {} N", Components(n)),
             Self::Growing { sigma, time } => {
                 write!(f, "at {:.5} m from the apex and {} s", Number(*sigma), Number(*time))
+            }
+            Self::Place { place: p, surface } => {
+                write!(f, "at ({:.4e}, {:.4e}, {:.4e}) m beside surface {surface}", p.x, p.y, p.z)
             }
             Self::Site { index, arc_length } => {
                 write!(f, "at site {index}, {:.5} m from the base", Number(*arc_length))

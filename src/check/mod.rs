@@ -37,6 +37,7 @@
 mod elastic;
 mod error;
 mod growth;
+mod obstacle;
 mod sensed;
 mod symmetry;
 mod tropism;
@@ -44,6 +45,7 @@ mod tropism;
 pub use elastic::elastic_law;
 pub use error::{LawError, Quantity, Where};
 pub use growth::growth_law;
+pub use obstacle::obstacle;
 pub use tropism::{perception, response, tropism_law};
 
 use nalgebra::SVector;

@@ -80,9 +80,9 @@ pub struct Equilibrium {
     pub inertia: Inertia,
     /// Displacement of the tip (m) since the first unstable configuration of the search, unless the equilibrium is the
     /// continuation of the initial guess. It is the continuation if the unbalanced couples of the guess cause at least
-    /// a fifth of the rotation from there. For a rod with a support it is the displacement from the initial guess.
-    /// `None` if all configurations of the search were stable, and if a rod with a support was found by a descent
-    /// within 1e-3 of the length from the initial guess.
+    /// a fifth of the rotation from there. For a rod with a support it is the largest displacement of the centre
+    /// line from the initial guess. `None` if all configurations of the search were stable, and if a rod with a support
+    /// was found by a descent within 1e-3 of the length from the initial guess.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
     /// stability that does not depend on the mesh. Zero for a solver without tangent.

@@ -83,6 +83,15 @@ pub enum IntegrationError {
         /// Ratio of the largest to the smallest length per coordinate at the points of the element.
         ratio: f64,
     },
+    /// The base rotates too far in a step. The laws sense its rotation at the ends of steps and between them by
+    /// interpolation.
+    #[error("in the step to {} s the base rotates by {angle:.2} rad: take steps of at most 1/20 of a rotation", Number(*time))]
+    BaseTurns {
+        /// End of the step, s.
+        time: f64,
+        /// Rotation of the base in the step, rad.
+        angle: f64,
+    },
     /// The work of a call exceeds its limit.
     #[error(
         "at {} s the work exceeds its limit `max_work` of {limit} evaluations of the forces in the rod: increase \
@@ -188,9 +197,11 @@ impl IntegrationError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Equilibrium { error, .. } => error.is_recoverable(),
-            Self::NotConverged { .. } | Self::Variables { .. } | Self::GrowsTooFast { .. } | Self::Uneven { .. } => {
-                true
-            }
+            Self::NotConverged { .. }
+            | Self::Variables { .. }
+            | Self::GrowsTooFast { .. }
+            | Self::Uneven { .. }
+            | Self::BaseTurns { .. } => true,
             Self::Parameter(_)
             | Self::Incomplete { .. }
             | Self::Grid { .. }

@@ -63,7 +63,8 @@ pub trait Integrator {
     /// The errors of [`start`](Self::start), and:
     /// - [`Parameter`](IntegrationError::Parameter): `until` is in the past, or the history does not fit the laws.
     /// - [`NotConverged`](IntegrationError::NotConverged), [`Variables`](IntegrationError::Variables),
-    ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven): the step is too long.
+    ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven),
+    ///   [`BaseTurns`](IntegrationError::BaseTurns): the step is too long.
     /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would exceed its limit of work.
     /// - [`WorkLimit`](IntegrationError::WorkLimit): the limit of work that a setting of the integrator gives.
     /// - [`NotSlender`](IntegrationError::NotSlender): the response of the laws diverges.

@@ -35,7 +35,8 @@ pub struct Statistics {
     pub snaps: usize,
     /// End of the step with the last snap, s; `None` without a snap.
     pub last_snap: Option<f64>,
-    /// Largest displacement of the tip by a snap, m; zero without a snap.
+    /// Largest displacement by a snap, m: that of the tip, or of any place of a shoot with supports; zero without a
+    /// snap.
     pub largest_jump: f64,
     /// Number of steps of trial runs. The other costs of trial runs are included in the other counts.
     pub trial_steps: usize,

@@ -15,7 +15,7 @@ use crate::scene::Environment;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Weight {
-    /// Density ρ, kg/m³.
+    /// Density ρ, kg/m³; zero for no weight.
     pub density: f64,
 }
 
@@ -41,7 +41,7 @@ impl Load for Weight {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("density", self.density, "kg/m³")
+        ParameterError::not_negative("density", self.density, "kg/m³")
     }
 }
 

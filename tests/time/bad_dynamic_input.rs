@@ -176,7 +176,7 @@ fn invalid_tropisms_are_refused_by_name() {
 
 #[test]
 fn invalid_loads_and_scenes_are_refused_by_name() {
-    refused("density", &NOT_POSITIVE, |x| righting().load(Weight { density: x }).into_dyn().build());
+    refused("density", &NEGATIVE, |x| righting().load(Weight { density: x }).into_dyn().build());
     refused("distributed load", &NOT_FINITE, |x| {
         righting().load(Distributed(Vector3::new(0.0, x, 0.0))).into_dyn().build()
     });

@@ -68,6 +68,15 @@ impl Line {
     }
 }
 
+/// Number of places, from base to apex, at which two shapes are compared.
+pub(super) const COMPARED: usize = 17;
+
+/// The largest displacement of the centre line of a rod from given places, m. The apex may be held.
+pub(super) fn displacement(rod: &Rod, from: &[Vector3<f64>]) -> f64 {
+    let moved = rod.centre_line_at(from.len()).into_iter().zip(from).map(|(a, b)| (a - b).norm());
+    moved.fold(0.0, f64::max)
+}
+
 /// The place at a length (m) from another one, at most in the elements next to it.
 pub(super) fn moved(rod: &Rod, (mut element, x): (usize, f64), by: f64) -> (usize, f64) {
     let length = |e: usize| rod.length_of(e);

@@ -6,6 +6,7 @@
 use super::before::Before;
 use super::candidate::Candidate;
 use super::law::Status;
+use super::line::{COMPARED, displacement};
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use super::sites::Site;
@@ -29,10 +30,10 @@ impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
     /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
-        let tip = rod.tip();
+        let line = rod.centre_line_at(COMPARED);
         let (last, shift, saddles, negative) = (f64::INFINITY, 0.0, 0, None);
         let (bowed, placements, answer, distance) = (false, 0, None, 0.0);
-        let mut course = Course { reach, tip, last, shift, saddles, negative, bowed, placements, answer, distance };
+        let mut course = Course { reach, line, last, shift, saddles, negative, bowed, placements, answer, distance };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);
@@ -69,7 +70,7 @@ impl HeldSearch<'_> {
             };
             let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
             let ends = step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)?;
-            if course.reach == Reach::Near && (rod.tip() - course.tip).norm() > SETTINGS.nearby * self.length {
+            if course.reach == Reach::Near && displacement(rod, &course.line) > SETTINGS.nearby * self.length {
                 break;
             }
             if ends {

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use super::before::Before;
-use super::line::{Line, Place};
+use super::line::{COMPARED, Line, Place, displacement};
 use super::motion::Motion;
 use super::obstacles::{Obstacles, candidate_share, largest_share};
 use super::search::{Found, HeldSearch, Snapshot, project};
@@ -201,7 +201,7 @@ impl HeldSearch<'_> {
     /// Finds the equilibrium of an increment: by Newton's method, by a descent to an equilibrium next to the initial
     /// guess, or by a descent to any. In a descent the tangent is positive on the permitted directions.
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
-        let (guess, tip) = (self.snapshot(rod), rod.tip());
+        let (guess, line) = (self.snapshot(rod), rod.centre_line_at(COMPARED));
         match self.find(rod, Reach::Newton) {
             Err(error) if self.descends() && error.is_recoverable() => {}
             result => return result,
@@ -213,7 +213,7 @@ impl HeldSearch<'_> {
         let before = self.before.clone();
         let result = self.find_stable(rod, &guess, Reach::Far);
         match result {
-            Ok(()) => self.found.jump = Some((rod.tip() - tip).norm()),
+            Ok(()) => self.found.jump = Some(displacement(rod, &line)),
             Err(_) => self.before = before,
         }
         result

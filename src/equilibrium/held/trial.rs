@@ -27,8 +27,8 @@ pub(super) enum Reach {
 /// What an iteration needs to know of those before it.
 pub(super) struct Course {
     pub reach: Reach,
-    /// The tip at the initial guess, m.
-    pub tip: Vector3<f64>,
+    /// Places of the centre line at the initial guess, m.
+    pub line: Vec<Vector3<f64>>,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
     pub last: f64,
     /// Shift of the last step, N; in a descent the last one that was not zero.

@@ -156,7 +156,9 @@ impl Stepper {
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
         self.memories.read(&self.laws);
-        self.stimuli.resize(self.laws.size().stimuli, 0.0);
+        // A stimulus that a law does not write remains NaN, which is an error.
+        self.stimuli.clear();
+        self.stimuli.resize(self.laws.size().stimuli, f64::NAN);
         self.laws.check()
     }
 
