@@ -212,8 +212,8 @@ pub enum EquilibriumError {
     },
     /// The only equilibrium found is unstable.
     #[error(
-        "the equilibrium found is unstable in {negative} directions (negative eigenvalues of its tangent): the rod \
-         buckles or falls over; shorter steps, a smaller load, or a solver that is not `stable_only` may help"
+        "the equilibrium found is unstable, with {negative} negative eigenvalues of its tangent: the rod buckles or \
+         falls over; shorter steps, a smaller load, or a solver that is not `stable_only` may help"
     )]
     Unstable {
         /// Number of negative eigenvalues.

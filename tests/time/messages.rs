@@ -98,7 +98,7 @@ fn messages_of_the_builder_name_value_and_requirement() {
         ("length is minus infinity", build(growing().length(-INF).into_dyn())),
         ("radius is 0.5 but must be positive and smaller than the length (m)", build(growing().radius(0.5).into_dyn())),
         ("at least 2, the ends of the shoot", build(growing().nodes(&[]).into_dyn())),
-        ("arc length of a node", build(growing().nodes(&[0.0, NAN, 0.05]).into_dyn())),
+        ("arc length of a node", build(growing().length(0.05).nodes(&[0.0, NAN, 0.05]).into_dyn())),
         ("Young's modulus is infinite", build(Shoot::builder(tissue).length(0.05).radius(RADIUS).into_dyn())),
         ("tilt or frame of the base is not a number", build(growing().scene(Still::tilted(NAN)).into_dyn())),
         ("density is not a number", build(growing().load(Weight { density: NAN }).into_dyn())),
@@ -142,7 +142,7 @@ fn messages_of_runs_name_the_first_cause() {
         ),
         ("the force in the rod is not finite", run(growing().load(broken).into_dyn(), |run| run.retries = 60)),
         (
-            "distance of a hold from the base",
+            "the equilibrium found is unstable",
             run(growing().load(WEIGHT).support(leaving).into_dyn(), |run| run.retries = 60),
         ),
         ("its value is minus infinity", until(-INF)),
