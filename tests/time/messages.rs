@@ -143,7 +143,7 @@ fn messages_of_runs_name_the_first_cause() {
         ("the force in the rod is not finite", run(growing().load(broken).into_dyn(), |run| run.retries = 60)),
         (
             "the equilibrium found is unstable",
-            run(growing().load(WEIGHT).support(leaving).into_dyn(), |run| run.retries = 60),
+            run(growing().load(WEIGHT).support(leaving).into_dyn(), |run| run.retries = 2),
         ),
         ("its value is minus infinity", until(-INF)),
         ("the condition is not finite", until(NAN)),
