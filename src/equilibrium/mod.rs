@@ -173,8 +173,8 @@ impl std::fmt::Display for ContactViolation {
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
-        "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load or a larger \
-         `max_iterations` may help",
+        "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load, a larger \
+         tolerance or a larger `max_iterations` may help",
         describe_search(*step, *residual, *force),
         contact.map_or(String::new(), |worst| format!("; {worst}"))
     )]
@@ -212,8 +212,8 @@ pub enum EquilibriumError {
     },
     /// The only equilibrium found is unstable.
     #[error(
-        "the equilibrium found is unstable in {negative} directions (negative eigenvalues of its tangent): the rod \
-         buckles or falls over; shorter steps, a smaller load, or a solver that is not `stable_only` may help"
+        "the equilibrium found is unstable, with {negative} negative eigenvalues of its tangent: the rod buckles or \
+         falls over; shorter steps, a smaller load, or a solver that is not `stable_only` may help"
     )]
     Unstable {
         /// Number of negative eigenvalues.

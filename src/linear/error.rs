@@ -36,8 +36,8 @@ pub enum StabilityError {
     /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
     #[error(
         "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted \
-         from zero over all laws, changes by {:.4} (its unit per second), which is {:.2} of the terms of this rate",
-        Number(*rate), Number(*share)
+         from zero over all laws, changes by {:.4} (its unit per second)",
+        Number(*rate)
     )]
     NotSteady {
         /// Name of the type of the law.
@@ -132,7 +132,11 @@ pub enum StabilityError {
         most: f64,
     },
     /// A root, a crossing or a count of roots did not converge.
-    #[error("{what} did not converge: the last residual or change is {}", Known(*residual))]
+    #[error(
+        "{what} did not converge: the last residual or change is {}; a start nearer to the solution, or more elements \
+         may help",
+        Known(*residual)
+    )]
     NoConvergence {
         /// The quantity.
         what: &'static str,

@@ -84,21 +84,13 @@ fn invalid_initial_guesses_are_refused_by_name() {
         let (shoot, root) = (plan(LENGTH).shoot(), &*MODE);
         let circle = |root: &Root, radius| RotatingWaveSolver::default().from_mode(&shoot, root, radius);
         let swing = |root: &Root, amplitude| PeriodicSolver::default().from_mode(&shoot, root, amplitude);
-        for amplitude in [f64::NAN, f64::INFINITY] {
+        // No orbit has an amplitude above the length of the shoot.
+        for amplitude in [f64::NAN, f64::INFINITY, 0.0, -0.02, 10.0, 1e300] {
             assert_eq!(refused(circle(root, amplitude)), "amplitude of the initial guess");
-        }
-        for amplitude in [f64::NAN, f64::INFINITY, 0.0, -0.02] {
             assert_eq!(refused(swing(root, amplitude)), "amplitude of the initial guess");
         }
-        for amplitude in [0.0, 1e-9] {
-            assert!(matches!(circle(root, amplitude), Err(CycleError::Stationary { .. })));
-        }
+        assert!(matches!(circle(root, 1e-9), Err(CycleError::Stationary { .. })));
         assert!(matches!(swing(root, 1e-9), Err(CycleError::Stationary { .. })));
-        // A shape of this amplitude has no equilibrium on these elements.
-        for amplitude in [10.0, 1e300] {
-            assert!(matches!(circle(root, amplitude), Err(CycleError::Equilibrium(_))));
-            assert!(matches!(swing(root, amplitude), Err(CycleError::Equilibrium(_))));
-        }
         let with_rate = |rate: f64| {
             let mut root = root.clone();
             root.value.im = rate;

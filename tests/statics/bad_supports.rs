@@ -38,7 +38,7 @@ fn holds_beyond_the_reach_of_the_rod_between_them_are_refused() {
     refused(&(middle.on_line(at(0.45), Vector3::z_axis()), apex.at(at(-0.1))), 0.0, &between);
     // A ring whose middle is held farther away than half of its length does not close.
     refused(&(Hold::place(0.625 * LENGTH).at(at(0.3)), Hold::place(0.25 * LENGTH).at(at(-0.2))), 0.0, &["two holds"]);
-    refused(&(middle.at(at(0.6)), apex.at(at(0.0))), 0.0, &["distance of a hold from the base", "at 0.0250 m"]);
+    refused(&(middle.at(at(0.6)), apex.at(at(0.0))), 0.0, &["distance of a hold from the base", "at 0.025 m"]);
     // Almost taut parts are permitted. A part at its full length has no equilibrium under its weight.
     horizontal().hold(&(middle.at(at(0.499)), apex.on_plane(Vector3::zeros(), Vector3::z_axis())));
 }
@@ -140,7 +140,7 @@ fn functions_that_are_no_signed_distance_are_refused() {
         let value = if at.x > 0.03 { f64::NAN } else { floor.distance(at, t).value };
         Distance { value, ..floor.distance(at, t) }
     };
-    refused(&contact(Of(nan, no_velocity), 0.0), 0.0, &["derivative of the distance", "m from the base"]);
+    refused(&contact(Of(nan, no_velocity), 0.0), 0.0, &["distance from an obstacle", "m from the base"]);
     let flat = |at: &Vector3<f64>, t: f64| Distance { curvature: Matrix3::zeros(), ..ball.distance(at, t) };
     refused(&contact(Of(flat, no_velocity), 0.0), 0.0, &["curvature of an obstacle", "m from the base"]);
     let sound = |at: &Vector3<f64>, t: f64| ball.distance(at, t);

@@ -257,10 +257,7 @@ fn potentials_without_an_energy_are_errors_and_leave_the_rod_unchanged() {
         (Box::new(spring(|x| Energy { stiffness: sound(x).stiffness * 1.1, ..sound(x) })), "error of the stiffness"),
         (Box::new(spring(|x| Energy { value: f64::NAN, ..sound(x) })), "sum of an energy and its derivatives"),
         (Box::new(spring(|x| Energy { stiffness: sound(x).stiffness * f64::NAN, ..sound(x) })), "sum of an energy"),
-        (
-            Box::new(joint(0.0, UnitQuaternion::identity(), |x| Energy { gradient: spin * x, ..sound(x) })),
-            "at 0.0500 m",
-        ),
+        (Box::new(joint(0.0, UnitQuaternion::identity(), |x| Energy { gradient: spin * x, ..sound(x) })), "at 0.05 m"),
         (Box::new(joint(LENGTH, UnitQuaternion::identity(), sound)), "distance of a hold from the base"),
         (
             Box::new((apex, joint(-0.01, UnitQuaternion::identity(), sound))),

@@ -41,8 +41,9 @@ impl RunOptions {
         ParameterError::positive("time step", self.step, "s")?;
         ParameterError::positive("tolerance of the corrections", self.tolerance, "rad")?;
         check_ahead("time to advance to", shoot, self.until)?;
-        let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps as f64);
-        let requirement = "such that there are at most 1e9 steps in a call (s)";
+        // Each step has work.
+        let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps.min(self.max_work) as f64);
+        let requirement = "such that a call has at most 1e9 steps up to its end (s)";
         ParameterError::unless(steps <= 1e9, "time step", self.step, requirement)
     }
 }

@@ -137,6 +137,7 @@ impl Stepper {
         if !base.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "frame of the base", time });
         }
+        // `set_base` would normalise a quaternion that is not a rotation.
         let (name, norm) = ("norm of the base frame's quaternion", base.norm());
         ParameterError::unless((norm - 1.0).abs() < ROUNDING, name, norm, "1")?;
         if !environment.gravity.norm().is_finite() {
@@ -290,8 +291,8 @@ impl Stepper {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
-        let (levels, mut check, mut what) = (state.history.last_two(), Ok(()), RATE);
-        let mut point = state.rod.zone().start;
+        let (first, levels, mut check) = (state.rod.zone().start, state.history.last_two(), Ok(()));
+        let mut point = first;
         let set = state.history.each_step((&levels, 0), |[before, rates_before], stimuli, variables, rates| {
             let stimuli = [stimuli[0], stimuli[1]];
             variables.copy_from_slice(before);
@@ -299,18 +300,15 @@ impl Stepper {
             point += 1;
             rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[1], rates);
-            if !variables.iter().all(|number| number.is_finite()) {
-                what = "variable that the integrator sets";
-            }
             let finite = variables.iter().chain(&*rates).all(|number| number.is_finite());
             if finite {
                 check = self.memories.check(variables, rates, stimuli[1]);
             }
             finite && check.is_ok()
         });
-        set.or_else(|_| {
+        set.or_else(|point| {
             check?;
-            Err(IntegrationError::NotFinite { what, time: step.to })
+            Err(IntegrationError::Variables { time: step.to, point: first + point })
         })
     }
 
