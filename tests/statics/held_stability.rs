@@ -199,10 +199,10 @@ fn stable_ring_has_one_neutral_direction_on_every_mesh() {
         held.stable_only = false;
         for step in 0..30 {
             held.hold(&closed(0.08 * f64::from(step)));
-            // Eigenvalues up to 1e-8 count as neutral. Before the error of a step took account of the change of the
-            // reactions, they were up to 1e-7.
+            // Eigenvalues up to 1e-8 count as neutral. The largest is 2.3e-10, by the error of the solver. Before this
+            // error took account of the change of the reactions, it was 1e-7.
             assert_eq!(held.signs(), (0, 1), "{elements} elements, step {step}");
-            assert!(held.found.inertia.margin < 1e-10, "{elements} elements, step {step}: {:?}", held.found.inertia);
+            assert!(held.found.inertia.margin < 1e-9, "{elements} elements, step {step}: {:?}", held.found.inertia);
         }
     }
 }

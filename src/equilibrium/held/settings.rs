@@ -10,8 +10,8 @@ pub(super) struct Settings {
     /// Largest number of iterations of a search next to the initial guess, and of a descent to any equilibrium. Nearly
     /// all searches that succeed take fewer.
     pub iterations: [usize; 2],
-    /// Largest displacement of the centre line from the initial guess to an equilibrium that is next to it, relative to the
-    /// length. It exceeds the motions that follow failures of Newton's method next to an equilibrium.
+    /// Largest displacement of the centre line from the initial guess to an equilibrium that is next to it, relative to
+    /// the length. It exceeds the motions that follow failures of Newton's method next to an equilibrium.
     pub nearby: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
