@@ -181,16 +181,13 @@ fn steering() -> impl TropismLaw + Copy {
 /// Checks that a wrong quantity is reported as `expected`.
 fn found(wrong: Quantity, expected: Quantity, answer: Result<(), LawError>) {
     let error = answer.expect_err(&format!("{wrong:?} is not found"));
-    let found = match error.quantity {
-        Quantity::LineStrainSlope(i, _) => Quantity::LineStrain(i),
-        Quantity::ApicalSpeedSlope => Quantity::ApicalSpeed,
-        quantity => quantity,
-    };
-    assert_eq!(found, expected, "{wrong:?}: {error}");
+    let pair = (expected, error.quantity);
+    let slope = matches!(pair, (Quantity::LineStrain(i), Quantity::LineStrainSlope(j, _)) if i == j)
+        || pair == (Quantity::ApicalSpeed, Quantity::ApicalSpeedSlope);
+    assert!(error.quantity == expected || slope, "{wrong:?}: {error}");
     // The sign is wrong, so that the two numbers differ.
     assert!((error.value - error.expected).abs() > 0.1 * error.value.abs(), "{error}");
-    let text = error.to_string();
-    assert!(text.contains("Flipped") && text.contains("must be") && !text.contains("NaN"), "{text}");
+    assert!(["Flipped", "must be"].iter().all(|words| error.to_string().contains(words)), "{error}");
 }
 
 #[test]
@@ -205,19 +202,17 @@ fn wrong_signs_of_elastic_laws_are_found() {
     for wrong in wrong {
         found(wrong, wrong, check::elastic_law(&Flipped { law: coupled(), wrong }, &tissue, &points()));
     }
-    let none = Quantity::Regr;
-    assert_eq!(check::elastic_law(&Flipped { law: coupled(), wrong: none }, &tissue, &points()), Ok(()));
+    let sound = Flipped { law: coupled(), wrong: Quantity::Regr };
+    assert_eq!(check::elastic_law(&sound, &tissue, &points()), Ok(()));
 }
 
 #[test]
 fn wrong_signs_of_growth_laws_are_found() {
-    let points = [(0.01, 0.0), (0.02, 5e3)];
-    let (zone_length, time) = (0.04, 72e3);
+    let (points, zone_length, time) = ([(0.01, 0.0), (0.02, 5e3)], 0.04, 72e3);
+    let (uniform, linear) = (UniformGrowth { zone_length, time }, LinearProfile { zone_length, time });
     for wrong in [Quantity::Regr, Quantity::ApicalSpeed, Quantity::Distance, Quantity::Stretch, Quantity::ExitTime] {
-        let law = UniformGrowth { zone_length, time };
-        found(wrong, wrong, check::growth_law(&Flipped { law, wrong }, &points, 3600.0));
-        let law = LinearProfile { zone_length, time };
-        found(wrong, wrong, check::growth_law(&Flipped { law, wrong }, &points, 3600.0));
+        found(wrong, wrong, check::growth_law(&Flipped { law: uniform, wrong }, &points, 3600.0));
+        found(wrong, wrong, check::growth_law(&Flipped { law: linear, wrong }, &points, 3600.0));
     }
 }
 
