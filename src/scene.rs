@@ -153,7 +153,7 @@ impl Scene for Still {
 
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("gravity", self.gravity.sum(), "m/s²")?;
-        ParameterError::finite("tilt or frame of the base", self.base.coords.sum(), "rad")?;
+        ParameterError::finite("tilt or frame of the base", self.base.coords.sum(), "")?;
         let norm = self.base.coords.norm();
         ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
     }
@@ -212,7 +212,7 @@ impl<S: Scene> Scene for Turned<S> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.scene.check()?;
-        ParameterError::finite("rotation of the base", self.turn.coords.sum(), "rad")?;
+        ParameterError::finite("rotation of the base", self.turn.coords.sum(), "")?;
         ParameterError::finite("`from` of a turned base", self.from, "s")?;
         let (name, until) = ("`until` of a turned base", self.until);
         ParameterError::unless(until > self.from, name, until, "later than `from` (s)")

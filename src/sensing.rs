@@ -20,6 +20,8 @@ pub(crate) fn visit_stimuli(
     mut visit: impl FnMut(usize, &Site, &[f64]),
 ) {
     let each = |i: usize, site: &Site| {
+        // A stimulus that the law does not write is an error, not that of the point before.
+        stimuli.fill(f64::NAN);
         law.sense(site, stimuli);
         visit(i, site, stimuli);
     };

@@ -18,7 +18,7 @@ const SLOPE_OF_COUPLE: &str = "the derivative of the couple";
 /// Checks an elastic law at pairs of an elastic strain u − u* (1/m) and a force in the rod (N), both along the
 /// directors, in a tissue.
 ///
-/// The energy must be zero at zero strain, the couple must be the derivative of the energy, and the tangent that of the
+/// Energy and couple must be zero at zero strain, the couple must be the derivative of the energy, and the tangent that of the
 /// couple and symmetric. Under the force, n = ∂Φ/∂v must hold for the strain v and the energy Φ of the centre line, v
 /// must be (0, 0, 1) without force, and the compliance must be ∂v/∂n, symmetric and not negative. The forces have no
 /// effect on a law without shear and stretch.
@@ -37,6 +37,11 @@ pub fn elastic_law<C: Constitutive>(
     let rest = Bent::new(law, tissue, &zero)?;
     let size = rest.here.tangent.norm() * rest.step.powi(2);
     rest.at.equal(Quantity::Energy, [rest.here.energy, 0.0], WRONG * size, "zero without elastic strain")?;
+    for i in 0..3 {
+        let values = [rest.here.couple[i], 0.0];
+        let requirement = "zero without elastic strain: describe a prestrain by the intrinsic strain";
+        rest.at.equal(Quantity::Couple(i), values, WRONG * size / rest.step, requirement)?;
+    }
     let bent = points.iter().map(|(strain, _)| Bent::new(law, tissue, strain)).collect::<Result<Vec<_>, _>>()?;
     // A couple that is zero by chance hides its own sign, and a wrong couple looks like a wrong tangent there.
     bent.iter().try_for_each(Bent::check_couple)?;

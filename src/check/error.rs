@@ -159,7 +159,7 @@ impl fmt::Display for Where {
                 write!(f, "at {:.5} m from the apex and {} s", Number(*sigma), Number(*time))
             }
             Self::Place { place: p, surface } => {
-                write!(f, "at ({:.4e}, {:.4e}, {:.4e}) m beside surface {surface}", p.x, p.y, p.z)
+                write!(f, "at {} m beside surface {surface}", Components(p))
             }
             Self::Site { index, arc_length } => {
                 write!(f, "at site {index}, {:.5} m from the base", Number(*arc_length))
@@ -199,8 +199,9 @@ pub struct LawError {
 impl fmt::Display for LawError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, quantity, place, value, expected, requirement } = self;
-        // The type of laws that are chosen at run time, such as `DynConstitutive`, does not name the law.
-        let known = !law.starts_with("alloc::sync::Arc<dyn ");
+        // The type of a law that is chosen at run time, behind a pointer, does not name the law.
+        let pointers = ["alloc::sync::Arc<dyn ", "alloc::rc::Rc<dyn ", "alloc::boxed::Box<dyn ", "dyn "];
+        let known = !pointers.iter().any(|pointer| law.trim_start_matches('&').starts_with(pointer));
         let law = if known { format!("`{law}`") } else { "a law that was chosen at run time".to_owned() };
         write!(f, "the {quantity} of {law} is {:.7} {place} but must be ", Number(*value))?;
         if expected.is_nan() {

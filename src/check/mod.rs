@@ -1,4 +1,4 @@
-//! Checks of laws: whether what a law returns in one method agrees with what it returns in the others.
+//! Checks of laws and obstacles: whether what a law returns in one method agrees with what it returns in the others.
 //!
 //! A wrong sign in a law of your own is not an error of the solvers. A wrong tangent, for example, costs a thousand
 //! iterations. Each function of this module evaluates a law at given points, and compares its methods by central

@@ -7,10 +7,10 @@ use super::{STEP, WRONG, slope};
 use crate::support::Obstacle;
 
 /// Checks the surfaces of an obstacle at places (m) and a time (s). The places should be outside or near the surface,
-/// away from its edges.
+/// and farther from its edges than the step of the differences: 1/1000 of the radius of curvature, at most 1 mm.
 ///
 /// The gradient of the distance must be a unit vector, and value, normal and curvature must be derivatives of each
-/// other. A function whose gradient is longer or shorter, such as x² + y² − R², is no distance.
+/// other. A function whose gradient is longer or shorter, such as x² + y² − R², is no distance. The velocity is not checked.
 ///
 /// ```
 /// use morphorod::check;
@@ -23,8 +23,8 @@ use crate::support::Obstacle;
 /// ```
 ///
 /// # Errors
-/// The first quantity that is not finite or contradicts the others, in the order value, norm of the normal, normal,
-/// curvature.
+/// The first quantity that is not finite or contradicts the others, for each place and surface in this order: value, norm
+/// of the normal, then each component of the normal with its column of the curvature.
 pub fn obstacle<O: Obstacle + ?Sized>(obstacle: &O, places: &[Vector3<f64>], time: f64) -> Result<(), LawError> {
     for place in places {
         for surface in 0..obstacle.surfaces() {
@@ -33,8 +33,7 @@ pub fn obstacle<O: Obstacle + ?Sized>(obstacle: &O, places: &[Vector3<f64>], tim
             at.finite(Quantity::Clearance, here.value)?;
             let norm = here.normal.norm();
             at.equal(Quantity::NormalLength, [norm, 1.0], WRONG, "the norm of the gradient of a distance")?;
-            at.finite(Quantity::Curvature(0, 0), here.curvature.sum())?;
-            // The radius of curvature of the surface of equal distance is the scale of its changes; 1 m for a plane.
+            // The radius of curvature of the surface of equal distance is the scale of its changes, at most 1 m.
             let radius = here.curvature.norm().max(1.0).recip();
             for j in 0..3 {
                 let moved = |by: f64| obstacle.distance_to(surface, &(place + Vector3::ith(j, by)), time);
@@ -44,6 +43,7 @@ pub fn obstacle<O: Obstacle + ?Sized>(obstacle: &O, places: &[Vector3<f64>], tim
                 at.equal(Quantity::Normal(j), values, WRONG + error.x, requirement)?;
                 let (expected, error) = slope(|by| moved(by).normal, STEP * radius);
                 for i in 0..3 {
+                    at.finite(Quantity::Curvature(i, j), here.curvature[(i, j)])?;
                     let values = [here.curvature[(i, j)], expected[i]];
                     let tolerance = WRONG / radius + error[i];
                     at.equal(Quantity::Curvature(i, j), values, tolerance, "the derivative of the normal")?;

@@ -307,7 +307,7 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         }
         let (couple, requirement) =
             (response.couple.norm(), "zero: describe a prestrain by the intrinsic strain (N m)");
-        // The angle by which this couple bends the rod has the same bound as the norm of the base frame.
+        // The couple bends the rod by this angle, which is far below the error of a shape.
         let vanishes = couple * length < 1e-9 * stiffness.min();
         ParameterError::unless(vanishes, "couple without elastic strain", couple, requirement).map_err(at)?;
         let Some(line) = material.line_response(&tissue, &zero) else { continue };
@@ -353,8 +353,8 @@ pub trait EquilibriumSolver {
     /// guess is the current configuration. The frame of the base does not change. The force must be that in
     /// this rod.
     ///
-    /// An integrator adds the counts of the result to its [`Statistics`](crate::integrator::Statistics), of which a
-    /// limit of work depends. It reports a snap for a result with `jump`. `error` is a part of the error estimate of
+    /// An integrator adds the counts of the result to its [`Statistics`](crate::integrator::Statistics), on which
+    /// limits of work depend. It reports a snap for a result with `jump`. `error` is a part of the error estimate of
     /// [`Adaptive`](crate::integrator::Adaptive). The other fields are for the user.
     ///
     /// # Errors

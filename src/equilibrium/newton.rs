@@ -46,7 +46,7 @@ pub(super) use with_points;
 #[derive(Debug, Clone)]
 pub struct NewtonSolver {
     /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad; positive.
-    /// 1e-11 by default; an integrator with a solver of its own chooses another one.
+    /// 1e-11 by default. `Adaptive` sets it from its tolerance, and `MethodOfSteps::new` uses 1e-8.
     pub tolerance: f64,
     /// Largest number of Newton iterations. With a support, the increments of the load path and the search for
     /// contacts have bounds of their own, and [`Equilibrium::iterations`], the sum over them, may be larger.
@@ -229,24 +229,32 @@ impl NewtonSolver {
     }
 
     /// The equilibrium of the free rod, for a rod with obstacles only that touched none at the start of the increment.
-    /// `None` if there is none next to the initial guess, or if the rod touches or could pass an obstacle on its way.
+    /// `None` if there is none next to the initial guess, or if the rod touches or could pass an obstacle on its way. The
+    /// counts of the search are added to `spent`.
     fn search_free<C: Constitutive, L: Load, U: Support>(
         &mut self,
         held: &HeldRod<C, L, U>,
+        spent: &mut Equilibrium,
     ) -> Result<Option<Held>, EquilibriumError> {
         let &HeldRod { rod, material, load, support, environment, earlier, before, .. } = held;
-        let Some((_, _, [])) = before else { return Ok(None) };
-        let touches = !earlier.1.is_empty() || support.base().is_some();
+        let Some(before @ (_, _, [])) = before else { return Ok(None) };
+        let touches = !earlier.1.is_empty() || support.base().is_some() || support.contacts().is_empty();
         if touches || !support.holds(environment.time).is_empty() || !support.potentials().is_empty() {
             return Ok(None);
         }
         let mut shape = rod.clone();
         let mut force = InternalForce::of(rod, load, environment);
-        let Ok(equilibrium @ Equilibrium { jump: None, .. }) = self.equilibrate(&mut shape, material, &force) else {
-            return Ok(None);
+        let equilibrium = match self.equilibrate(&mut shape, material, &force) {
+            Ok(found) => found,
+            Err(error) if error.is_recoverable() => return Ok(None),
+            Err(error) => return Err(error),
         };
+        *spent = equilibrium;
+        if equilibrium.jump.is_some() {
+            return Ok(None);
+        }
         let mut search = self.held(rod, (material, load), &mut force, support, (true, 1.0))?;
-        before.into_iter().for_each(|before| search.since(before, None));
+        search.since(before, None);
         let held = Held { equilibrium, increments: 1, reactions: Vec::new(), rod: shape, patches: Vec::new() };
         Ok(search.stays_clear(&held.rod)?.then_some(held))
     }
@@ -255,7 +263,8 @@ impl NewtonSolver {
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        if let Some(free) = self.search_free(held)? {
+        let mut spent = Equilibrium::default();
+        if let Some(free) = self.search_free(held, &mut spent)? {
             return Ok(free);
         }
         let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before, nearby } = held;
@@ -269,7 +278,10 @@ impl NewtonSolver {
         search.nearby = nearby;
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
-        let Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;
+        let Found { mut equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;
+        equilibrium.iterations += spent.iterations;
+        equilibrium.factorisations += spent.factorisations;
+        equilibrium.evaluations += spent.evaluations;
         let mut strains = Vec::new();
         strain_line(&mut strains, &shape, material, &force);
         check_line(&strains, &force)?;

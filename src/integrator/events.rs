@@ -39,7 +39,7 @@ pub(super) fn advance_showing_until<M: Model>(
         let mut before = shoot.state.clone();
         let mut value = evaluate(shoot)?;
         statistics += outputs.show_passed(integrator, shoot, &before)?;
-        if located || outputs.times.peek().is_some() {
+        if value < 0.0 && (located || outputs.times.peek().is_some()) {
             // An integrator that chooses a resolution does so once for the whole time, not for each repeated step.
             statistics += integrator.advance_at_most(shoot, latest, 0)?;
         }

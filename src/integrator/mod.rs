@@ -72,7 +72,8 @@ pub trait Integrator {
         self.advance_at_most(shoot, until, usize::MAX)
     }
 
-    /// Advances the shoot towards time `until` (s), by at most `max_steps` steps.
+    /// Advances the shoot towards time `until` (s), by at most `max_steps` steps. A call with zero steps starts a shoot
+    /// that was not started, and may choose a resolution; it does not change the time.
     ///
     /// # Errors
     /// The errors of [`advance`](Self::advance).

@@ -169,8 +169,8 @@ impl TimeStepper {
     /// # Errors
     /// The errors of [`prepare`](Self::prepare); [`Parameter`](super::IntegrationError::Parameter) for an end that is
     /// not in the future, after a discontinuity, or later than growth permits;
-    /// [`GrowsTooFast`](super::IntegrationError::GrowsTooFast), [`Uneven`](super::IntegrationError::Uneven). The shoot
-    /// does not change then.
+    /// [`GrowsTooFast`](super::IntegrationError::GrowsTooFast), [`Uneven`](super::IntegrationError::Uneven),
+    /// [`BaseTurns`](super::IntegrationError::BaseTurns). The shoot does not change then.
     pub fn begin<'a, M: Model, E: EquilibriumSolver>(
         &'a mut self,
         shoot: &'a mut Shoot<M>,

@@ -68,7 +68,8 @@ impl Line {
     }
 }
 
-/// Number of places, from base to apex, at which two shapes are compared.
+/// Number of places, from base to apex, at which two shapes are compared. The tip alone does not suffice, since it may
+/// be held; a rod with sixteen bends is no neighbour of another one in any case.
 pub(super) const COMPARED: usize = 17;
 
 /// The largest displacement of the centre line of a rod from given places, m. The apex may be held.

@@ -241,8 +241,7 @@ impl HeldSearch<'_> {
     fn has_converged(&mut self, rod: &Rod, step: &Step, (last, distance): (f64, f64)) -> bool {
         let turn = step.turn;
         let stretching = step.stretch > 1e-8 * self.length;
-        // The next error is the product of the step and the distance of the tangent: a change of a reaction turns the
-        // couples on a rotated frame.
+        // The next error is the product of the step and the distance of the tangent, which contains the reactions.
         let ratio = (turn / last.min(1.0)).max(distance);
         let error = 4.0 * turn * ratio.min(1.0);
         // A new contact is one that the last step has missed.

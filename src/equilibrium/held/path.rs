@@ -92,14 +92,7 @@ impl HeldSearch<'_> {
     /// Returns to the shape, the base and the time at the start of the increment if a part of the rod could pass an
     /// obstacle from there to the initial guess. Returns whether it could.
     fn rewind(&mut self, rod: &mut Rod) -> bool {
-        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
-        let mut start = rod.clone();
-        start.sample_shape(&self.before.rod);
-        self.set_share(0.0);
-        if self.largest_motion(&start, rod, time) >= 1.0 {
-            self.set_share(1.0);
-            return false;
-        }
+        let Some(start) = self.start_before(rod) else { return false };
         *rod = start;
         self.turn_hinge(1.0, 0.0);
         self.locate(rod);
@@ -115,11 +108,21 @@ impl HeldSearch<'_> {
         if self.add_candidates(shape, -SETTINGS.rounding * self.length) {
             return Ok(false);
         }
-        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return Ok(false) };
+        Ok(self.start_before(shape).is_none())
+    }
+
+    /// The shape at the start of the increment, if a part of the rod could pass an obstacle from there to a shape. The
+    /// share of the motion is then zero.
+    fn start_before(&mut self, shape: &Rod) -> Option<Rod> {
+        let time = self.motion.as_ref().map(|motion| motion.time(1.0))?;
         let mut start = shape.clone();
         start.sample_shape(&self.before.rod);
         self.set_share(0.0);
-        Ok(self.largest_motion(&start, shape, time) >= 1.0)
+        if self.largest_motion(&start, shape, time) >= 1.0 {
+            self.set_share(1.0);
+            return None;
+        }
+        Some(start)
     }
 
     /// The largest share of the motion, at most `next`, up to which no part of the rod can pass an obstacle.

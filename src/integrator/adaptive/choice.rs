@@ -34,19 +34,21 @@ impl<M: Model> Runs<'_, M> {
         let (mut run, mut estimate) = self.first_runs(until)?;
         // Run 5: shorter steps by the observed order, until the estimate is below the tolerance.
         loop {
-            if estimate.reported() + run.error_of_equilibria() <= tolerance && !extrapolated {
+            let solved = run.error_of_equilibria();
+            let (reached, left) = (estimate.reported() + solved, tolerance - solved);
+            if reached <= tolerance && !extrapolated {
                 return Ok(self.accept(run, estimate.reported()));
             }
-            if estimate.left_for_steps(tolerance) <= 0.0 {
-                return Err(self.not_met(estimate.reported()));
+            if estimate.left_for_steps(left) <= 0.0 {
+                return Err(self.not_met(reached));
             }
-            let (ratio, is_last) = estimate.next_refinement(tolerance, extrapolated);
+            let (ratio, is_last) = estimate.next_refinement(left, extrapolated);
             let plan = Plan { step: run.plan.step / ratio, ..run.plan };
             if is_last {
                 let last = self.run_at_most(plan, max_steps)?;
                 return Ok(self.accept(last, estimate.extrapolated(ratio)));
             }
-            let finer = self.run(plan, estimate.reported())?;
+            let finer = self.run(plan, reached)?;
             estimate = estimate.refined(ratio, finer.distance(&run));
             run = finer;
         }
@@ -62,7 +64,7 @@ impl<M: Model> Runs<'_, M> {
             match self.compare(&mut coarse) {
                 Ok((run, estimate)) if estimate.is_asymptotic() => return Ok((run, estimate)),
                 Ok((_, estimate)) => (failure, reached) = (None, estimate.reported()),
-                Err(IntegrationError::GrowsTooFast { .. }) => (),
+                Err(error @ IntegrationError::GrowsTooFast { .. }) => failure = failure.or(Some(error)),
                 Err(error) if error.is_recoverable() => {
                     // Shorter elements may prevent these failures only.
                     if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {

@@ -133,7 +133,7 @@ impl ErrorEstimate {
         Self { time, later, space, steps }
     }
 
-    /// Error estimate of a run from its differences from a run with twice the steps and elements of the given order that
+    /// Error estimate of a run from its differences from a run with steps twice as long, and elements of the given order that
     /// are longer by `ratio`. The differences are those over the time of the call, and over this time and the delays
     /// after it. Either steps or elements may have caused all of them. An order of one less than that of the method is
     /// assumed, since no order has been observed. `initial` is the error of the initial equilibrium.

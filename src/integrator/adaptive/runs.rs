@@ -16,8 +16,7 @@ use crate::tropism::Declaration;
 /// Tolerance of the initial equilibrium, relative to that of the run: as for merging.
 const INITIAL: f64 = AIM_OF_MERGING;
 
-/// Largest time over the delays after the call, in longest steps. The first run of a call has eight steps or more, so
-/// that only a delay of more than 125 times the time of the call is longer.
+/// Largest time over the delays after the call, in longest steps. It bounds the work for long delays.
 const MOST_LATER_STEPS: f64 = 1000.0;
 
 /// Result of a run.

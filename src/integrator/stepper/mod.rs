@@ -156,9 +156,7 @@ impl Stepper {
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
         self.memories.read(&self.laws);
-        // A stimulus that a law does not write remains NaN, which is an error.
-        self.stimuli.clear();
-        self.stimuli.resize(self.laws.size().stimuli, f64::NAN);
+        self.stimuli.resize(self.laws.size().stimuli, 0.0);
         self.laws.check()
     }
 
@@ -169,7 +167,7 @@ impl Stepper {
 
     /// Makes one step and passes the discontinuity at its end, if there is one. The step ends where a contact begins
     /// or ends. After a recoverable error it is repeated with half its length, while retries are left. If these
-    /// attempts fail, too, the error is that of the first attempt: later ones are those of ever shorter steps.
+    /// attempts fail, too, the error is that of the first attempt, unless a later one is not recoverable.
     fn next_step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
