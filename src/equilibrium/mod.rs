@@ -294,6 +294,7 @@ impl EquilibriumError {
 /// Returns an error for an elastic law without positive stiffness, or without a finite response to a force, at
 /// some place of a rod at a time (s).
 pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
+    let length = rod.length();
     for point in rod.points() {
         let (tissue, zero) = (Tissue::of(point, time), Vector3::zeros());
         let at = |error: ParameterError| error.at(rod.initial_length() - point.initial_apex_distance);
@@ -307,7 +308,7 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         let (couple, requirement) =
             (response.couple.norm(), "zero: describe a prestrain by the intrinsic strain (N m)");
         // The angle by which this couple bends the rod has the same bound as the norm of the base frame.
-        let vanishes = couple * rod.length() < 1e-9 * stiffness.min();
+        let vanishes = couple * length < 1e-9 * stiffness.min();
         ParameterError::unless(vanishes, "couple without elastic strain", couple, requirement).map_err(at)?;
         let Some(line) = material.line_response(&tissue, &zero) else { continue };
         let compliance = line.compliance.diagonal();
