@@ -333,7 +333,9 @@ impl EquilibriumSolver for NewtonSolver {
     ) -> Result<Equilibrium, EquilibriumError> {
         ParameterError::positive("tolerance of the equilibrium", self.tolerance, "rad")?;
         force.check(rod)?;
-        check_finite(rod, force)?;
+        if !force.largest().is_finite() {
+            check_finite(rod, force)?;
+        }
         self.workspace.system.initial.keep(rod);
         let answer = with_points!(rod, self, search(rod, material, force)).and_then(|found| {
             let strains = &mut self.workspace.line_strains;
@@ -345,6 +347,7 @@ impl EquilibriumSolver for NewtonSolver {
         });
         if answer.is_err() {
             self.workspace.system.initial.restore(rod);
+            check_finite(rod, force)?;
         }
         if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
             // The most likely reasons are a law without stiffness or with a wrong tangent, and long elements.
