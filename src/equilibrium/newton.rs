@@ -229,8 +229,8 @@ impl NewtonSolver {
     }
 
     /// The equilibrium of the free rod, for a rod with obstacles only that touched none at the start of the increment.
-    /// `None` if there is none next to the initial guess, or if the rod touches or could pass an obstacle on its way. The
-    /// counts of the search are added to `spent`.
+    /// `None` if there is none next to the initial guess, or if the rod touches or could pass an obstacle on its way.
+    /// The counts of the search are written to `spent`.
     fn search_free<C: Constitutive, L: Load, U: Support>(
         &mut self,
         held: &HeldRod<C, L, U>,

@@ -59,12 +59,12 @@ impl<M: Model> Runs<'_, M> {
     /// run and its error estimate.
     fn first_runs(&mut self, until: f64) -> Outcome<(Run, ErrorEstimate)> {
         let mut coarse = self.first_plan(until);
-        let (mut failure, mut failures, mut reached) = (None, 0, f64::INFINITY);
+        let (mut failure, mut too_fast, mut failures, mut reached) = (None, None, 0, f64::INFINITY);
         for _ in 0..MAX_HALVINGS {
             match self.compare(&mut coarse) {
                 Ok((run, estimate)) if estimate.is_asymptotic() => return Ok((run, estimate)),
                 Ok((_, estimate)) => (failure, reached) = (None, estimate.reported()),
-                Err(error @ IntegrationError::GrowsTooFast { .. }) => failure = failure.or(Some(error)),
+                Err(error @ IntegrationError::GrowsTooFast { .. }) => too_fast = Some(error),
                 Err(error) if error.is_recoverable() => {
                     // Shorter elements may prevent these failures only.
                     if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
@@ -99,7 +99,7 @@ impl<M: Model> Runs<'_, M> {
             // The runs before are not compared with the next ones.
             coarse.coarsest_step = coarse.step;
         }
-        Err(failure.unwrap_or_else(|| self.not_met(reached)))
+        Err(failure.or(too_fast).unwrap_or_else(|| self.not_met(reached)))
     }
 
     /// Returns the resolution of the first run: one element in the growth zone, and the first step.
