@@ -18,10 +18,10 @@ const SLOPE_OF_COUPLE: &str = "the derivative of the couple";
 /// Checks an elastic law at pairs of an elastic strain u − u* (1/m) and a force in the rod (N), both along the
 /// directors, in a tissue.
 ///
-/// Energy and couple must be zero at zero strain, the couple must be the derivative of the energy, and the tangent that of the
-/// couple and symmetric. Under the force, n = ∂Φ/∂v must hold for the strain v and the energy Φ of the centre line, v
-/// must be (0, 0, 1) without force, and the compliance must be ∂v/∂n, symmetric and not negative. The forces have no
-/// effect on a law without shear and stretch.
+/// Energy and couple must be zero at zero strain. The couple must be the derivative of the energy, and the tangent that
+/// of the couple and symmetric. Under the force, n = ∂Φ/∂v must hold for the strain v and the energy Φ of the centre
+/// line, v must be (0, 0, 1) without force, and the compliance must be ∂v/∂n, symmetric and not negative. The forces
+/// have no effect on a law without shear and stretch.
 ///
 /// If the couple disagrees with the energy but agrees with the tangent, the [derivative of the
 /// energy](Quantity::EnergySlope) is reported.

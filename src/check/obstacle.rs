@@ -10,7 +10,8 @@ use crate::support::Obstacle;
 /// and farther from its edges than the step of the differences: 1/1000 of the radius of curvature, at most 1 mm.
 ///
 /// The gradient of the distance must be a unit vector, and value, normal and curvature must be derivatives of each
-/// other. A function whose gradient is longer or shorter, such as x² + y² − R², is no distance. The velocity is not checked.
+/// other. A function whose gradient is longer or shorter, such as x² + y² − R², is no distance.
+/// The velocity is not checked.
 ///
 /// ```
 /// use morphorod::check;
@@ -23,8 +24,8 @@ use crate::support::Obstacle;
 /// ```
 ///
 /// # Errors
-/// The first quantity that is not finite or contradicts the others, for each place and surface in this order: value, norm
-/// of the normal, then each component of the normal with its column of the curvature.
+/// The first quantity that is not finite or contradicts the others. The order for each place and surface is: value,
+/// norm of the normal, then each component of the normal with its column of the curvature.
 pub fn obstacle<O: Obstacle + ?Sized>(obstacle: &O, places: &[Vector3<f64>], time: f64) -> Result<(), LawError> {
     for place in places {
         for surface in 0..obstacle.surfaces() {

@@ -85,7 +85,11 @@ pub enum IntegrationError {
     },
     /// The base rotates too far in a step: between the ends of steps stimuli are interpolated. A gravity that rotates
     /// is not examined.
-    #[error("in the step to {} s the base rotates by {angle:.2} rad: take steps of at most 1/20 of a rotation", Number(*time))]
+    #[error(
+        "in the step to {} s the base rotates by {angle:.2} rad: take steps of at most 1/20 of a rotation, and \
+         announce a sudden rotation by `Scene::next_discontinuity`",
+        Number(*time)
+    )]
     BaseTurns {
         /// End of the step, s.
         time: f64,
