@@ -307,7 +307,7 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         }
         let (couple, requirement) =
             (response.couple.norm(), "zero: describe a prestrain by the intrinsic strain (N m)");
-        // The couple bends the rod by this angle, which is far below the error of a shape.
+        // The couple bends the rod by this angle, which is much smaller than the error of a shape.
         let vanishes = couple * length < 1e-9 * stiffness.min();
         ParameterError::unless(vanishes, "couple without elastic strain", couple, requirement).map_err(at)?;
         let Some(line) = material.line_response(&tissue, &zero) else { continue };

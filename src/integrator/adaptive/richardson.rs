@@ -133,10 +133,10 @@ impl ErrorEstimate {
         Self { time, later, space, steps }
     }
 
-    /// Error estimate of a run from its differences from a run with steps twice as long, and elements of the given order
-    /// that are longer by `ratio`. The differences are those over the time of the call, and over this time and the delays
-    /// after it. Either steps or elements may have caused all of them. An order of one less than that of the method is
-    /// assumed, since no order has been observed. `initial` is the error of the initial equilibrium.
+    /// Error estimate of a run from its differences from a run with steps twice as long, and elements of the given
+    /// order that are longer by `ratio`. The differences are those over the time of the call, and over this time and
+    /// the delays after it. Either steps or elements may have caused all of them. An order of one less than that of the
+    /// method is assumed, since no order has been observed. `initial` is the error of the initial equilibrium.
     pub fn of_both(ratio: f64, [difference, later]: [f64; 2], order_in_space: f64, initial: f64) -> Self {
         let space = initial + Richardson::in_smooth_space(order_in_space).error(ratio, later);
         let [time, all] = [difference, later].map(|difference| difference / (2.0_f64.powf(UNOBSERVED) - 1.0));

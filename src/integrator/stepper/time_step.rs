@@ -275,7 +275,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// # Errors
     /// [`Incomplete`](IntegrationError::Incomplete) if a part is missing: strain and equilibrium are needed always,
     /// [`sense`](Self::sense) for laws with stimuli, and the variables for laws with variables.
-    /// [`NotSlender`](IntegrationError::NotSlender), and the errors of [`equilibrate`](Self::equilibrate) and [`sense`](Self::sense) at a discontinuity.
+    /// [`NotSlender`](IntegrationError::NotSlender), and the errors of [`equilibrate`](Self::equilibrate) and
+    /// [`sense`](Self::sense) at a discontinuity.
     pub fn finish(mut self) -> Outcome<Statistics> {
         let size = self.stepper.laws.size();
         self.require(match (size.variables, size.stimuli) {
