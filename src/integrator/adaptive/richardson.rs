@@ -141,8 +141,7 @@ impl ErrorEstimate {
         let space = initial + Richardson::in_smooth_space(order_in_space).error(ratio, later);
         let [time, all] = [difference, later].map(|difference| difference / (2.0_f64.powf(UNOBSERVED) - 1.0));
         // The differences are not due to the steps alone, so that they show no order.
-        let steps = Richardson { order: UNOBSERVED, ..Richardson::new(ORDER as f64) };
-        Self { time, later: (all - time).max(0.0), space, steps }
+        Self { time, later: (all - time).max(0.0), space, steps: Richardson::new(ORDER as f64) }
     }
 
     /// Returns whether the runs are close enough to each other to show an order of convergence.
