@@ -88,7 +88,8 @@ mod tests {
 
     #[test]
     fn wrong_methods_are_named() {
-        let cases: [(fn(Distance) -> Distance, Quantity); 5] = [
+        type Case = (fn(Distance) -> Distance, Quantity);
+        let cases: [Case; 5] = [
             (|at| Distance { value: f64::NAN, ..at }, Quantity::Clearance),
             (|at| Distance { value: at.value * 2.0, ..at }, Quantity::Normal(0)),
             (|at| Distance { normal: at.normal * 2.0, ..at }, Quantity::NormalLength),
