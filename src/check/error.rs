@@ -188,7 +188,7 @@ pub struct LawError {
     pub quantity: Quantity,
     /// Place at which it is wrong.
     pub place: Where,
-    /// Value of the quantity: what the law returns.
+    /// Value of the quantity: what the law returns, or for a derivative the difference quotient of what it returns.
     pub value: f64,
     /// Value that follows from the other methods of the law. NaN if the requirement is no single value.
     pub expected: f64,

@@ -291,6 +291,9 @@ impl EquilibriumError {
     }
 }
 
+/// Largest angle (rad) or strain that an elastic law may request without load, due to rounding.
+const UNSTRAINED: f64 = 1e-9;
+
 /// Returns an error for an elastic law without positive stiffness, or without a finite response to a force, at
 /// some place of a rod at a time (s).
 pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
@@ -307,8 +310,8 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         }
         let (couple, requirement) =
             (response.couple.norm(), "zero: describe a prestrain by the intrinsic strain (N m)");
-        // The couple bends the rod by this angle, which is much smaller than the error of a shape.
-        let vanishes = couple * length < 1e-9 * stiffness.min();
+        // The couple times the length over the stiffness is the angle by which the rod bends.
+        let vanishes = couple * length < UNSTRAINED * stiffness.min();
         ParameterError::unless(vanishes, "couple without elastic strain", couple, requirement).map_err(at)?;
         let Some(line) = material.line_response(&tissue, &zero) else { continue };
         let compliance = line.compliance.diagonal();
@@ -321,7 +324,7 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         }
         let strained = (line.strain - centre_line_tangent()).norm();
         let name = "shear or stretch without force";
-        ParameterError::unless(strained < 1e-9, name, strained, "zero").map_err(at)?;
+        ParameterError::unless(strained < UNSTRAINED, name, strained, "zero").map_err(at)?;
     }
     Ok(())
 }

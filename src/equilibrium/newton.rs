@@ -229,7 +229,7 @@ impl NewtonSolver {
     }
 
     /// The equilibrium of the free rod, for a rod with obstacles only that touched none at the start of the increment.
-    /// `None` if there is none next to the initial guess, or if the rod touches or could pass an obstacle.
+    /// `None` if it is not found next to the initial guess, or if the rod touches or could pass an obstacle.
     /// The counts of the search are written to `spent`.
     fn search_free<C: Constitutive, L: Load, U: Support>(
         &mut self,

@@ -187,3 +187,35 @@ fn law_that_changes_its_declarations_at_any_time_is_refused() {
     }
     assert!(refused > 100 && unharmed > 0, "{refused} {unharmed}");
 }
+
+/// A law that writes its stimulus at the apex only: the point next to it.
+struct Apical;
+
+impl TropismLaw for Apical {
+    fn declare(&self, to: &mut Declaration) {
+        let x = to.stimuli(1);
+        to.memories(1, x, 720.0, Some(720.0));
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        if site.apex_distance < 2e-3 {
+            stimuli[0] = 1.0;
+        }
+    }
+    fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+        rates[0] = (x[0] - y[0]) / 720.0;
+    }
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::x() * past[0]
+    }
+}
+
+#[test]
+fn law_that_does_not_write_a_stimulus_at_each_point_is_refused() {
+    let mut shoot = righting().tropism(Apical).into_dyn().build().unwrap();
+    let (rod, before) = (shoot.rod(), shoot.state().clone());
+    let written = rod.points().iter().filter(|point| point.apex_distance < 2e-3).count();
+    assert!(written > 0 && written < rod.points().len(), "{written}");
+    let error = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string();
+    assert!(error.contains("stimulus of a tropism law"), "{error}");
+    assert_eq!(shoot.state(), &before);
+}

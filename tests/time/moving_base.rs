@@ -1,6 +1,6 @@
 //! Shoots whose base is not at the origin, or moves.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, righting};
@@ -9,11 +9,11 @@ use morphorod::checkpoint::{from_bytes, to_bytes};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps, TimeStepper};
 use morphorod::rod::Rod;
 use morphorod::support::{Contact, Cylinder, Distance, Hold, Joint, Obstacle, Support};
 use morphorod::tropism::{Declaration, DirectionalTropism, Memory, Oscillator, Perception, Response, Site, Source};
-use morphorod::{Along, DynLaws, Order, Scene, Shoot, State, Still, Turned};
+use morphorod::{Along, DynLaws, Order, Scene, Shoot, ShootBuilder, State, Still, Turned};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// An offset in space, m.
@@ -328,4 +328,61 @@ fn base_that_moves_away_leaves_a_rough_pole() {
         }
     }
     assert!(touched > 3);
+}
+
+/// A base that rotates about the horizontal axis e1 with a period (s).
+#[derive(Clone, Copy)]
+struct Clinostat(f64);
+
+impl Scene for Clinostat {
+    fn gravity(&self, _t: f64) -> Vector3<f64> {
+        Still::upright().gravity
+    }
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), TAU * t / self.0)
+    }
+}
+
+#[test]
+fn steps_in_which_the_base_makes_turns_are_refused() {
+    let build = |turns: f64| {
+        let builder = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).scene(Clinostat(60.0 / turns));
+        builder.load(WEIGHT).into_dyn()
+    };
+    let begin = |builder: ShootBuilder<DynLaws>| {
+        let mut shoot = builder.build().unwrap();
+        TimeStepper::default().begin(&mut shoot, &mut NewtonSolver::default(), 60.0).map(|_| ())
+    };
+    let refused = |answer: Result<(), IntegrationError>| matches!(answer, Err(IntegrationError::BaseTurns { .. }));
+    for turns in (33..=6000).map(|i| 0.01 * f64::from(i)) {
+        assert!(refused(begin(build(turns))), "{turns} turns");
+    }
+    begin(build(0.3)).unwrap();
+    // The frame of the scene has no effect on a base that rotates freely, and only the axis on one with a hinge.
+    let spring = Hold::apex().spring(Vector3::new(0.015, 0.01, 0.045), Matrix3::identity() * 0.2);
+    let base = Hold::place(0.05).at(Vector3::zeros());
+    begin(build(0.5).support((Joint::Ball, spring)).into_dyn()).unwrap();
+    begin(build(0.5).support((Joint::Free, base, spring)).into_dyn()).unwrap();
+    begin(build(0.5).support((Joint::Hinge(Vector3::x_axis()), spring)).into_dyn()).unwrap();
+    assert!(refused(begin(build(0.5).support((Joint::Hinge(Vector3::y_axis()), spring)).into_dyn())));
+}
+
+#[test]
+fn clinostat_needs_steps_of_a_twentieth_of_a_rotation() {
+    let tip = |mut run: Box<dyn FnMut(&mut Shoot<DynLaws>)>, period: f64| {
+        let mut shoot = righting().scene(Clinostat(period)).into_dyn().build().unwrap();
+        run(&mut shoot);
+        shoot.tip()
+    };
+    for period in [300.0, 480.0, 600.0, 1200.0, 3600.0] {
+      for time in [1.0, 2.0, 4.0, 8.0] {
+        let by_steps = |share: f64| {
+            tip(Box::new(move |shoot| { MethodOfSteps::new(period / share).advance(shoot, time * HOUR).unwrap(); }), period)
+        };
+        let fine = by_steps(160.0);
+        let errors = [10.0, 20.0, 40.0, 80.0].map(|share| (by_steps(share) - fine).norm());
+        let adaptive = tip(Box::new(move |shoot| { let c = Adaptive::new(1e-5).advance(shoot, time * HOUR).unwrap(); println!("{c:?}") }), period);
+        println!("{period} {time} {errors:?} adaptive {:e}", (adaptive - fine).norm());
+      }
+    }
 }

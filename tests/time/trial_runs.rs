@@ -28,3 +28,30 @@ fn smooth_shoot_needs_no_run_that_only_confirms_its_elements() {
     // Two runs with more elements, because the bound from the first two exceeds a fifth of the tolerance.
     assert_eq!(trial_steps(1e-5), 18 + 2 + 26 + 3 + 2 * (18 + 2));
 }
+
+#[test]
+fn output_times_and_conditions_in_the_first_step_choose_no_further_resolution() {
+    let cost = |times: &[f64]| {
+        let mut shoot = righting().build().unwrap();
+        Adaptive::new(1e-4).advance_showing(&mut shoot, 1.5 * HOUR, times.iter().copied(), |_| ()).unwrap()
+    };
+    for times in [&[][..], &[5400.0], &[1.0], &[1.0, 2.0, 3.0], &[1800.0]] {
+        println!("{times:?} {:?}", cost(times));
+    }
+    for at in [1.0, 2.0, 5000.0] {
+        let mut shoot = righting().build().unwrap();
+        let cost = Adaptive::new(1e-4).advance_until(&mut shoot, 1.5 * HOUR, |shoot| shoot.time() - at).unwrap();
+        println!("until {at}: {:?}", cost);
+    }
+}
+
+#[test]
+fn error_of_a_run_contains_that_of_its_start() {
+    let shoot = Shoot::builder(YOUNG).length(0.0659).radius(RADIUS).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
+    let mut shoot = shoot.build().unwrap();
+    let mut run = Adaptive::new(1e-4);
+    let start = run.start(&mut shoot, &ConstantHistory::Empty).unwrap().error;
+    let whole = run.advance(&mut shoot, HOUR).unwrap().error;
+    println!("{start:?} {whole:?}");
+    assert!(start > Some(0.0) && whole >= start, "{start:?} {whole:?}");
+}

@@ -68,11 +68,12 @@ impl Line {
     }
 }
 
-/// Number of places, from base to apex, at which two shapes are compared. The tip alone does not suffice, since it may
-/// be held; a rod with sixteen bends is no neighbour of another one in any case.
+/// Number of equidistant places, from base to apex, at which the displacement of a rod is measured. The tip alone does
+/// not suffice, since it may be held. Shapes with fewer than eight waves are resolved.
 pub(super) const COMPARED: usize = 17;
 
-/// The largest displacement of the centre line of a rod from given places, m. The apex may be held.
+/// The largest displacement (m) of the centre line of a rod from the given places of another shape, which are those of
+/// `centre_line_at`.
 pub(super) fn displacement(rod: &Rod, from: &[Vector3<f64>]) -> f64 {
     let moved = rod.centre_line_at(from.len()).into_iter().zip(from).map(|(a, b)| (a - b).norm());
     moved.fold(0.0, f64::max)

@@ -30,7 +30,7 @@ impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
     /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
-        let line = rod.centre_line_at(COMPARED);
+        let line = if reach == Reach::Near { rod.centre_line_at(COMPARED) } else { Vec::new() };
         let (last, shift, saddles, negative) = (f64::INFINITY, 0.0, 0, None);
         let (bowed, placements, answer, distance) = (false, 0, None, 0.0);
         let mut course = Course { reach, line, last, shift, saddles, negative, bowed, placements, answer, distance };

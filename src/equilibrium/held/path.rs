@@ -204,7 +204,7 @@ impl HeldSearch<'_> {
     /// Finds the equilibrium of an increment: by Newton's method, by a descent to an equilibrium next to the initial
     /// guess, or by a descent to any. In a descent the tangent is positive on the permitted directions.
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
-        let (guess, line) = (self.snapshot(rod), rod.centre_line_at(COMPARED));
+        let guess = self.snapshot(rod);
         match self.find(rod, Reach::Newton) {
             Err(error) if self.descends() && error.is_recoverable() => {}
             result => return result,
@@ -216,7 +216,7 @@ impl HeldSearch<'_> {
         let before = self.before.clone();
         let result = self.find_stable(rod, &guess, Reach::Far);
         match result {
-            Ok(()) => self.found.jump = Some(displacement(rod, &line)),
+            Ok(()) => self.found.jump = Some(displacement(rod, &guess.rod.centre_line_at(COMPARED))),
             Err(_) => self.before = before,
         }
         result

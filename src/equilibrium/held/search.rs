@@ -66,7 +66,7 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
 /// The shape of a rod and its supports, to which the search returns after an attempt that has failed.
 #[derive(Clone)]
 pub(super) struct Snapshot {
-    rod: Rod,
+    pub(super) rod: Rod,
     sites: Vec<Site>,
     frames: Vec<HeldFrame>,
     joints: Joints,

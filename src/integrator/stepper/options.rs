@@ -9,6 +9,10 @@ use crate::shoot::{Mesh, Shoot};
 /// 1e-9. With a slower contraction the step is too long.
 pub(in crate::integrator) const MAX_CORRECTIONS: usize = 30;
 
+/// Largest number of steps up to the end of a call. The shortest steps take some microseconds, so that more of them take
+/// hours: the unit of the step or of the end is wrong.
+const MOST_STEPS: f64 = 1e9;
+
 /// End, step size and settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::integrator) struct RunOptions {
@@ -44,7 +48,7 @@ impl RunOptions {
         // Each step has work.
         let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps.min(self.max_work) as f64);
         let requirement = "such that a call has at most 1e9 steps up to its end (s)";
-        ParameterError::unless(steps <= 1e9, "time step", self.step, requirement)
+        ParameterError::unless(steps <= MOST_STEPS, "time step", self.step, requirement)
     }
 }
 
