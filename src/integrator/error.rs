@@ -83,8 +83,8 @@ pub enum IntegrationError {
         /// Ratio of the largest to the smallest length per coordinate at the points of the element.
         ratio: f64,
     },
-    /// The base rotates too far in a step: between the ends of steps stimuli are interpolated. A gravity that rotates
-    /// is not examined.
+    /// The scene rotates the base, or the axis of its hinge, too far in a step: between the ends of steps stimuli are
+    /// interpolated. A gravity that rotates is not examined.
     #[error(
         "in the step to {} s the base rotates by {angle:.2} rad: take steps of at most 1/20 of a rotation, and \
          announce a sudden rotation by `Scene::next_discontinuity`",

@@ -229,7 +229,6 @@ fn distant_obstacle_leaves_the_track_of_a_free_shoot() {
     let (free, cost) = track(nutating(()).build().unwrap());
     for friction in [0.0, 0.3] {
         let (other, beside) = track(nutating(pole(0.5, friction)).build().unwrap());
-        println!("{:?} {beside} {cost}", free.iter().zip(&other).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max));
         assert!(beside == cost && other == free, "friction {friction}: {beside} instead of {cost}");
     }
 }

@@ -9,8 +9,8 @@ use crate::shoot::{Mesh, Shoot};
 /// 1e-9. With a slower contraction the step is too long.
 pub(in crate::integrator) const MAX_CORRECTIONS: usize = 30;
 
-/// Largest number of steps up to the end of a call. The shortest steps take some microseconds, so that more of them take
-/// hours: the unit of the step or of the end is wrong.
+/// Largest number of steps up to the end of a call. The shortest steps take some microseconds, so that more of them
+/// take hours: the unit of the step or of the end is wrong.
 const MOST_STEPS: f64 = 1e9;
 
 /// End, step size and settings of a run.

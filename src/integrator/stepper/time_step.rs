@@ -311,8 +311,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     }
 }
 
-/// Largest rotation of the base in a step, rad: a third of a turn, rounded down. More is an error of input. The tip of a
-/// shoot on a clinostat is accurate with steps of a twentieth of a turn, as the test
+/// Largest rotation of the base in a step, rad: a third of a turn, rounded down. More is an error of input. The tip of
+/// a shoot on a clinostat is accurate with steps of a twentieth of a turn, as the test
 /// `clinostat_needs_steps_of_a_twentieth_of_a_rotation` shows.
 const LARGEST_BASE_TURN: f64 = 2.0;
 /// Times in a step at which the frame of the base is compared, as shares of the step. With them all uniform rotations
