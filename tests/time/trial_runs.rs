@@ -50,10 +50,10 @@ fn output_times_and_conditions_in_the_first_step_choose_no_further_resolution() 
 #[test]
 fn error_of_a_run_contains_that_of_its_start() {
     // A shoot without growth and tropism, whose shape does not change after the start.
-    let shoot = Shoot::builder(YOUNG).length(0.0659).radius(RADIUS).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
+    let shoot = Shoot::builder(YOUNG).length(0.3).radius(RADIUS).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
     let mut shoot = shoot.build().unwrap();
     let mut run = Adaptive::new(1e-4);
     let start = run.start(&mut shoot, &ConstantHistory::Empty).unwrap().error;
     let whole = run.advance(&mut shoot, HOUR).unwrap().error;
-    assert!(start > Some(1e-7) && whole >= start, "{start:?} {whole:?}");
+    assert!(start > Some(1e-5) && whole >= start, "{start:?} {whole:?}");
 }
