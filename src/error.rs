@@ -19,17 +19,21 @@ pub struct ParameterError {
     pub place: Option<f64>,
     /// Whether the parameter was not given.
     pub missing: bool,
+    /// The required number, if there is a single one.
+    pub needed: Option<f64>,
 }
 
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, value, requirement, unit, .. } = self;
+        let Self { name, value, requirement, unit, needed, .. } = self;
         if self.missing {
             return write!(f, "{name} is missing: it must be {requirement}");
         }
         write!(f, "{name} is {}", Number(*value))?;
         self.place.map_or(Ok(()), |s| write!(f, " at {:.4} m from the base", Number(s)))?;
-        write!(f, " but must be {requirement}")?;
+        f.write_str(" but must be ")?;
+        needed.map_or(Ok(()), |needed| write!(f, "{}, ", Number(needed)))?;
+        f.write_str(requirement)?;
         if unit.is_empty() { Ok(()) } else { write!(f, " ({unit})") }
     }
 }
@@ -95,7 +99,18 @@ impl ParameterError {
 
     /// The error of a value that does not meet its requirement.
     pub(crate) fn refused(name: &'static str, value: f64, requirement: &'static str) -> Self {
-        Self { name, value, requirement, unit: "", place: None, missing: false }
+        Self { name, value, requirement, unit: "", place: None, missing: false, needed: None }
+    }
+
+    /// Returns an error unless a number of things is the needed one, which the requirement describes.
+    pub(crate) fn count(
+        name: &'static str,
+        [found, needed]: [usize; 2],
+        requirement: &'static str,
+    ) -> Result<(), Self> {
+        let needed = needed as f64;
+        Self::unless(found as f64 == needed, name, found as f64, requirement)
+            .map_err(|error| Self { needed: Some(needed), ..error })
     }
 
     /// The error of a parameter that was not given.

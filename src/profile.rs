@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::growth::GrowthLaw;
 use crate::load::{Cut, InternalForce, Load};
-use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, weighted};
+use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, is_on, weighted};
 use crate::scene::Environment;
 
 /// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
@@ -167,12 +167,12 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         profile
     }
 
-    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force the
-    /// load determines the side, up to the rounding of `s`; a [`PointForce`](crate::load::PointForce) acts only below
-    /// its point.
+    /// The place at an arc length `s` (m). `None` for NaN and for a place beyond the ends; up to rounding it is at the
+    /// end. At a jump of the force the load determines the side, up to the rounding of `s`; a
+    /// [`PointForce`](crate::load::PointForce) acts only below its point.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
-        let (e, x) = self.rod.locate(s)?;
+        let (e, x) = if is_on(s, self.length) { self.rod.locate(s)? } else { return None };
         Some(Place { arc_length: s.clamp(0.0, self.length), ..self.within(e, x) })
     }
 

@@ -27,12 +27,13 @@ const SLOPE_OF_COUPLE: &str = "the derivative of the couple";
 /// energy](Quantity::EnergySlope) is reported.
 ///
 /// # Errors
-/// The first quantity that is not finite or contradicts the others.
+/// The first quantity that is not finite or contradicts the others, and a check without points.
 pub fn elastic_law<C: Constitutive>(
     law: &C,
     tissue: &Tissue,
     points: &[(Vector3<f64>, Vector3<f64>)],
 ) -> Result<(), LawError> {
+    At::of_points::<C>(points.len())?;
     let zero = Vector3::zeros();
     let rest = Bent::new(law, tissue, &zero)?;
     let size = rest.here.tangent.norm() * rest.step.powi(2);

@@ -10,6 +10,8 @@ use crate::error::{Number, debug_by_display};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
+    /// Number of points, sites or places at which a law is checked.
+    Points,
     /// Elastic energy per length at zero strain, J/m.
     Energy,
     /// Derivative of the elastic energy by a component of the strain, N m.
@@ -79,6 +81,7 @@ pub enum Quantity {
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
+            Self::Points => write!(f, "number of points"),
             Self::Energy => write!(f, "elastic energy (J/m)"),
             Self::EnergySlope(i) => write!(f, "derivative of the elastic energy by the strain u{} (N m)", i + 1),
             Self::Couple(i) => write!(f, "couple m{} (N m)", i + 1),
@@ -123,6 +126,8 @@ impl fmt::Display for Quantity {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Where {
+    /// Arguments of the check.
+    Arguments,
     /// Elastic strain, components along the directors, 1/m.
     Strain(Vector3<f64>),
     /// Force in the rod, components along the directors, N.
@@ -153,6 +158,7 @@ pub enum Where {
 impl fmt::Display for Where {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Arguments => write!(f, "in the arguments of the check"),
             Self::Strain(u) => write!(f, "at the elastic strain {} 1/m", Components(u)),
             Self::Force(n) => write!(f, "under the force {} N", Components(n)),
             Self::Growing { sigma, time } => {
@@ -199,10 +205,7 @@ pub struct LawError {
 impl fmt::Display for LawError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { law, quantity, place, value, expected, requirement } = self;
-        // The type of a law that is chosen at run time, behind a pointer, does not name the law.
-        let pointers = ["alloc::sync::Arc<dyn ", "alloc::rc::Rc<dyn ", "alloc::boxed::Box<dyn ", "dyn "];
-        let known = !pointers.iter().any(|pointer| law.trim_start_matches('&').starts_with(pointer));
-        let law = if known { format!("`{law}`") } else { "a law that was chosen at run time".to_owned() };
+        let law = describe_type(law);
         write!(f, "the {quantity} of {law} is {:.7} {place} but must be ", Number(*value))?;
         if expected.is_nan() {
             write!(f, "{requirement}")
@@ -210,6 +213,14 @@ impl fmt::Display for LawError {
             write!(f, "{:.7}: {requirement}", Number(*expected))
         }
     }
+}
+
+/// Describes a law by the name of its type. That of a law which is chosen at run time, behind a pointer, does not name
+/// it.
+pub(crate) fn describe_type(law: &str) -> String {
+    let pointers = ["alloc::sync::Arc<dyn ", "alloc::rc::Rc<dyn ", "alloc::boxed::Box<dyn ", "dyn "];
+    let known = !pointers.iter().any(|pointer| law.trim_start_matches('&').starts_with(pointer));
+    if known { format!("`{law}`") } else { "a law that was chosen at run time".to_owned() }
 }
 
 impl std::error::Error for LawError {}
@@ -227,6 +238,12 @@ impl At {
     /// The place of a law of type `L`.
     pub fn of<L: ?Sized>(place: Where) -> Self {
         Self { law: std::any::type_name::<L>(), place }
+    }
+
+    /// Returns an error for a check of a law of type `L` at no point.
+    pub fn of_points<L: ?Sized>(number: usize) -> Result<(), LawError> {
+        let at = Self::of::<L>(Where::Arguments);
+        if number > 0 { Ok(()) } else { Err(at.error(Quantity::Points, [0.0, f64::NAN], "at least 1")) }
     }
 
     /// The error of a value.

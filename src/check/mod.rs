@@ -43,6 +43,7 @@ mod symmetry;
 mod tropism;
 
 pub use elastic::elastic_law;
+pub(crate) use error::describe_type;
 pub use error::{LawError, Quantity, Where};
 pub use growth::growth_law;
 pub use obstacle::obstacle;

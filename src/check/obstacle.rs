@@ -27,6 +27,7 @@ use crate::support::Obstacle;
 /// The first quantity that is not finite or contradicts the others. The order for each place and surface is: value,
 /// norm of the normal, then each component of the normal with its column of the curvature.
 pub fn obstacle<O: Obstacle + ?Sized>(obstacle: &O, places: &[Vector3<f64>], time: f64) -> Result<(), LawError> {
+    At::of_points::<O>(places.len())?;
     for place in places {
         for surface in 0..obstacle.surfaces() {
             let at = At::of::<O>(Where::Place { place: *place, surface });

@@ -28,8 +28,9 @@ use crate::tropism::{Declaration, Growing, Memory, Perception, Response, Site, S
 /// stimulus is zero. A law that indexes beyond its declared numbers panics here as it does in a run.
 ///
 /// # Errors
-/// The first quantity that is not finite or contradicts the others.
+/// The first quantity that is not finite or contradicts the others, and a check without sites.
 pub fn tropism_law<T: TropismLaw>(law: &T, sites: &[Site]) -> Result<(), LawError> {
+    At::of_points::<T>(sites.len())?;
     let declaration = Declaration::of(law);
     for (index, site) in sites.iter().enumerate() {
         let at = At::of::<T>(Where::Site { index, arc_length: site.arc_length });
@@ -42,7 +43,7 @@ pub fn tropism_law<T: TropismLaw>(law: &T, sites: &[Site]) -> Result<(), LawErro
 /// Checks a response: the [perception](perception()) and the law that it becomes with a memory, see [`tropism_law`].
 ///
 /// # Errors
-/// The first quantity that is not finite or contradicts the others.
+/// The first quantity that is not finite or contradicts the others, and a check without sites.
 pub fn response<R: Response>(response: &R, sites: &[Site]) -> Result<(), LawError> {
     perception(response.perception(), sites)?;
     let named = |error: LawError| LawError { law: std::any::type_name::<R>(), ..error };
@@ -53,8 +54,9 @@ pub fn response<R: Response>(response: &R, sites: &[Site]) -> Result<(), LawErro
 /// [`declare`](Perception::declare) returns is the [signal](Perception::signal).
 ///
 /// # Errors
-/// The first quantity that is not finite or contradicts the others.
+/// The first quantity that is not finite or contradicts the others, and a check without sites.
 pub fn perception<P: Perception>(perception: &P, sites: &[Site]) -> Result<(), LawError> {
+    At::of_points::<P>(sites.len())?;
     let (law, mut declaration) = (Perceiving(perception), Declaration::default());
     let source = perception.declare(&mut declaration);
     let named = |error: LawError| LawError { law: std::any::type_name::<P>(), ..error };

@@ -1,8 +1,10 @@
 //! Equilibrium of a rod under its load, equations (1) and (9) to (12).
 
+mod balance;
 mod coarse;
 mod element;
 mod elimination;
+mod error;
 mod held;
 mod joints;
 mod line;
@@ -15,6 +17,9 @@ mod system;
 mod tangent;
 mod unloaded;
 
+pub(crate) use balance::check_balance;
+pub use error::{ContactViolation, EquilibriumError};
+pub(crate) use newton::LARGEST_TOLERANCE;
 pub use newton::{NewtonSolver, NewtonWorkspace};
 pub use rod_energy::{NodeTangent, RodEnergy};
 pub use unloaded::Unloaded;
@@ -23,9 +28,9 @@ use nalgebra::Vector3;
 
 use crate::check::{self, LawError};
 use crate::constitutive::Constitutive;
-use crate::error::{Number, ParameterError, debug_by_display};
+use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
-use crate::rod::{Rod, RodError, Tissue, centre_line_tangent};
+use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
 use crate::support::{Patch, Reaction, Support};
 
@@ -143,154 +148,6 @@ impl std::fmt::Display for Equilibrium {
     }
 }
 
-/// Contact that violates its condition at the end of a search without success.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactViolation {
-    /// Index of the obstacle among those of the support, counted from zero.
-    pub obstacle: usize,
-    /// Arc length s of the place from the base, m.
-    pub arc_length: f64,
-    /// Distance by which the condition is violated, m: the penetration of the surface, or the distance from it of a
-    /// place on which the obstacle exerts a force. Positive.
-    pub violation: f64,
-}
-
-impl std::fmt::Display for ContactViolation {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { obstacle, arc_length, violation } = self;
-        write!(
-            f,
-            "the contact with obstacle {obstacle} at {:.4} m from the base is violated by ",
-            Number(*arc_length)
-        )?;
-        write!(f, "{:.2} m", Number(*violation))
-    }
-}
-
-/// Error of a search for an equilibrium. The rod has not changed.
-#[derive(Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum EquilibriumError {
-    /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
-    #[error(
-        "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load, a larger \
-         tolerance or a larger `max_iterations` may help",
-        describe_search(*step, *residual, *force),
-        contact.map_or(String::new(), |worst| format!("; {worst}"))
-    )]
-    NoConvergence {
-        /// Number of Newton iterations.
-        iterations: usize,
-        /// The largest rotation of the last step, rad; infinite before the first step.
-        step: f64,
-        /// The largest unbalanced couple, N m.
-        residual: f64,
-        /// The largest force in the rod, N.
-        force: f64,
-        /// The contact whose condition is violated most; `None` without contacts, and for a solver that does not
-        /// report it.
-        contact: Option<ContactViolation>,
-    },
-    /// Supports do not balance the load of a rod whose base is free.
-    #[error(
-        "nothing holds the free base against a force of ({:.4}, {:.4}, {:.4}) N: add a hold, a spring or a contact \
-         that bears it",
-        Number(force.x), Number(force.y), Number(force.z)
-    )]
-    NotHeld {
-        /// Resultant force of the load and of the reactions on the rod at the end of the search, in the fixed frame, N.
-        force: Vector3<f64>,
-    },
-    /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
-    #[error(
-        "element {element}, counted from the base, would rotate by π: check the units of length, radius, stiffness, \
-         growth and load; if the shape is as expected, take more elements or a smaller load"
-    )]
-    Folded {
-        /// The element, counted from zero at the base.
-        element: usize,
-    },
-    /// The only equilibrium found is unstable.
-    #[error(
-        "the equilibrium found is unstable, with {negative} negative eigenvalues of its tangent: the rod buckles or \
-         falls over; shorter steps, a smaller load, or a solver that is not `stable_only` may help"
-    )]
-    Unstable {
-        /// Number of negative eigenvalues.
-        negative: usize,
-    },
-    /// The rod is compressed to length zero at some place.
-    #[error(
-        "the rod is crushed: its stretch is {:.4} at {:.4} m from the base but must be positive; reduce the force \
-         along the rod or increase the stiffness",
-        Number(*stretch), Number(*arc_length)
-    )]
-    Crushed {
-        /// The stretch v3, which should be positive.
-        stretch: f64,
-        /// Arc length of the place, m.
-        arc_length: f64,
-    },
-    /// An input or a value of an elastic law is not finite.
-    #[error("the {what} is not finite")]
-    NotFinite {
-        /// The quantity that is not finite.
-        what: &'static str,
-    },
-    /// A solver has changed more of the rod than its shape.
-    #[error(
-        "the equilibrium solver has changed {what} of the rod, but may change only its shape, with `Rod::set_shape`"
-    )]
-    Changed {
-        /// What was changed.
-        what: &'static str,
-    },
-    /// A solver has computed a shape that the rod refuses.
-    #[error(transparent)]
-    Shape(#[from] RodError),
-    /// The search failed, and the methods of the elastic law contradict each other, as [`check`] finds.
-    #[error(transparent)]
-    Law(#[from] Box<LawError>),
-    /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as
-    /// unloaded, or a number of elements that exceeds the memory.
-    #[error(transparent)]
-    Parameter(#[from] ParameterError),
-}
-
-debug_by_display!(EquilibriumError);
-
-/// Describes the end of a search: the largest rotation of its last step (rad), which is infinite or zero without a
-/// step, the largest unbalanced couple (N m), which is zero before an evaluation, and the largest force (N).
-fn describe_search(step: f64, couple: f64, force: f64) -> String {
-    let moved = if step > 0.0 && step.is_finite() {
-        format!("the last step rotated a frame by {:.4} rad", Number(step))
-    } else {
-        "no step was accepted".to_owned()
-    };
-    if couple == 0.0 {
-        return moved;
-    }
-    let [couple, force] = [couple, force].map(Number);
-    format!("{moved}, the largest unbalanced couple is {couple:.4} N m, and the largest force {force:.4} N")
-}
-
-impl EquilibriumError {
-    /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
-    #[must_use]
-    pub fn is_recoverable(&self) -> bool {
-        matches!(
-            self,
-            Self::NoConvergence { .. }
-                | Self::NotHeld { .. }
-                | Self::Unstable { .. }
-                | Self::Folded { .. }
-                | Self::Shape(RodError::Folded { .. })
-                // A law that is used only in a range may be inconsistent outside.
-                | Self::Law(_)
-        )
-    }
-}
-
 /// Largest angle (rad) or strain that an elastic law may request without load, due to rounding.
 const UNSTRAINED: f64 = 1e-9;
 
@@ -304,7 +161,8 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         let response = material.respond(&tissue, &zero);
         let stiffness = response.tangent.diagonal();
         for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
-            let sound = stiffness[i] > 0.0 && stiffness[i].is_finite();
+            // A subnormal number has lost digits.
+            let sound = stiffness[i] > 0.0 && stiffness[i].is_normal();
             let requirement = "positive and finite: check the elastic law, its modulus and the radius (N m²)";
             ParameterError::unless(sound, name, stiffness[i], requirement).map_err(at)?;
         }

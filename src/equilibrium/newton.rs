@@ -45,8 +45,8 @@ pub(super) use with_points;
 /// ```
 #[derive(Debug, Clone)]
 pub struct NewtonSolver {
-    /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad; positive.
-    /// 1e-11 by default. `Adaptive` sets it from its tolerance, and `MethodOfSteps::new` uses 1e-8.
+    /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad; from 2.3e-16 to
+    /// 0.1. 1e-11 by default. `Adaptive` sets it from its tolerance, and `MethodOfSteps::new` uses 1e-8.
     pub tolerance: f64,
     /// Largest number of Newton iterations. With a support, the increments of the load path and the search for
     /// contacts have bounds of their own, and [`Equilibrium::iterations`], the sum over them, may be larger.
@@ -302,11 +302,26 @@ impl NewtonSolver {
     }
 }
 
-/// Returns an error for an intrinsic strain or a force that is not finite.
+/// Returns an error for an intrinsic strain, a gravity or a force of the load that is not finite.
 fn check_finite(rod: &Rod, force: &InternalForce) -> Result<(), EquilibriumError> {
     let strained = rod.points().iter().all(|point| point.intrinsic.sum().is_finite());
-    let what = if strained { "force in the rod" } else { "intrinsic strain" };
-    if strained && force.largest().is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what }) }
+    let known = [
+        ("intrinsic strain", strained),
+        ("gravity", force.environment().gravity.sum().is_finite()),
+        ("force of the load on the rod", force.largest().is_finite()),
+    ];
+    let undefined = known.into_iter().find(|(_, finite)| !finite);
+    undefined.map_or(Ok(()), |(what, _)| Err(EquilibriumError::NotFinite { what }))
+}
+
+/// Largest tolerance of frames and corrections, rad. With a larger one no digit of the shape would be correct.
+pub(crate) const LARGEST_TOLERANCE: f64 = 0.1;
+
+/// Returns an error for a tolerance (rad) below the rounding of a rotation or above [`LARGEST_TOLERANCE`].
+fn check_tolerance(tolerance: f64) -> Result<(), ParameterError> {
+    let ok = (f64::EPSILON..=LARGEST_TOLERANCE).contains(&tolerance);
+    let requirement = "from 2.3e-16, the rounding of a number, to 0.1 (rad)";
+    ParameterError::unless(ok, "tolerance of the equilibrium", tolerance, requirement)
 }
 
 impl EquilibriumSolver for NewtonSolver {
@@ -314,7 +329,7 @@ impl EquilibriumSolver for NewtonSolver {
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        ParameterError::positive("tolerance of the equilibrium", self.tolerance, "rad")?;
+        check_tolerance(self.tolerance)?;
         held.support.check()?;
         let answer = self.search_held(held);
         self.workspace.system.joints.clear();
@@ -331,7 +346,7 @@ impl EquilibriumSolver for NewtonSolver {
         material: &impl Constitutive,
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
-        ParameterError::positive("tolerance of the equilibrium", self.tolerance, "rad")?;
+        check_tolerance(self.tolerance)?;
         force.check(rod)?;
         if !force.largest().is_finite() {
             check_finite(rod, force)?;

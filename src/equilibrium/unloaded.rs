@@ -69,6 +69,12 @@ pub(super) fn check_turns(rod: &Rod) -> Result<(), EquilibriumError> {
     })
 }
 
+/// The rotation of an element by the magnitude of its intrinsic strain, rad: an upper bound.
+pub(super) fn intrinsic_turn(rod: &Rod, e: usize) -> f64 {
+    let each = rod.element_points(e).iter().zip(&rod.reference().weights);
+    each.map(|(point, weight)| point.intrinsic.norm() * point.jacobian * weight).sum()
+}
+
 /// Picard iteration for the rotation vectors of the nodes of an element. Returns the number of sweeps and the last
 /// change as well.
 fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, f64), EquilibriumError> {
@@ -100,7 +106,7 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
         // Rotation vectors longer than π do not have the logarithms of their frames.
         let turn = theta[..reference.p].iter().map(Vector3::norm).fold(0.0, f64::max);
         if !(turn < PI) {
-            return Err(EquilibriumError::Folded { element: e });
+            return Err(EquilibriumError::Folded { element: e, intrinsic: intrinsic_turn(rod, e) });
         }
         if change <= 4.0 * f64::EPSILON * size {
             return Ok((theta, sweep, change));

@@ -39,10 +39,20 @@ pub enum FitError {
         /// Number of free parameters, and one more if the noise of any series is estimated.
         parameters: usize,
     },
+    /// No free parameter has an effect on the data.
+    #[error(
+        "no free parameter has an effect on the data, which end {:.4} s after the start of the shoot: are their times in \
+         s, and do they reach beyond the delays of the laws?",
+        Number(*duration)
+    )]
+    NoEffect {
+        /// Time from the start of the shoot to the last frame, s.
+        duration: f64,
+    },
     /// The sizes of data and shoot differ by a factor that suggests a wrong unit.
     #[error(
         "series {series} extends to {:.4} m from the base, but the shoot at the initial values to {:.4} m: is the \
-         unit of the data m?",
+         unit of the data m, and that of their times s?",
         Number(*observed), Number(*modelled)
     )]
     Unit {
@@ -50,7 +60,8 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Length of the shoot at the initial values, times the largest norm of a row of the view, m.
+        /// Length of the shoot at the initial values, times the largest norm of a row of the view, m: at the start of the
+        /// shoot, or at the end of the data.
         modelled: f64,
     },
     /// A parameter is invalid.

@@ -194,11 +194,15 @@ impl Series {
     }
 
     /// Number of residuals: all coordinates of a tip, and one fewer for a point of a centre line, whose residual is
-    /// across the tangent.
+    /// across the tangent. A coordinate of a tip that is zero in all frames, as that across the plane of a shoot, does
+    /// not count.
     pub(super) fn residuals(&self) -> usize {
         let d = self.dimension();
+        let varies = |k: &usize| self.frames.iter().flatten().any(|point| point[*k] != 0.0);
+        let of_tip = (0..d).filter(varies).count();
         let of_frame = |frame: &Vec<Vector3<f64>>| match self.kind {
-            Kind::Tip | Kind::Angle => d,
+            Kind::Tip => of_tip,
+            Kind::Angle => d,
             Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
         };
         self.frames.iter().filter(|frame| !frame.is_empty()).map(of_frame).sum()

@@ -12,6 +12,7 @@ use super::starts::initial_guesses;
 use super::{Family, FitError, Parameter};
 use crate::ensemble;
 use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::tracking::median;
@@ -110,6 +111,10 @@ impl Fit {
         let found = estimates(&problem, data, &reached, objectives, (self.loss, self.widest))?;
         let problem = |error: E| FitError::Family { values: family.named(&found.values()), problem: error.to_string() };
         let shoot = (family.build)(&found.values()).map_err(problem)?;
+        if !found.free.is_empty() && found.without_effect.len() == found.free.len() {
+            let last = data.iter().filter_map(|series| series.times.last()).copied().fold(shoot.time(), f64::max);
+            return Err(FitError::NoEffect { duration: last - shoot.time() });
+        }
         Ok(Estimates { ambiguous_frames: ambiguous_frames(&shoot, data)?, ..found })
     }
 
@@ -235,8 +240,8 @@ impl Fit {
     }
 }
 
-/// Returns an error if the sizes of a series and of the shoot at its start differ by a factor that suggests a wrong
-/// unit. Angles have no size, and a scale or an offset may explain any size.
+/// Returns an error if the sizes of a series and of the shoot, at its start or at the end of the data, differ by a
+/// factor that suggests a wrong unit. Angles have no size, and a scale or an offset may explain any size.
 fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Result<(), FitError> {
     if series.kind == Kind::Angle || series.scale.is_some() || series.offset.is_some() {
         return Ok(());
@@ -253,6 +258,12 @@ fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Resul
         // The tip may be close to the line of sight to the base, such as that of a risen shoot from above.
         0.0
     };
-    let wrong = observed > WRONG_UNIT * modelled || observed * WRONG_UNIT < expected;
-    if wrong { Err(FitError::Unit { series: index, observed, modelled }) } else { Ok(()) }
+    if observed > WRONG_UNIT * modelled || observed * WRONG_UNIT < expected {
+        return Err(FitError::Unit { series: index, observed, modelled });
+    }
+    // With times in another unit the shoot would grow far beyond the data.
+    let growth = shoot.model().growth();
+    let longest = if growth.elongates() { growth.length(length, shoot.time() + duration) } else { length };
+    let far = series.dimension() == 3 && observed * WRONG_UNIT < longest;
+    if far { Err(FitError::Unit { series: index, observed, modelled: longest }) } else { Ok(()) }
 }

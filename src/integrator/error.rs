@@ -1,5 +1,6 @@
 //! Errors of integrators.
 
+use crate::check::describe_type;
 use crate::equilibrium::EquilibriumError;
 use crate::error::{Number, ParameterError, debug_by_display};
 
@@ -162,6 +163,21 @@ pub enum IntegrationError {
         /// Reason.
         problem: &'static str,
     },
+    /// The growth law or a tropism law returned NaN or infinity at a place.
+    #[error(
+        "the {what} of {} is not finite at {:.4} m from the base and {} s",
+        describe_type(law), Number(*arc_length), Number(*time)
+    )]
+    Undefined {
+        /// The quantity, with its component.
+        what: &'static str,
+        /// Name of the type of the law.
+        law: &'static str,
+        /// Arc length of the place from the base, m.
+        arc_length: f64,
+        /// Time at which the law was evaluated, s.
+        time: f64,
+    },
     /// A law, the scene or a condition returned NaN or infinity.
     #[error("the {what} is not finite at {} s", Number(*time))]
     NotFinite {
@@ -210,6 +226,7 @@ impl IntegrationError {
             | Self::Incomplete { .. }
             | Self::Grid { .. }
             | Self::NotFinite { .. }
+            | Self::Undefined { .. }
             | Self::NotReached { .. }
             | Self::WorkLimit { .. }
             | Self::NotSlender { .. }

@@ -62,6 +62,13 @@ pub enum StabilityError {
         /// Largest growth gradient, 1/m.
         gradient: f64,
     },
+    /// No law senses the strain, and the base is not along gravity: there is no shape in which the growth gradients
+    /// vanish.
+    #[error(
+        "no law senses the bending of the shoot, without which a tilted shoot has no steady state: add `Proprioception`, \
+         or make the base vertical"
+    )]
+    NoProprioception,
     /// No law acts on any point of the growth zone.
     #[error("no differential growth: there is no law, or its sensitivity is zero, or no tissue grows")]
     NothingDriven,

@@ -214,9 +214,8 @@ impl InternalForce {
     /// # Errors
     /// The number of points at which the force is known.
     pub(crate) fn check(&self, rod: &Rod) -> Result<(), ParameterError> {
-        let points = self.forces.len();
-        let known = points == rod.points().len();
-        ParameterError::unless(known, "points at which the force is known", points as f64, "those of the rod")
+        let counts = [self.forces.len(), rod.points().len()];
+        ParameterError::count("number of points at which the force is known", counts, "that of the rod")
     }
 
     /// Largest norm of the force at a material point, N; NaN if the norm at one of them is NaN.

@@ -17,6 +17,7 @@ mod unshaped;
 pub use check::RodError;
 pub(crate) use coarse::Place;
 pub(crate) use lengths::UNEVEN;
+pub(crate) use locate::is_on;
 pub(crate) use nodes::LARGEST_ROTATION;
 pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};

@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::locate::is_on;
 use super::{MaterialPoint, Rod};
 use crate::numerics::interpolation::lagrange_derivatives;
 use crate::reference_element::MAX_POINTS;
@@ -157,10 +158,11 @@ impl Rod {
         line
     }
 
-    /// The position (m, fixed frame) and the frame at arc length `s` (m). `s` is clamped to [0, ℓ]; `None` for NaN.
+    /// The position (m, fixed frame) and the frame at arc length `s` (m). `None` for NaN and for a place beyond the ends;
+    /// up to rounding it is at the end.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
-        let (element, x) = self.locate(s)?;
+        let (element, x) = if is_on(s, self.length()) { self.locate(s)? } else { return None };
         let start: Vector3<f64> = (0..element).map(|e| self.whole_chord(e)).sum();
         Some((self.base_position + (start + self.chord(element, x)), self.frame_within(element, x)))
     }

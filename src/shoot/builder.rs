@@ -8,7 +8,7 @@ use crate::constitutive::Constitutive;
 use crate::equilibrium::check_stiffness;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, exit_before_start};
-use crate::load::Load;
+use crate::load::{InternalForce, Load};
 use crate::model::{DynLaws, Laws, Model, check};
 use crate::reference_element::Order;
 use crate::rod::{Rod, Tissue};
@@ -271,6 +271,12 @@ pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(
         let place = rod.initial_length() - tissue.initial_apex_distance;
         let force = model.load().per_length(&tissue, &environment).sum();
         ParameterError::finite("force per length", force, "N/m").map_err(|error| error.at(place))?;
+    }
+    let force = InternalForce::of(rod, model.load(), &environment);
+    ParameterError::finite("force of the load on the whole shoot", force.at_base().sum(), "N")?;
+    for (cut, force) in force.cuts().iter().zip(force.at_points()) {
+        let finite = ParameterError::finite("force of the load on the part beyond a place", force.sum(), "N");
+        finite.map_err(|error| error.at(cut.arc_length))?;
     }
     Ok(())
 }

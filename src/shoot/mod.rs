@@ -135,17 +135,32 @@ impl<M: Model> Shoot<M> {
     ///
     /// # Errors
     /// A state that is inconsistent, whose history has other numbers of variables or stimuli, or whose length
-    /// exceeds a million times the longest element of this shoot or is not permitted by its growth law. The shoot does
-    /// not change then.
+    /// exceeds a million times the longest element of this shoot or is not permitted by its growth law, or whose growth
+    /// zone is not that of this law. The shoot does not change then.
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
         state.check()?;
         let size = self.model.tropism().size();
         state.check_laws((size.variables, size.stimuli))?;
         state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
         self.model.growth().check(state.rod.length())?;
+        self.check_zone(state)?;
         self.state.copy_from(state);
         self.state.release_if_absent(self.model.support());
         Ok(())
+    }
+
+    /// Returns an error unless the growing part of a state is as long as the growth zone of the law of this shoot, or
+    /// the whole shoot grows and is shorter.
+    fn check_zone(&self, state: &State) -> Result<(), ParameterError> {
+        let (growth, rod) = (self.model.growth(), &state.rod);
+        let (zone, first) = (growth.zone_length(), rod.first_growing());
+        if !growth.elongates() {
+            return Ok(());
+        }
+        let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], SAME_PLACE * rod.length());
+        let same = growing <= zone + margin && (first == 0 || growing >= zone - margin);
+        let requirement = "that of the shoot's growth law (m): restore the state under its own laws";
+        ParameterError::unless(same, "length of the growth zone of the state", growing, requirement)
     }
 
     /// Sets the intrinsic strain of every material point (along the directors, 1/m), as [`Rod::set_intrinsic`]

@@ -84,7 +84,7 @@ impl Predictor {
         let mut after = time;
         for (i, earlier) in self.earlier.iter().enumerate() {
             let (name, size) = ("number of rotation vectors of an earlier equilibrium", earlier.rotations.len());
-            ParameterError::unless(size == rotations, name, size as f64, "that of the rod")?;
+            ParameterError::count(name, [size, rotations], "that of the rod")?;
             let square = earlier.rotations.iter().map(Vector3::norm_squared).sum();
             ParameterError::finite("sum of squared earlier rotations", square, "rad²")?;
             let moments = earlier.moments.norm_squared();

@@ -20,11 +20,13 @@ impl Track {
     /// the number of positions and to their number in 2.9 periods.
     ///
     /// # Errors
-    /// A period that is not positive, or fewer than four positions.
+    /// A period that is not positive or longer than the track, or fewer than four positions.
     pub fn drift(&self, period: f64) -> Result<Self, TrackingError> {
         ParameterError::positive("period at which drift begins", period, "s")?;
         // One more than the number of coefficients of a parabola.
         TrackingError::unless_positions(4, self.times.len())?;
+        let duration = self.times[self.times.len() - 1] - self.times[0];
+        TrackingError::unless_at_least(period, "duration of the track (s)", duration)?;
         let width = period * (2.0 * GAMMA_MEDIAN).sqrt() / std::f64::consts::TAU;
         // The weights are 4e-6 at five standard deviations, where they are truncated.
         let reach = 5.0;

@@ -18,6 +18,8 @@ forward_pointers!(TropismLaw {
     fn steady(stimuli: &[f64], variables: &mut [f64]);
     fn initial(stimuli: &[f64], variables: &mut [f64]);
     fn next_discontinuity(t: f64) -> f64;
+    fn shortest_period() -> f64;
+    fn name_of_undefined(at: &Growing, past: &[f64], now: &[f64]) -> &'static str;
     fn name_of(variable: usize) -> &'static str;
     fn check() -> Result<(), ParameterError>;
 });
@@ -67,6 +69,26 @@ macro_rules! composition {
                 first = earlier(first, law.next_discontinuity(t));
             })*
             first
+        }
+        fn shortest_period(&$self) -> f64 {
+            let mut shortest = f64::INFINITY;
+            $(for law in $laws {
+                shortest = shortest.min(law.shortest_period());
+            })*
+            shortest
+        }
+        fn name_of_undefined(&$self, at: &Growing, mut past: &[f64], mut now: &[f64]) -> &'static str {
+            let present = !now.is_empty();
+            $(for law in $laws {
+                let size = law.size();
+                let number = if present || size.reads_present { size.stimuli } else { 0 };
+                let own = (past.split_off(..size.variables), now.split_off(..number));
+                let (Some(past), Some(now)) = own else { return std::any::type_name::<Self>() };
+                if !law.gradient(at, past, size.present(now)).sum().is_finite() {
+                    return law.name_of_undefined(at, past, size.present(now));
+                }
+            })*
+            std::any::type_name::<Self>()
         }
         fn name_of(&$self, mut variable: usize) -> &'static str {
             $(for law in $laws {

@@ -244,6 +244,19 @@ pub trait TropismLaw {
         f64::INFINITY
     }
 
+    /// Shortest period of the gradient as a function of time (s), as that of an oscillator; infinite by default. A time
+    /// step of more than half of it is an error of [`MethodOfSteps`](crate::integrator::MethodOfSteps), since such steps
+    /// cannot be distinguished from those of a longer period.
+    fn shortest_period(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Name of the type of the law whose gradient is not finite, for messages of errors. A composition returns the name
+    /// of the part. The arguments are those of [`gradient`](Self::gradient).
+    fn name_of_undefined(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> &'static str {
+        std::any::type_name::<Self>()
+    }
+
     /// Name of the type of the law that declares a variable, for messages of errors. A composition returns the name
     /// of the part. `variable` is the index among the variables of this law, from zero.
     fn name_of(&self, _variable: usize) -> &'static str {

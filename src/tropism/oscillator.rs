@@ -65,6 +65,10 @@ impl TropismLaw for Oscillator {
         Vector3::new(cos / at.section.along_d2, sin / at.section.along_d1, 0.0) * self.sensitivity
     }
 
+    fn shortest_period(&self) -> f64 {
+        if self.sensitivity == 0.0 { f64::INFINITY } else { self.period }
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("sensitivity of the oscillator", self.sensitivity, "")?;
         ParameterError::positive("period of the oscillator", self.period, "s")?;

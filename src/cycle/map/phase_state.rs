@@ -49,9 +49,10 @@ impl PhaseState {
 
     /// Returns an error unless the state has given numbers of material points, and of variables at each point.
     pub fn check(&self, points: usize, variables: usize) -> Result<(), ParameterError> {
-        let (what, own) = ("material points of the orbit", self.strain.len() / 2);
-        let same = own == points && self.variables.len() == variables * points;
-        ParameterError::unless(same, what, own as f64, "those of the shoot, with its variables")
+        let own = self.strain.len() / 2;
+        ParameterError::count("number of material points of the orbit", [own, points], "that of the shoot")?;
+        let counts = [self.variables.len(), variables * points];
+        ParameterError::count("number of variables of the orbit at all points", counts, "that of the shoot")
     }
 
     /// Norm of the difference to another state, relative to the larger norm: of all components, or of the strain if

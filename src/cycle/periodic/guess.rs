@@ -97,8 +97,8 @@ pub(crate) fn state_of_mode<M: Model>(
     period: f64,
 ) -> Result<PhaseState, CycleError> {
     let (m, p) = (return_map.stimuli, return_map.places.len());
-    let (what, points) = ("number of strains of the mode", root.strain.len());
-    ParameterError::unless(points == p, what, points as f64, "that of the points of the zone")?;
+    let (what, counts) = ("number of strains of the mode", [root.strain.len(), p]);
+    ParameterError::count(what, counts, "that of the points of the zone")?;
     for strain in &root.strain {
         ParameterError::finite("strain of the mode", strain.map(|x| x.re + x.im).sum(), "")?;
     }

@@ -55,8 +55,8 @@ impl<'a, M: Model> Corotating<'a, M> {
         let (places, regr) = driven_points(shoot)?;
         let mut rod = shoot.state.rod.clone();
         let zone = rod.zone();
-        let (what, points) = ("number of strains of the initial guess", strain.len() / 2);
-        ParameterError::unless(points == zone.len(), what, points as f64, "that of the points of the zone")?;
+        let (what, counts) = ("number of strains of the initial guess", [strain.len() / 2, zone.len()]);
+        ParameterError::count(what, counts, "that of the points of the zone")?;
         ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the initial guess", rate, "not zero (rad/s)")?;
         for (point, strain) in rod.points_mut()[zone].iter_mut().zip(strain.as_slice().chunks_exact(2)) {
             ParameterError::finite("strain of the initial guess", strain[0] + strain[1], "1/m")?;

@@ -141,7 +141,7 @@ impl Adaptive {
         let many = shoot.rod().elements() >= MAX_ELEMENTS_TO_UNFOLD;
         let time = shoot.time();
         match self.workspace.stepper.solve_equilibrium(shoot, &mut self.workspace.solver, time) {
-            Err(IntegrationError::Equilibrium { error: EquilibriumError::Folded { element }, .. }) if !many => {
+            Err(IntegrationError::Equilibrium { error: EquilibriumError::Folded { element, .. }, .. }) if !many => {
                 Ok(Err(element))
             }
             found => {

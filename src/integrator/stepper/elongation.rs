@@ -46,7 +46,8 @@ impl Stepper {
                 };
                 if !rod.set_element_length(e, length).is_finite() {
                     return Err(IntegrationError::NotFinite {
-                        what: "stretch of growing tissue, by REGR and apical speed of the growth law,",
+                        what: "stretch of growing tissue, by REGR and apical speed of the growth law (which must announce jumps \
+                               in time by `next_discontinuity`),",
                         time: to,
                     });
                 }

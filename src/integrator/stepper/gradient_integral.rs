@@ -45,6 +45,19 @@ struct Node {
     interpolation: [f64; LEVELS],
 }
 
+/// Value of a law that is not finite.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Undefined {
+    /// The quantity, with its component.
+    pub what: &'static str,
+    /// Name of the type of the law.
+    pub law: &'static str,
+    /// Distance from the apex, m.
+    pub apex_distance: f64,
+    /// Time, s.
+    pub time: f64,
+}
+
 impl GradientIntegral {
     /// Computes the quadrature for the interval from `from` to `to` (s). If the gradient depends on the present
     /// stimuli, these are interpolated through the levels `smooth`, by a cubic and a transient with the time constant
@@ -133,6 +146,43 @@ impl GradientIntegral {
         self.nodes.push(Node { time, weight, interpolation });
         let read = |[delay, tau]: [f64; 2]| history.reading(time - delay, tau);
         self.readings.extend(self.delays.iter().copied().map(read));
+    }
+
+    /// The first value of a law because of which the change of the intrinsic strain of a point is not finite. The point
+    /// is given by its index in the zone and its place at the time `start` (s). `None` if the change is finite.
+    pub fn undefined<G: GrowthLaw, T: TropismLaw>(
+        &mut self,
+        (growth, tropism): (&G, &T),
+        history: &History,
+        (index, start): (usize, f64),
+        point: &Growing,
+    ) -> Option<Undefined> {
+        let (nodes, readings) = (std::mem::take(&mut self.nodes), std::mem::take(&mut self.readings));
+        let (size, delays) = (history.size().0, self.delays.len());
+        for (i, node) in nodes.into_iter().enumerate() {
+            let mut sum = [Vector3::zeros()];
+            self.nodes.clear();
+            self.nodes.push(node);
+            self.readings.clear();
+            self.readings.extend_from_slice(&readings[i * delays..(i + 1) * delays]);
+            self.add((growth, tropism), history, (index, start), std::slice::from_ref(point), &mut sum);
+            if sum[0].sum().is_finite() {
+                continue;
+            }
+            let moves = growth.elongates();
+            let apex_distance =
+                if moves { growth.flow(point.apex_distance, start, node.time).0 } else { point.apex_distance };
+            let (at, past) = (Growing { time: node.time, apex_distance, ..*point }, &self.past[..size]);
+            let gradient = tropism.gradient(&at, past, &self.present);
+            let names = ["growth gradient along d1", "growth gradient along d2", "growth gradient along d3"];
+            let component = names.into_iter().zip(gradient.iter()).find(|(_, x)| !x.is_finite());
+            let (what, law) = match component {
+                Some((name, _)) => (name, tropism.name_of_undefined(&at, past, &self.present)),
+                None => ("REGR", std::any::type_name::<G>()),
+            };
+            return Some(Undefined { what, law, apex_distance, time: node.time });
+        }
+        None
     }
 
     /// Adds to `sums` the changes of the intrinsic strain over the interval (1/m) of consecutive points of the zone,

@@ -119,6 +119,7 @@ impl Stepper {
     ) -> Outcome<Statistics> {
         options.check(shoot)?;
         self.resume(shoot, solver, options.max_work, options.known)?;
+        options.check_laws(shoot, &self.laws)?;
         self.reserve_levels(&mut shoot.state, &options);
         observe(shoot, None);
         let mut retries_left = options.retries;
@@ -143,8 +144,9 @@ impl Stepper {
             self.begin(shoot, solver, &ConstantHistory::Empty, known)?;
         }
         let (declared, known) = (self.laws.size(), shoot.state.history.size());
-        let own = known == (declared.variables, declared.stimuli);
-        ParameterError::unless(own, "number of variables in the state", known.0 as f64, "that of the shoot's laws")?;
+        let requirement = "that of the shoot's laws";
+        ParameterError::count("number of variables in the state", [known.0, declared.variables], requirement)?;
+        ParameterError::count("number of stimuli in the state", [known.1, declared.stimuli], requirement)?;
         shoot.state.check_reach(self.laws.longest_delay())?;
         if shoot.state.changed { self.pass_discontinuity(shoot, solver, 0) } else { Ok(()) }
     }

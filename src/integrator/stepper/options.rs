@@ -1,9 +1,11 @@
 //! Options of a run.
 
-use crate::equilibrium::Equilibrium;
+use crate::equilibrium::{Equilibrium, LARGEST_TOLERANCE};
 use crate::error::ParameterError;
-use crate::model::Model;
+use crate::model::{Model, next_discontinuity};
+use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
+use crate::tropism::{Declaration, TropismLaw};
 
 /// Default of the largest number of corrections of a step. A contraction by two in each correction gains 2⁻³⁰ =
 /// 1e-9. With a slower contraction the step is too long.
@@ -43,13 +45,45 @@ impl RunOptions {
     /// Returns an error unless the settings are valid and the end of the run is not in the past of the shoot.
     pub fn check(&self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
         ParameterError::positive("time step", self.step, "s")?;
-        ParameterError::positive("tolerance of the corrections", self.tolerance, "rad")?;
+        let ok = (f64::EPSILON..=LARGEST_TOLERANCE).contains(&self.tolerance);
+        let requirement = "from 2.3e-16, the rounding of a number, to 0.1 (rad)";
+        ParameterError::unless(ok, "tolerance of the corrections", self.tolerance, requirement)?;
         check_ahead("time to advance to", shoot, self.until)?;
         // Each step has work.
         let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps.min(self.max_work) as f64);
         let requirement = "such that a call has at most 1e9 steps up to its end (s)";
-        ParameterError::unless(steps <= MOST_STEPS, "time step", self.step, requirement)
+        ParameterError::unless(steps <= MOST_STEPS, "time step", self.step, requirement)?;
+        if self.max_steps == usize::MAX { check_discontinuities(shoot, self.until) } else { Ok(()) }
     }
+
+    /// Returns an error unless the laws of a shoot are resolved by the steps: the delays, and in a run with a fixed step
+    /// the periods. A run with compared steps chooses them from what the laws return.
+    pub fn check_laws(&self, shoot: &Shoot<impl Model>, laws: &Declaration) -> Result<(), ParameterError> {
+        let (delay, requirement) = (laws.longest_delay(), "at most 1e9 time steps: no step before is resolved (s)");
+        ParameterError::unless(delay <= MOST_STEPS * self.step, "longest delay of the laws", delay, requirement)?;
+        let (step, period) = (self.step.min(self.until - shoot.time()), shoot.model().tropism().shortest_period());
+        let requirement = "at most half of the shortest period of the laws, which longer steps do not show (s)";
+        let ok = self.coarsest_step.is_some() || step <= 0.5 * period;
+        ParameterError::unless(ok, "time step", step, requirement)
+    }
+}
+
+/// Number of discontinuities that are examined at the start of a call. Fewer may be close to each other by chance.
+const EXAMINED: usize = 100;
+
+/// Returns an error if the laws announce so many discontinuities that the steps to the time `until` (s), which end at
+/// them, exceed [`MOST_STEPS`].
+fn check_discontinuities(shoot: &Shoot<impl Model>, until: f64) -> Result<(), ParameterError> {
+    let (now, shortest) = (shoot.time(), (until - shoot.time()) / MOST_STEPS);
+    let mut time = now;
+    for number in 1..=EXAMINED {
+        time = next_discontinuity(shoot.model(), after(time))?;
+        if time - now >= number as f64 * shortest {
+            return Ok(());
+        }
+    }
+    let (name, interval) = ("time between the discontinuities that the laws announce", (time - now) / EXAMINED as f64);
+    Err(ParameterError::refused(name, interval, "such that a call has at most 1e9 of them up to its end (s)"))
 }
 
 /// Returns an error unless `until` (s) is finite and not in the past of the shoot.

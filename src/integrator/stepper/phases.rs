@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use super::collocation::Levels;
+use super::gradient_integral::Undefined;
 use super::transient::smooth_levels;
 use super::{IntegrationError, Outcome, PointStep, ROUNDING, Step, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod};
@@ -57,15 +58,17 @@ impl Stepper {
         }
         let (places, changes) = (&self.places[leaving..], &mut self.changes[leaving..]);
         self.gradient_integral.add(laws, history, (leaving, start), places, changes);
-        self.apply_changes(shoot, to)
+        if let Some(i) = self.changes.iter().position(|change| !change.sum().is_finite()) {
+            // The times after the exit of a leaving point are examined too, in the same order.
+            let undefined = self.gradient_integral.undefined(laws, history, (i, start), &self.places[i]);
+            return Err(not_finite(shoot, undefined, to));
+        }
+        Ok(self.apply_changes(shoot))
     }
 
     /// Sets the intrinsic strain of the points of the zone to that at the start of the step plus the changes. Returns
     /// the largest difference from the present one as an angle over the length of the shoot, rad.
-    pub(super) fn apply_changes(&self, shoot: &mut Shoot<impl Model>, to: f64) -> Outcome<f64> {
-        if self.changes.iter().any(|change| !change.sum().is_finite()) {
-            return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
-        }
+    pub(super) fn apply_changes(&self, shoot: &mut Shoot<impl Model>) -> f64 {
         let rod = &mut shoot.state.rod;
         let (length, zone) = (rod.length(), rod.zone());
         let mut largest = 0.0_f64;
@@ -75,7 +78,7 @@ impl Stepper {
             largest = largest.max((new - point.intrinsic).norm());
             point.intrinsic = new;
         }
-        Ok(largest * length)
+        largest * length
     }
 
     /// Evaluates the rate of the intrinsic strain of a point of the zone, given by its index among all points, at a
@@ -98,8 +101,11 @@ impl Stepper {
         let place = [Growing::of(&state.rod.points()[point], start, self.starts[index].1)];
         let mut rate = [Vector3::zeros()];
         self.gradient_integral.add((growth, tropism), &state.history, (index, start), &place, &mut rate);
-        let finite = rate[0].sum().is_finite();
-        if finite { Ok(rate[0]) } else { Err(IntegrationError::NotFinite { what: "growth gradient", time }) }
+        if rate[0].sum().is_finite() {
+            return Ok(rate[0]);
+        }
+        let undefined = self.gradient_integral.undefined((growth, tropism), &state.history, (index, start), &place[0]);
+        Err(not_finite(shoot, undefined, time))
     }
 
     /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
@@ -320,9 +326,15 @@ impl Stepper {
     /// Returns an error if the laws have changed their declaration since the call began.
     fn check_size(&self, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
         let (now, before) = (tropism.size(), self.laws.size());
-        let name = "number of variables and stimuli that the tropism laws declare";
-        let number = (now.variables + now.stimuli) as f64;
-        ParameterError::unless(now == before, name, number, "the same throughout a call")
+        let requirement = "the same throughout a call";
+        for (name, counts) in [
+            ("number of variables that the tropism laws declare", [now.variables, before.variables]),
+            ("number of stimuli that the tropism laws declare", [now.stimuli, before.stimuli]),
+            ("number of reads of present stimuli", [now.reads_present.into(), before.reads_present.into()]),
+        ] {
+            ParameterError::count(name, counts, requirement)?;
+        }
+        Ok(())
     }
 
     /// Evaluates the rates of the variables at the last level.
@@ -334,6 +346,14 @@ impl Stepper {
             tropism.rates(point.variables, point.stimuli, point.rates);
         }
     }
+}
+
+/// The error of a rate of the intrinsic strain at a time (s) that is not finite, with the cause if it is known.
+fn not_finite(shoot: &Shoot<impl Model>, undefined: Option<Undefined>, time: f64) -> IntegrationError {
+    let Some(Undefined { what, law, apex_distance, time }) = undefined else {
+        return IntegrationError::NotFinite { what: "growth gradient", time };
+    };
+    IntegrationError::Undefined { what, law, arc_length: shoot.state.rod.length() - apex_distance, time }
 }
 
 /// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of

@@ -172,15 +172,15 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`Parameter`](IntegrationError::Parameter) for another number of changes, and the errors of
     /// [`integrate_intrinsic`](Self::integrate_intrinsic).
     pub fn change_intrinsic(&mut self, changes: &[Vector3<f64>]) -> Outcome<f64> {
-        let (count, requirement) = (changes.len(), "that of the points in the growth zone");
-        ParameterError::unless(count == self.points().len(), "number of changes of strain", count as f64, requirement)?;
+        let (counts, requirement) = ([changes.len(), self.points().len()], "that of the points in the growth zone");
+        ParameterError::count("number of changes of strain", counts, requirement)?;
         if changes.iter().any(|change| !change.sum().is_finite()) {
             return Err(IntegrationError::NotFinite { what: "change of the intrinsic strain", time: self.step.to });
         }
         self.stepper.changes.clear();
         self.stepper.changes.extend_from_slice(changes);
         self.make(Part::Strain, |this| {
-            let change = this.stepper.apply_changes(this.shoot, this.step.to)?;
+            let change = this.stepper.apply_changes(this.shoot);
             this.check_explicit(change)
         })
     }

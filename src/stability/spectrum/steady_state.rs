@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use super::characteristic::CharacteristicMatrix;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
-use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
+use crate::linear::{
+    StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver, stimulus_derivatives,
+};
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
 use crate::rod::Rod;
@@ -62,6 +64,10 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
     // The threshold lies between the discretisation error of a resolved shape and the rotation by an
     // oscillation between the points.
     if error > 0.1 {
+        let (by_strain, _) = stimulus_derivatives(shoot, &shape, &InternalForce::of(&shape, &(), &environment));
+        if by_strain.iter().all(|matrix| matrix.iter().all(|slope| *slope == 0.0)) {
+            return Err(StabilityError::NoProprioception);
+        }
         return Err(StabilityError::UnderResolved { what: "the shape of the steady state (rad)", error });
     }
     // The visible strain is the sum of the elastic strain under the couple and the intrinsic strain.
