@@ -3,8 +3,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::plants::{Build, NOISE, family, righting, tips};
+use crate::fixtures::shoots::YOUNG;
 use morphorod::fit::{Family, Fit, FitError, Parameter, Series, View};
+use morphorod::growth::UniformGrowth;
 use morphorod::tracking::Track;
+use morphorod::tropism::Oscillator;
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Vector2, Vector3};
 
@@ -58,6 +61,33 @@ fn lengths_in_millimetres_are_recognised() {
     assert!(matches!(found, FitError::Unit { .. }) && found.to_string().contains("is the unit"), "{found}");
     let found = error(|_, positions| positions.iter_mut().for_each(|p| *p *= 0.001));
     assert!(matches!(found, FitError::Unit { .. }), "{found}");
+}
+
+#[test]
+fn times_in_hours_and_in_milliseconds_are_recognised() {
+    let found = error(|times, _| times.iter_mut().for_each(|time| *time /= 3600.0));
+    assert!(matches!(found, FitError::NoEffect { .. }) && found.to_string().contains("times in s"), "{found}");
+    // An elongating shoot would grow to many times the size of the data.
+    let growing = |p: &[f64]| {
+        let growth = UniformGrowth { zone_length: 0.04, time: 72e3 };
+        Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).tropism(Oscillator::new(p[0], 1440.0)).build()
+    };
+    let (times, positions) = tips(NOISE, 9);
+    let data = [Series::tips(times.iter().map(|time| 1e3 * time).collect(), &positions)];
+    let family = Family { parameters: vec![Parameter::positive("alpha", [0.01, 1.0])], build: growing };
+    // Longer steps, so that the data end within the permitted number of them.
+    let found = Fit { step: 600.0, ..Fit::default() }.run(&family, &data).unwrap_err();
+    assert!(matches!(found, FitError::Unit { .. }) && found.to_string().contains("of their times s"), "{found}");
+}
+
+#[test]
+fn coordinates_that_are_zero_in_all_frames_do_not_count() {
+    // The shoot bends in a plane: a frame without noise has two coordinates for two parameters and the noise.
+    let (times, positions) = tips(0.0, 9);
+    assert!(positions.iter().all(|p| p.y == 0.0));
+    let data = [Series::tips(times[20..21].to_vec(), &positions[20..21])];
+    let found = Fit::default().run(&family(&["beta", "eta"], 1.0), &data).unwrap_err();
+    assert_eq!(found, FitError::Insufficient { coordinates: 2, parameters: 3 });
 }
 
 #[test]

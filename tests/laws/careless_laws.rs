@@ -1,9 +1,14 @@
 //! Tropism laws whose declarations contradict what they compute are refused.
 
-use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, righting, steering};
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, YOUNG, righting, steering};
+use morphorod::check;
+use morphorod::constitutive::Tissue;
+use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::support::Sphere;
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Growing, Perception, Response, Site, Source, TropismLaw, Variable,
+    Declaration, DirectionalTropism, Gravitropism, Growing, Perception, Response, SettledStatoliths, Site, Source,
+    TropismLaw, Variable,
 };
 use nalgebra::Vector3;
 
@@ -218,4 +223,24 @@ fn law_that_does_not_write_a_stimulus_at_each_point_is_refused() {
     let error = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string();
     assert!(error.contains("stimulus of a tropism law"), "{error}");
     assert_eq!(shoot.state(), &before);
+}
+
+#[test]
+fn checks_of_laws_at_no_place_are_errors() {
+    let obstacle = Sphere { centre: Vector3::x(), radius: 0.1 };
+    let perception = SettledStatoliths;
+    let gravitropism = Gravitropism { sensitivity: 0.8, perception };
+    let tissue = Tissue::young(RADIUS);
+    for answer in [
+        check::elastic_law(&YOUNG, &tissue, &[]),
+        check::growth_law(&UniformGrowth { zone_length: 0.04, time: 72e3 }, &[], 3600.0),
+        check::tropism_law(&gravitropism.remembered(MEMORY), &[]),
+        check::response(&gravitropism, &[]),
+        check::perception(&perception, &[]),
+        check::obstacle(&obstacle, &[], 0.0),
+    ] {
+        let error = answer.unwrap_err();
+        assert_eq!((error.quantity, error.value), (check::Quantity::Points, 0.0));
+        assert!(error.to_string().contains("is 0 in the arguments of the check but must be at least 1"), "{error}");
+    }
 }

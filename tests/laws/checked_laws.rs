@@ -4,16 +4,15 @@ use morphorod::check::{self, LawError, Quantity};
 use morphorod::constitutive::{
     Constitutive, ElasticResponse, Graded, Lignifying, LineResponse, LinearElastic, Timoshenko, Tissue,
 };
-use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, Weight};
+use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, Handedness, Memory, Oscillator, Perception, Proprioception, Response,
     SettledStatoliths, Site, Source, Statoliths, TropismLaw, Variable,
 };
-use morphorod::{Environment, Order, Scene, Section, Shoot, Still};
+use morphorod::{Environment, Order, Section, Shoot, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// A law with the sign of one quantity changed.
@@ -384,24 +383,4 @@ fn laws_of_a_shoot_are_checked_at_its_places() {
     let wrong = Quantity::Tangent(2, 0);
     let shoot = Shoot::builder(Flipped { law: coupled(), wrong }).length(0.06).radius(5e-4).build().unwrap();
     assert_eq!(quantity(shoot.check_laws()), Err(wrong));
-}
-
-#[test]
-fn solver_that_fails_reports_the_wrong_tangent() {
-    // Half of the tangent, so that Newton's steps are twice as long as they should be.
-    struct Soft(LinearElastic);
-    impl Constitutive for Soft {
-        fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-            let response = self.0.respond(tissue, strain);
-            let tangent = Matrix3::from_diagonal(&response.tangent.diagonal().map(|stiffness| 0.3 * stiffness));
-            ElasticResponse { tangent, ..response }
-        }
-    }
-    let mut rod = Rod::uniform(0.05, 5e-4, UnitQuaternion::identity(), 4, Order::Eight).unwrap();
-    let (law, load) = (Soft(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }), Weight { density: 1000.0 });
-    let environment = Still::upright().environment(0.0);
-    let force = (load, ApicalForce(|_: f64| Vector3::new(1e-3, 0.0, 0.0)));
-    let found = NewtonSolver::default().solve(&mut rod, &law, &force, &environment);
-    let Err(EquilibriumError::Law(error)) = found else { panic!("{found:?}") };
-    assert_eq!(error.quantity, Quantity::Tangent(0, 0));
 }

@@ -229,14 +229,18 @@ fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
 }
 
 #[test]
-fn arc_lengths_outside_the_rod_are_clamped_to_its_ends() {
+fn places_beyond_the_ends_of_a_rod_have_no_profile() {
     let scene = Still::upright();
     let rod = Rod::uniform(LENGTH, RADIUS, scene.base, 2, Order::Four).unwrap();
     let (load, environment) = (Weight { density: 1000.0 }, scene.environment(0.0));
     let profile = Profile::of(&rod, &YOUNG, &load, &environment);
     assert!(profile.at(f64::NAN).is_none() && rod.arc_length_of(f64::NAN).is_none());
-    assert_eq!(profile.at(-1.0), profile.at(0.0));
-    let [beyond, apex] = [f64::INFINITY, LENGTH].map(|s| profile.at(s).unwrap());
+    for beyond in [-1.0, -1e-6 * LENGTH, LENGTH * (1.0 + 1e-6), f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(profile.at(beyond).is_none() && rod.at(beyond).is_none(), "{beyond}");
+    }
+    // A place that is beyond an end by rounding is at the end.
+    assert_eq!(profile.at(-1e-12 * LENGTH), profile.at(0.0));
+    let [beyond, apex] = [LENGTH * (1.0 + 1e-12), LENGTH].map(|s| profile.at(s).unwrap());
     assert_abs_diff_eq!(beyond.arc_length, LENGTH, epsilon = 1e-16);
     assert_abs_diff_eq!(InNorm(beyond.position), InNorm(apex.position), epsilon = 1e-16);
     assert_eq!(profile.sample(0).len(), 0);

@@ -48,6 +48,23 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
     assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
 }
 
+#[test]
+fn tilted_shoot_without_proprioception_has_no_steady_state() {
+    let build = |tilt: f64| {
+        Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(5e-4)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+            .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY))
+            .scene(Still::tilted(tilt))
+            .build()
+            .unwrap()
+    };
+    let error = solve_steady_state(&mut build(1.0)).unwrap_err();
+    assert_eq!(error, StabilityError::NoProprioception);
+    solve_steady_state(&mut build(0.0)).unwrap();
+}
+
 /// Growth with a daily rhythm does not bend a straight upright shoot. The response of the shoot to
 /// a disturbance differs from that at the mean growth rate.
 #[test]

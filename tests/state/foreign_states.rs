@@ -4,7 +4,7 @@
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 use approx::assert_abs_diff_eq;
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::{Rod, RodError};
 use morphorod::tropism::SettledStatoliths;
@@ -26,6 +26,23 @@ fn state_of_other_laws_is_refused() {
     assert!(matches!(error, StateError::Laws { .. }), "{error}");
     assert!(&kept == shoot.state());
     run.advance(&mut shoot, 0.2 * HOUR).unwrap();
+}
+
+#[test]
+fn state_of_another_growth_zone_is_refused() {
+    let build = |zone_length: f64| {
+        let growth = UniformGrowth { zone_length, time: 20.0 * HOUR };
+        Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(growth).into_dyn().build().unwrap()
+    };
+    for (zone, other, hours) in [(0.04, 0.02, 0.0), (0.04, 0.02, 1.0), (0.02, 0.04, 1.0), (0.1, 0.04, 1.0)] {
+        let (mut foreign, mut shoot) = (build(zone), build(other));
+        MethodOfSteps::new(300.0).advance(&mut foreign, hours * HOUR).unwrap();
+        let kept = shoot.state().clone();
+        let error = shoot.restore(foreign.state()).unwrap_err().to_string();
+        assert!(error.contains("length of the growth zone of the state is 0.0"), "{zone} {other}: {error}");
+        assert!(&kept == shoot.state());
+        build(zone).restore(foreign.state()).unwrap();
+    }
 }
 
 #[test]

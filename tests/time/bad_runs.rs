@@ -55,10 +55,11 @@ fn invalid_steps_end_times_and_tolerances_are_refused_by_name() {
 }
 
 #[test]
-fn laws_that_depend_on_time_alone_permit_any_step() {
+fn laws_that_depend_on_time_alone_permit_any_step_up_to_half_a_period() {
     let mut clock = righting().tropism(Oscillator::new(0.2, 1440.0)).into_dyn().build().unwrap();
-    let cost = MethodOfSteps::new(2000.0).advance(&mut clock, HOUR).unwrap();
+    let cost = MethodOfSteps::new(720.0).advance(&mut clock, HOUR).unwrap();
     assert_eq!(cost.equilibria, cost.steps + 1);
+    assert_refused(MethodOfSteps::new(720.5).advance(&mut clock, 2.0 * HOUR), "time step", 720.5);
 }
 
 #[test]

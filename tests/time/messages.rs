@@ -21,7 +21,7 @@ use nalgebra::{Vector2, Vector3};
 const NAN: f64 = f64::NAN;
 const INF: f64 = f64::INFINITY;
 
-type Outcome = Result<(), Box<dyn Error>>;
+pub(super) type Outcome = Result<(), Box<dyn Error>>;
 
 fn build(builder: ShootBuilder<DynLaws>) -> Outcome {
     builder.build()?;
@@ -76,7 +76,7 @@ fn mode(amplitude: f64) -> Outcome {
 }
 
 /// Fails unless all outcomes are errors whose messages contain the words and are readable.
-fn assert_clear(mistakes: Vec<(&str, Outcome)>) {
+pub(super) fn assert_clear(mistakes: Vec<(&str, Outcome)>) {
     for (words, outcome) in mistakes {
         let text = outcome.expect_err(words).to_string();
         assert!(text.contains(words), "“{text}” does not contain “{words}”");
@@ -140,7 +140,10 @@ fn messages_of_runs_name_the_first_cause() {
             "memory time is too short",
             run(growing().tropism(Proprioception { sensitivity: 1.0 }.remembered(memory)).into_dyn(), |_| ()),
         ),
-        ("the force in the rod is not finite", run(growing().load(broken).into_dyn(), |run| run.retries = 60)),
+        (
+            "the force of the load on the rod is not finite",
+            run(growing().load(broken).into_dyn(), |run| run.retries = 60),
+        ),
         (
             "at 1.875 s: no equilibrium after",
             run(growing().load(WEIGHT).support(leaving).into_dyn(), |run| run.retries = 2),

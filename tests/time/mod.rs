@@ -36,3 +36,4 @@ mod tolerance_inside;
 mod tolerance_random;
 mod tolerance_scenes;
 mod trial_runs;
+mod wrong_inputs;

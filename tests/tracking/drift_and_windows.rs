@@ -60,6 +60,10 @@ fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
         assert!(matches!(lone.without_drift(period), Err(TrackingError::Parameter(_))), "{period}");
     }
     assert_eq!(
+        lone.drift(3.1e6).unwrap_err(),
+        TrackingError::Insufficient { what: "duration of the track (s)", value: 3e6, needed: 3.1e6 }
+    );
+    assert_eq!(
         lone.between(0.0, 2e6).without_drift(100.0).unwrap_err(),
         TrackingError::Insufficient { what: "number of positions", value: 3.0, needed: 4.0 }
     );
