@@ -16,8 +16,8 @@ use crate::scene::before;
 /// these. Of a point outside the zone only the exit time is checked. A law that does not elongate must not move points.
 ///
 /// # Errors
-/// The first quantity that is not finite or contradicts the others, and a check without points. If the speed contradicts the REGR, a `flow` in
-/// closed form decides which of them is wrong; without one the speed is reported.
+/// The first quantity that is not finite or contradicts the others, and a check without points. If the speed
+/// contradicts the REGR, a `flow` in closed form decides which of them is wrong; without one the speed is reported.
 pub fn growth_law<G: GrowthLaw>(law: &G, points: &[(f64, f64)], span: f64) -> Result<(), LawError> {
     At::of_points::<G>(points.len())?;
     for &(sigma, time) in points {

@@ -9,8 +9,8 @@ use crate::rod::{Rod, Tissue};
 
 /// Returns an error unless a free rod is in equilibrium under a force, up to [`LARGEST_TOLERANCE`].
 ///
-/// The rotation that the unbalanced couples cause by the bending stiffness alone is an estimate that costs one evaluation
-/// of the energy. It is too large for a rod under tension. Therefore Newton's method decides if it is large.
+/// The rotation that the unbalanced couples cause by the bending stiffness alone is an estimate that costs one
+/// evaluation of the energy. It is too large for a rod under tension. Therefore Newton's method decides if it is large.
 pub(crate) fn check_balance(
     rod: &Rod,
     material: &impl Constitutive,

@@ -173,9 +173,7 @@ fn describe_fold(intrinsic: f64) -> String {
         let check = "check the units of length, radius, stiffness and load";
         return format!("{check}; if the shape is as expected, take more elements or a smaller load");
     }
-    let turn = Number(intrinsic);
+    let (turn, remedy) = (Number(intrinsic), "if the shape is as expected, take more elements");
     let check = "check the tropism laws, their sensitivities, and the units of growth time, length and radius";
-    format!(
-        "its intrinsic strain alone rotates it by {turn:.3} rad; {check}; if the shape is as expected, take more elements"
-    )
+    format!("its intrinsic strain alone rotates it by {turn:.3} rad; {check}; {remedy}")
 }

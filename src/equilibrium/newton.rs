@@ -45,8 +45,8 @@ pub(super) use with_points;
 /// ```
 #[derive(Debug, Clone)]
 pub struct NewtonSolver {
-    /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad; from 2.3e-16 to
-    /// 0.1. 1e-11 by default. `Adaptive` sets it from its tolerance, and `MethodOfSteps::new` uses 1e-8.
+    /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad: from 2.3e-16
+    /// to 0.1, 1e-11 by default. `Adaptive` sets it from its tolerance, and `MethodOfSteps::new` uses 1e-8.
     pub tolerance: f64,
     /// Largest number of Newton iterations. With a support, the increments of the load path and the search for
     /// contacts have bounds of their own, and [`Equilibrium::iterations`], the sum over them, may be larger.

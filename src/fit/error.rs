@@ -39,10 +39,10 @@ pub enum FitError {
         /// Number of free parameters, and one more if the noise of any series is estimated.
         parameters: usize,
     },
-    /// No free parameter has an effect on the data.
+    /// No free parameter has an effect on the data, which end within one time step.
     #[error(
-        "no free parameter has an effect on the data, which end {:.4} s after the start of the shoot: are their times in \
-         s, and do they reach beyond the delays of the laws?",
+        "no free parameter has an effect on the data, which end {:.4} s after the start of the shoot: are their times \
+         in s, and do they reach beyond the delays of the laws?",
         Number(*duration)
     )]
     NoEffect {
@@ -60,8 +60,8 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Length of the shoot at the initial values, times the largest norm of a row of the view, m: at the start of the
-        /// shoot, or at the end of the data.
+        /// Length of the shoot at the initial values, times the largest norm of a row of the view, m: at the start of
+        /// the shoot, or at the end of the data.
         modelled: f64,
     },
     /// A parameter is invalid.
@@ -94,7 +94,7 @@ pub enum FitError {
         /// Names and values of all parameters.
         values: Vec<(String, f64)>,
         /// Error of the integrator.
-        error: IntegrationError,
+        error: Box<IntegrationError>,
     },
     /// Two fits cannot be compared.
     #[error("the fits have different data, noise or losses, so that they cannot be compared")]

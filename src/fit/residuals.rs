@@ -80,7 +80,9 @@ pub(super) fn simulate<M: Model, E: Display>(
         if !(time <= until && time.is_finite()) {
             break;
         }
-        integrator.advance(&mut shoot, time).map_err(|error| FitError::Run { values: family.named(values), error })?;
+        integrator
+            .advance(&mut shoot, time)
+            .map_err(|error| FitError::Run { values: family.named(values), error: Box::new(error) })?;
         for (index, series) in data.iter().enumerate() {
             if series.times.get(next[index]) == Some(&time) {
                 let camera = Camera::of(series, family, values);

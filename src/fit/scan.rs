@@ -28,8 +28,8 @@ const SENSITIVITY: f64 = 1e-4;
 pub struct ScanLine {
     /// Oscillator of this period and handedness that explains the residuals best, to first order in the sensitivity.
     pub oscillator: Oscillator,
-    /// Score S: the decrease of χ² due to the oscillator, to first order in the sensitivity and with the correlations of
-    /// the noise. For data without an oscillator S has the distribution of χ² with two degrees of freedom.
+    /// Score S: the decrease of χ² due to the oscillator, to first order in the sensitivity and with the correlations
+    /// of the noise. For data without an oscillator S has the distribution of χ² with two degrees of freedom.
     pub score: f64,
 }
 

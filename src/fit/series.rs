@@ -194,18 +194,22 @@ impl Series {
     }
 
     /// Number of residuals: all coordinates of a tip, and one fewer for a point of a centre line, whose residual is
-    /// across the tangent. A coordinate of a tip that is zero in all frames, as that across the plane of a shoot, does
-    /// not count.
+    /// across the tangent.
     pub(super) fn residuals(&self) -> usize {
         let d = self.dimension();
-        let varies = |k: &usize| self.frames.iter().flatten().any(|point| point[*k] != 0.0);
-        let of_tip = (0..d).filter(varies).count();
         let of_frame = |frame: &Vec<Vector3<f64>>| match self.kind {
-            Kind::Tip => of_tip,
-            Kind::Angle => d,
+            Kind::Tip | Kind::Angle => d,
             Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
         };
         self.frames.iter().filter(|frame| !frame.is_empty()).map(of_frame).sum()
+    }
+
+    /// Number of residuals without those of coordinates of a tip that are zero in all frames, as those across the plane of
+    /// a shoot: they show nothing of the noise.
+    pub(super) fn varying_residuals(&self) -> usize {
+        let zero = |k: &usize| self.frames.iter().flatten().all(|point| point[*k] == 0.0);
+        let constant = if self.kind == Kind::Tip { (0..self.dimension()).filter(zero).count() } else { 0 };
+        self.residuals() - constant * self.frames.len()
     }
 
     /// Median time between frames, s; infinite for a single frame.

@@ -111,9 +111,10 @@ impl Fit {
         let found = estimates(&problem, data, &reached, objectives, (self.loss, self.widest))?;
         let problem = |error: E| FitError::Family { values: family.named(&found.values()), problem: error.to_string() };
         let shoot = (family.build)(&found.values()).map_err(problem)?;
-        if !found.free.is_empty() && found.without_effect.len() == found.free.len() {
-            let last = data.iter().filter_map(|series| series.times.last()).copied().fold(shoot.time(), f64::max);
-            return Err(FitError::NoEffect { duration: last - shoot.time() });
+        let last = data.iter().filter_map(|series| series.times.last()).copied().fold(shoot.time(), f64::max);
+        let (duration, without_effect) = (last - shoot.time(), found.without_effect.len() == found.free.len());
+        if without_effect && !found.free.is_empty() && duration < self.step {
+            return Err(FitError::NoEffect { duration });
         }
         Ok(Estimates { ambiguous_frames: ambiguous_frames(&shoot, data)?, ..found })
     }
@@ -163,7 +164,8 @@ impl Fit {
             ParameterError::unless(duration <= MOST_STEPS * self.step, "time step of a fit", self.step, requirement)?;
             coordinates += series.residuals();
             // The likelihood has no maximum if a fit can explain a series exactly.
-            if data.len() > 1 && series.noise.is_none() && series.residuals() <= free {
+            let enough = if data.len() > 1 { 0 } else { free + 1 };
+            if series.noise.is_none() && series.varying_residuals() <= free && series.residuals() >= enough {
                 let problem = "has no more coordinates than there are parameters: its noise must be given";
                 return Err(FitError::Series { series: index, problem });
             }

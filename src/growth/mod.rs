@@ -103,12 +103,12 @@ fn check_zone(length: f64, time: f64) -> Result<(), ParameterError> {
 const SPEED_PARTS: usize = 64;
 const SPEED_ERROR: f64 = 1e-6;
 
-/// Checks that the rate of growth of a shoot of some length (m) is not negative at t = 0, and that the speed of its apex
-/// is the integral of this rate.
+/// Checks that the rate of growth of a shoot of some length (m) is not negative at t = 0, and that the speed of its
+/// apex is the integral of this rate.
 ///
 /// # Errors
-/// A negative rate. Speed and integral differ, for example since the default quadrature misses a narrow peak. The check does not notice a peak that is
-/// narrower than the distance of its own places, 1/1500 of the zone on average.
+/// A negative rate. Speed and integral differ, for example since the default quadrature misses a narrow peak. The check
+/// does not notice a peak that is narrower than the distance of its own places, 1/1500 of the zone on average.
 pub(crate) fn check_speed(law: &impl GrowthLaw, length: f64) -> Result<(), ParameterError> {
     if !law.elongates() {
         return Ok(());
@@ -116,7 +116,7 @@ pub(crate) fn check_speed(law: &impl GrowthLaw, length: f64) -> Result<(), Param
     let zone = law.zone_length().min(length);
     let parts = SPEED_PARTS as f64;
     for sigma in (0..SPEED_PARTS).map(|k| zone * (k as f64 + 0.5) / parts) {
-        let (name, rate) = ("REGR of a growing shoot at t = 0", law.regr(sigma, 0.0));
+        let (name, rate) = ("growth rate REGR at t = 0", law.regr(sigma, 0.0));
         let requirement = "zero or positive: tissue that shrinks does not leave the growth zone (1/s)";
         ParameterError::unless(!(rate < 0.0), name, rate, requirement).map_err(|error| error.at(length - sigma))?;
     }

@@ -65,8 +65,8 @@ pub enum StabilityError {
     /// No law senses the strain, and the base is not along gravity: there is no shape in which the growth gradients
     /// vanish.
     #[error(
-        "no law senses the bending of the shoot, without which a tilted shoot has no steady state: add `Proprioception`, \
-         or make the base vertical"
+        "no law senses the bending of the shoot, without which a tilted shoot has no steady state: add \
+         `Proprioception`, or make the base vertical"
     )]
     NoProprioception,
     /// No law acts on any point of the growth zone.

@@ -11,14 +11,6 @@ use crate::reference_element::MAX_POINTS;
 /// Rounding of a coordinate in an element.
 pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Distance beyond an end of a rod that is due to rounding of an arc length, relative to the length.
-const BEYOND: f64 = 1e-9;
-
-/// Whether an arc length (m) is on a rod of a length (m), up to rounding; not for NaN.
-pub(crate) fn is_on(s: f64, length: f64) -> bool {
-    s >= -BEYOND * length && s <= length * (1.0 + BEYOND)
-}
-
 /// Search for places at increasing arc lengths.
 #[derive(Debug)]
 pub(crate) struct Walk<'a> {

@@ -2,8 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::locate::is_on;
-use super::{MaterialPoint, Rod};
+use super::{MaterialPoint, Rod, is_on};
 use crate::numerics::interpolation::lagrange_derivatives;
 use crate::reference_element::MAX_POINTS;
 use crate::so3::{self, Form};
@@ -158,8 +157,8 @@ impl Rod {
         line
     }
 
-    /// The position (m, fixed frame) and the frame at arc length `s` (m). `None` for NaN and for a place beyond the ends;
-    /// up to rounding it is at the end.
+    /// The position (m, fixed frame) and the frame at arc length `s` (m). `None` for NaN and for a place beyond the
+    /// ends; up to rounding it is at the end.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
         let (element, x) = if is_on(s, self.length()) { self.locate(s)? } else { return None };

@@ -245,8 +245,8 @@ pub trait TropismLaw {
     }
 
     /// Shortest period of the gradient as a function of time (s), as that of an oscillator; infinite by default. A time
-    /// step of more than half of it is an error of [`MethodOfSteps`](crate::integrator::MethodOfSteps), since such steps
-    /// cannot be distinguished from those of a longer period.
+    /// step of more than half of it is an error of [`MethodOfSteps`](crate::integrator::MethodOfSteps), since it does
+    /// not distinguish this period from longer ones.
     fn shortest_period(&self) -> f64 {
         f64::INFINITY
     }

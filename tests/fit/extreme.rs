@@ -48,7 +48,10 @@ fn data_of_impossible_size_are_refused() {
     }
     let image = |p: &Vector3<f64>| Vector2::new(0.001 * p.x, 0.001 * p.z);
     let small = Track::new(times.clone(), positions.iter().map(image).collect()).unwrap();
-    assert!(refused(&fit(), Series::track(&small, View::side())).contains("is the unit of the data m?"));
+    assert!(
+        refused(&fit(), Series::track(&small, View::side()))
+            .contains("is the unit of the data m, and that of their times s?")
+    );
     let mut far = positions.clone();
     far[3].x = 1e300;
     let scaled = Series::tips(times, &far).with_scale("scale");

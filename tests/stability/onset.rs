@@ -179,7 +179,7 @@ fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
     let mut tilted = shoot(false, 0.5);
     let before = tilted.state().clone();
     let none = solve_steady_state(&mut tilted).unwrap_err();
-    assert!(matches!(none, StabilityError::UnderResolved { .. } | StabilityError::NotSteadyState { .. }), "{none}");
+    assert_eq!(none, StabilityError::NoProprioception);
     assert_eq!(&before, tilted.state());
     let moving = Linearisation::about(&tilted).unwrap_err();
     assert!(matches!(moving, StabilityError::NotSteadyState { .. }), "{moving}");

@@ -105,19 +105,16 @@ fn states_of_coarse_meshes_are_accepted() {
 }
 
 #[test]
-fn queries_off_the_rod_return_none_or_its_nearest_end() {
+fn queries_off_the_rod_return_none() {
     let mut rod = Rod::uniform(0.1, 1e-3, UnitQuaternion::identity(), 3, Order::Four).unwrap();
     rod.set_intrinsic(|_| Vector3::x());
     assert!(rod.strain(2, 1).is_some());
     for (element, g) in [(3, 0), (0, 2), (usize::MAX, usize::MAX)] {
         assert_eq!(rod.strain(element, g), None);
     }
-    assert_eq!(rod.at(f64::NAN), None);
-    assert_eq!(rod.at(f64::NEG_INFINITY), rod.at(0.0));
-    for s in [f64::INFINITY, 7.0] {
-        assert_abs_diff_eq!(InNorm(rod.at(s).unwrap().0), InNorm(rod.tip()), epsilon = 1e-14);
+    for s in [f64::NAN, f64::NEG_INFINITY, -1.0, f64::INFINITY, 7.0] {
+        assert_eq!(rod.at(s), None);
     }
-    assert_eq!(rod.at(-1.0).unwrap().0, Vector3::zeros());
     assert!(rod.centre_line_at(0).is_empty());
     assert_eq!(rod.centre_line_at(1), [Vector3::zeros()]);
     let ends = rod.centre_line_at(2);

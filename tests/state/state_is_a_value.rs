@@ -165,7 +165,7 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
         run.advance(&mut shoot, until).unwrap();
         let kept = shoot.state().clone();
         let error = run.advance(&mut shoot, HOUR).unwrap_err();
-        let expected = EquilibriumError::NotFinite { what: "force in the rod" };
+        let expected = EquilibriumError::NotFinite { what: "force of the load on the rod" };
         assert!(
             matches!(&error, IntegrationError::Equilibrium { time, error } if *error == expected && *time >= 1800.0)
         );

@@ -7,6 +7,10 @@ use crate::model::Model;
 use crate::rod::MaterialPoint;
 use crate::shoot::Shoot;
 
+/// Name of the stretch in errors.
+const STRETCH: &str = "stretch of growing tissue, by REGR and apical speed of the growth law (which must announce its \
+                       jumps in time by `next_discontinuity`),";
+
 impl Stepper {
     /// Moves the points and nodes of the zone. The points of the first `leaving` elements leave it.
     ///
@@ -45,11 +49,7 @@ impl Stepper {
                     _ => rod.node_distances()[e] - distance,
                 };
                 if !rod.set_element_length(e, length).is_finite() {
-                    return Err(IntegrationError::NotFinite {
-                        what: "stretch of growing tissue, by REGR and apical speed of the growth law (which must announce jumps \
-                               in time by `next_discontinuity`),",
-                        time: to,
-                    });
+                    return Err(IntegrationError::NotFinite { what: STRETCH, time: to });
                 }
                 if !(rod.least_jacobian(e) > 0.0) {
                     return Err(IntegrationError::Uneven { time: to, element: e, ratio: rod.jacobian_ratio(e) });

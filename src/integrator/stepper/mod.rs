@@ -119,7 +119,6 @@ impl Stepper {
     ) -> Outcome<Statistics> {
         options.check(shoot)?;
         self.resume(shoot, solver, options.max_work, options.known)?;
-        options.check_laws(shoot, &self.laws)?;
         self.reserve_levels(&mut shoot.state, &options);
         observe(shoot, None);
         let mut retries_left = options.retries;

@@ -5,7 +5,7 @@ use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
-use crate::tropism::{Declaration, TropismLaw};
+use crate::tropism::TropismLaw;
 
 /// Default of the largest number of corrections of a step. A contraction by two in each correction gains 2⁻³⁰ =
 /// 1e-9. With a slower contraction the step is too long.
@@ -53,14 +53,10 @@ impl RunOptions {
         let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps.min(self.max_work) as f64);
         let requirement = "such that a call has at most 1e9 steps up to its end (s)";
         ParameterError::unless(steps <= MOST_STEPS, "time step", self.step, requirement)?;
-        if self.max_steps == usize::MAX { check_discontinuities(shoot, self.until) } else { Ok(()) }
-    }
-
-    /// Returns an error unless the laws of a shoot are resolved by the steps: the delays, and in a run with a fixed step
-    /// the periods. A run with compared steps chooses them from what the laws return.
-    pub fn check_laws(&self, shoot: &Shoot<impl Model>, laws: &Declaration) -> Result<(), ParameterError> {
-        let (delay, requirement) = (laws.longest_delay(), "at most 1e9 time steps: no step before is resolved (s)");
-        ParameterError::unless(delay <= MOST_STEPS * self.step, "longest delay of the laws", delay, requirement)?;
+        if self.max_steps == usize::MAX {
+            check_discontinuities(shoot, self.until)?;
+        }
+        // A run whose steps are compared chooses them from what the laws return.
         let (step, period) = (self.step.min(self.until - shoot.time()), shoot.model().tropism().shortest_period());
         let requirement = "at most half of the shortest period of the laws, which longer steps do not show (s)";
         let ok = self.coarsest_step.is_some() || step <= 0.5 * period;
@@ -71,8 +67,8 @@ impl RunOptions {
 /// Number of discontinuities that are examined at the start of a call. Fewer may be close to each other by chance.
 const EXAMINED: usize = 100;
 
-/// Returns an error if the laws announce so many discontinuities that the steps to the time `until` (s), which end at
-/// them, exceed [`MOST_STEPS`].
+/// Returns an error if the number of steps to the time `until` (s) exceeds [`MOST_STEPS`], since steps end at all
+/// discontinuities that the laws announce.
 fn check_discontinuities(shoot: &Shoot<impl Model>, until: f64) -> Result<(), ParameterError> {
     let (now, shortest) = (shoot.time(), (until - shoot.time()) / MOST_STEPS);
     let mut time = now;
@@ -82,8 +78,9 @@ fn check_discontinuities(shoot: &Shoot<impl Model>, until: f64) -> Result<(), Pa
             return Ok(());
         }
     }
-    let (name, interval) = ("time between the discontinuities that the laws announce", (time - now) / EXAMINED as f64);
-    Err(ParameterError::refused(name, interval, "such that a call has at most 1e9 of them up to its end (s)"))
+    let (name, interval) = ("time between discontinuities that a law announces", (time - now) / EXAMINED as f64);
+    let requirement = "such that a call has at most 1e9 of them (s): does the law announce times without end?";
+    Err(ParameterError::refused(name, interval, requirement))
 }
 
 /// Returns an error unless `until` (s) is finite and not in the past of the shoot.
