@@ -204,8 +204,8 @@ impl Series {
         self.frames.iter().filter(|frame| !frame.is_empty()).map(of_frame).sum()
     }
 
-    /// Number of residuals without those of coordinates of a tip that are zero in all frames, as those across the plane of
-    /// a shoot: they show nothing of the noise.
+    /// Number of residuals without those of coordinates of a tip that are zero in all frames, as those across the plane
+    /// of a shoot. They show nothing of the noise.
     pub(super) fn varying_residuals(&self) -> usize {
         let zero = |k: &usize| self.frames.iter().flatten().all(|point| point[*k] == 0.0);
         let constant = if self.kind == Kind::Tip { (0..self.dimension()).filter(zero).count() } else { 0 };
