@@ -123,7 +123,7 @@ pub enum EquilibriumError {
     /// A solver has computed a shape that the rod refuses.
     #[error(transparent)]
     Shape(#[from] RodError),
-    /// The search failed, and the methods of the elastic law contradict each other, as [`check`] finds.
+    /// The search failed, and the methods of the elastic law contradict each other, as [`check`](crate::check) finds.
     #[error(transparent)]
     Law(#[from] Box<LawError>),
     /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as
