@@ -212,7 +212,8 @@ pub(crate) trait NearbyEquilibria {
 pub trait EquilibriumSolver {
     /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial
     /// guess is the current configuration. The frame of the base does not change. The force must be that in
-    /// this rod. An integrator returns an error if the first shape of a shoot is not in equilibrium up to 0.1 rad.
+    /// this rod. An integrator returns an error if the first shape of a shoot without supports is not in equilibrium up
+    /// to 0.1 rad.
     ///
     /// An integrator adds the counts of the result to its [`Statistics`](crate::integrator::Statistics), on which
     /// limits of work depend. It reports a snap for a result with `jump`. `error` is a part of the error estimate of
