@@ -51,7 +51,7 @@ impl HeldSearch<'_> {
         &mut self,
         rod: &mut Rod,
         course: &mut Course,
-        shift: f64,
+        (shift, needed): (f64, bool),
     ) -> Result<Attempt, EquilibriumError> {
         let (energy, pivots) = self.factorise(rod, shift)?;
         self.body.balance();
@@ -82,7 +82,7 @@ impl HeldSearch<'_> {
                     Attempt::Rejected
                 });
             }
-            if shift > 0.0 && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
+            if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
@@ -158,13 +158,15 @@ impl HeldSearch<'_> {
     ) -> Option<Attempt> {
         let tests = self.tests_inertia(course);
         let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
-        if shift == 0.0 && tests {
+        if tests && (shift == 0.0 || inertia.negative > 0) {
             self.found.inertia = inertia;
         }
-        if !course.bowed && shift == 0.0 && self.is_straight(linear) {
+        if !course.bowed
+            && shift == 0.0
+            && let Some(missing) = self.missing_along_straight(linear)
+        {
             course.bowed = true;
-            let missing = linear.residuals.amax() / self.length;
-            self.bow(rod, 2.0 * missing.sqrt());
+            self.bow(rod, 2.0 * (missing / self.length).sqrt());
             self.locate(rod);
             return Some(Attempt::Moved);
         }

@@ -11,7 +11,7 @@ use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use super::sites::Site;
 use super::trial::{Attempt, Course, Reach, Step};
-use crate::equilibrium::EquilibriumError;
+use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
 
 /// Largest rotation in a step that may be due to rounding, rad, and one that always is.
@@ -177,23 +177,21 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Takes a step with the smallest shift that is accepted. `None` if the rod has moved without a step.
+    /// Takes a step with a shift that is accepted. In contact the shift decreases from step to step as long as steps are
+    /// accepted, as in the method of Levenberg and Marquardt. `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
-        let scale = self.force_scale();
-        let mut shift = if course.shift > SETTINGS.shift.0 * scale { course.shift / SETTINGS.relief } else { 0.0 };
-        if self.tests_inertia(course) {
-            shift = 0.0;
-        }
+        let least = SETTINGS.least_shift * self.force_scale();
+        let relieved = Some(course.shift / SETTINGS.shift.1).filter(|shift| *shift > least);
+        let mut shift = relieved.filter(|_| self.is_loaded()).unwrap_or(0.0);
+        self.found.inertia = Inertia::default();
+        let mut needed = false;
         loop {
-            match self.attempt(rod, course, shift)? {
+            match self.attempt(rod, course, (shift, needed))? {
                 Attempt::Accepted(step) => {
-                    course.shift = if shift > 0.0 {
-                        shift
-                    } else if course.is_guarded() {
-                        course.shift
-                    } else {
-                        0.0
-                    };
+                    // A rod without contact is tested without a shift in each step.
+                    if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
+                        course.shift = shift;
+                    }
                     return Ok(Some(step));
                 }
                 Attempt::Moved => return Ok(None),
@@ -204,12 +202,11 @@ impl HeldSearch<'_> {
             if !(shift <= SETTINGS.largest_shift * self.force_scale().max(buckling)) {
                 return Err(self.not_found(self.body.system().largest_turn()));
             }
+            needed = true;
             shift = if shift > 0.0 {
                 SETTINGS.shift.1 * shift
-            } else if course.shift > 0.0 {
-                course.shift / SETTINGS.relief
             } else {
-                SETTINGS.shift.0 * self.force_scale()
+                relieved.unwrap_or(SETTINGS.shift.0 * self.force_scale())
             };
         }
     }

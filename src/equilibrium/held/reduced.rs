@@ -64,6 +64,14 @@ pub(super) struct Evaluated {
     pub slide: Option<(f64, Vector3<f64>, Vector3<f64>, f64)>,
 }
 
+impl Evaluated {
+    /// The size of the residuals of the law and of the place of least gap, N. An open contact may be anywhere.
+    pub fn residual(&self, contact: &Contact) -> f64 {
+        let slide = self.slide.filter(|_| self.law.status != Status::Open);
+        self.law.residual.norm().hypot(slide.map_or(0.0, |(moved, ..)| contact.k * moved))
+    }
+}
+
 /// Derivatives of the place and the tangent of a contact by the force of another one and by its displacement along the
 /// rod.
 struct Coupling {
@@ -134,11 +142,7 @@ impl Reduced<'_> {
 
     /// The sum of the squares of the residuals, N².
     pub fn merit(contacts: &[Contact], all: &[Evaluated]) -> f64 {
-        let each = contacts.iter().zip(all).map(|(contact, at)| {
-            let slide = at.slide.filter(|_| at.law.status != Status::Open);
-            at.law.residual.norm_squared() + slide.map_or(0.0, |(moved, ..)| (contact.k * moved).powi(2))
-        });
-        each.sum()
+        contacts.iter().zip(all).map(|(contact, at)| at.residual(contact).powi(2)).sum()
     }
 
     pub fn evaluate_all(&self, contacts: &[Contact], smoothing: Smoothing) -> Vec<Evaluated> {
@@ -164,6 +168,12 @@ impl Reduced<'_> {
         let (tangent_force, tangent_shift) =
             if contact.range.is_some() { by(3) } else { (Matrix3::zeros(), Vector3::zeros()) };
         Coupling { place_force, place_shift, tangent_force, tangent_shift }
+    }
+
+    /// The displacement of the place of a contact per force of another one.
+    pub(super) fn displacement(&self, contact: &Contact, other: &Contact) -> Matrix3<f64> {
+        let Coupling { place_force, tangent_force, .. } = self.coupling(contact, other);
+        place_force + tangent_force * contact.shift
     }
 
     /// One Newton step: changes of the force and of the shift of every contact.

@@ -14,9 +14,32 @@ use crate::so3;
 const STRAIGHT: f64 = 1e-6;
 
 impl HeldSearch<'_> {
+    /// The distance (m) by which a hold or a contact is violated along a rod that is too straight to move there: a
+    /// straight rod between two holds, or one that grows against an obstacle.
+    pub(super) fn missing_along_straight(&self, linear: &Linear) -> Option<f64> {
+        let contacts = self.candidates.iter().enumerate().filter_map(|(i, at)| {
+            let missing = -at.gap.value;
+            if !(missing > SETTINGS.rounding * self.length) {
+                return None;
+            }
+            let first = linear.response.first(self.sites.len() + i) - linear.first;
+            let compliance = linear.compliance.fixed_view::<3, 3>(first, first).into_owned();
+            let (n, eigen) = (at.gap.normal, compliance.symmetric_eigen());
+            let stiffest = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+            // With friction the force may act along the rod although the obstacle is inclined to it.
+            let jams =
+                stiffest.cross(&n).norm() <= self.obstacles.contacts[at.obstacle].friction * stiffest.dot(&n).abs();
+            let along = if jams { eigen.eigenvalues.min() } else { n.dot(&(compliance * n)) };
+            // A rod that is bent by a small angle yields along itself by the square of the angle.
+            (along * self.length < missing * compliance.trace()).then_some(missing)
+        });
+        let holds = self.is_straight(linear).then(|| linear.residuals.amax());
+        contacts.chain(holds).reduce(f64::max)
+    }
+
     /// Whether the rod cannot move in a direction in which a hold has to move, to first order: a straight rod between
     /// two holds.
-    pub(super) fn is_straight(&self, linear: &Linear) -> bool {
+    fn is_straight(&self, linear: &Linear) -> bool {
         // A free base does not count as flexible if it is held.
         let free = self.body.system().joints.free_base;
         let anchor = free.and_then(|_| self.sites.iter().find(|site| site.node() == 0 && !site.fixed.is_empty()));

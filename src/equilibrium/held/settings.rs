@@ -17,8 +17,9 @@ pub(super) struct Settings {
     pub halvings: usize,
     /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases.
     pub shift: (f64, f64),
-    /// Ratio of the shift of a step to the first one that is tried in the next step.
-    pub relief: f64,
+    /// Smallest shift, relative to the force in the rod. The shift decreases from step to step. Where a branch of
+    /// equilibria ends, the steps past it are as long as the shift is small.
+    pub least_shift: f64,
     /// Largest shift, relative to the force in the rod or to that at which the rod buckles. Forces far from
     /// equilibrium may leave the bordered matrix indefinite at any shift.
     pub largest_shift: f64,
@@ -90,7 +91,7 @@ pub(super) const SETTINGS: Settings = Settings {
     nearby: 1e-3,
     halvings: 5,
     shift: (0.1, 4.0),
-    relief: 16.0,
+    least_shift: 1e-6,
     largest_shift: 1e12,
     decrease: (1e-4, 0.2),
     slow: 0.25,

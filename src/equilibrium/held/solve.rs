@@ -18,6 +18,8 @@ const FOLLOWINGS: usize = 4;
 const SOLVED: f64 = 1e-14;
 /// Residual below which an iteration that stalls ends.
 const STALLED: f64 = 1e-12;
+/// Rounding of a place, relative to its coordinates and to `SOLVED`.
+const PLACED: f64 = 0.05;
 /// Residual with which the forces are of use.
 const USEFUL: f64 = 1e-9;
 /// Smallest and largest compliance that is added to loaded contacts in the iteration, relative to that of the contact.
@@ -39,6 +41,19 @@ const PATH_DECREASE: (f64, f64) = (0.5, 0.2);
 const PATH_STEPS: usize = 12;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
+
+/// Number of times that the normal forces for given friction are the initial guess.
+const PRESSES: usize = 2;
+
+/// How the iteration ends.
+#[derive(PartialEq)]
+enum Outcome {
+    /// The laws are satisfied.
+    Solved,
+    /// The laws are satisfied to [`USEFUL`].
+    Useful,
+    Failed,
+}
 
 /// A step of the iteration: changes of the force (N) and of the displacement along the rod (m) of each contact.
 type Steps = [(Vector3<f64>, f64)];
@@ -73,8 +88,23 @@ impl Reduced<'_> {
 
     /// As [`solve`](Self::solve), with given scales.
     fn solve_scaled(&self, contacts: &mut Vec<Contact>) -> bool {
-        let start = contacts.clone();
-        if self.newton(contacts) {
+        let (start, mut useful) = (contacts.clone(), None);
+        for press in 0..=PRESSES {
+            if press > 0 && !self.press(contacts) {
+                break;
+            }
+            let mut trial = contacts.clone();
+            match self.newton(&mut trial) {
+                Outcome::Solved => {
+                    *contacts = trial;
+                    return true;
+                }
+                Outcome::Useful => _ = useful.get_or_insert(trial),
+                Outcome::Failed => {}
+            }
+        }
+        if let Some(useful) = useful {
+            *contacts = useful;
             return true;
         }
         contacts.clone_from(&start);
@@ -84,13 +114,13 @@ impl Reduced<'_> {
         for _ in 0..FOLLOWINGS {
             let ranges: Vec<_> = contacts.iter().map(|at| at.range).collect();
             contacts.iter_mut().for_each(|at| at.range = at.range.map(|_| [at.shift, at.shift]));
-            let solved = self.follow_path(contacts) && self.newton(contacts);
+            let solved = self.follow_path(contacts) && self.newton(contacts) != Outcome::Failed;
             contacts.iter_mut().zip(ranges).for_each(|(contact, range)| contact.range = range);
             if !solved {
                 break;
             }
             best.clone_from(contacts);
-            if self.newton(contacts) {
+            if self.newton(contacts) != Outcome::Failed {
                 return true;
             }
             contacts.clone_from(&best);
@@ -99,6 +129,7 @@ impl Reduced<'_> {
                 break;
             }
         }
+
         // An inexact solution is of use, since the search for the shape decides about the step.
         *contacts = best;
         false
@@ -107,6 +138,16 @@ impl Reduced<'_> {
     /// The largest force, N.
     fn largest(&self, contacts: &[Contact]) -> f64 {
         contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max)
+    }
+
+    /// The largest residual, relative to the largest force or to the rounding of the gap.
+    fn relative(&self, contacts: &[Contact], all: &[Evaluated]) -> f64 {
+        let largest = self.largest(contacts);
+        let each = contacts.iter().zip(all).map(|(contact, at)| {
+            let size = self.free.fixed_rows::<3>(contact.first).norm();
+            at.residual(contact) / (largest + PLACED * contact.k * size)
+        });
+        each.fold(0.0, f64::max)
     }
 
     /// Moves contacts in given states to their places of least gap. Returns the largest motion, m.
@@ -187,17 +228,18 @@ impl Reduced<'_> {
     }
 
     /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases.
-    fn newton(&self, contacts: &mut Vec<Contact>) -> bool {
+    fn newton(&self, contacts: &mut Vec<Contact>) -> Outcome {
         let mut all = self.follow(contacts);
         let mut merit = Self::merit(contacts, &all);
         let (mut extra, mut stalls) = (0.0_f64, 0);
         for _ in 0..ITERATIONS {
             let (largest, size) = (self.largest(contacts), merit.sqrt());
-            if size <= SOLVED * largest {
-                return self.polish(contacts, all);
+            if self.relative(contacts, &all) <= SOLVED {
+                self.polish(contacts, all);
+                return Outcome::Solved;
             }
             let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL.0).max(extra);
-            let Some(steps) = self.step(contacts, &all, proximal) else { return false };
+            let Some(steps) = self.step(contacts, &all, proximal) else { return Outcome::Failed };
             let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
             let falls = (0..FRACTIONS).any(|halvings| {
                 let fraction = 0.5_f64.powi(halvings as i32);
@@ -209,10 +251,11 @@ impl Reduced<'_> {
                 }
                 value < merit * (1.0 - DECREASE * fraction)
             });
-            let Some((value, trial, at)) = best else { return false };
-            if value.sqrt() <= STALLED * largest && value >= 0.25 * merit {
+            let Some((value, trial, at)) = best else { return Outcome::Failed };
+            if value >= 0.25 * merit && self.relative(&trial, &at) <= STALLED {
                 *contacts = trial;
-                return self.polish(contacts, at);
+                self.polish(contacts, at);
+                return Outcome::Solved;
             }
             if !falls {
                 if proximal < PROXIMAL.1 {
@@ -232,12 +275,16 @@ impl Reduced<'_> {
             }
             merit = Self::merit(contacts, &all);
         }
-        merit.sqrt() <= USEFUL * self.largest(contacts) && self.polish(contacts, all)
+        if !(self.relative(contacts, &all) <= USEFUL) {
+            return Outcome::Failed;
+        }
+        self.polish(contacts, all);
+        Outcome::Useful
     }
 
     /// Improves the solution by further steps as long as the contacts keep their states and the largest residual over
     /// its scale, a length, decreases: rounding of the force at a stiff contact may hide the gap at a compliant one.
-    fn polish(&self, contacts: &mut Vec<Contact>, mut all: Vec<Evaluated>) -> bool {
+    fn polish(&self, contacts: &mut Vec<Contact>, mut all: Vec<Evaluated>) {
         let length = |contacts: &[Contact], all: &[Evaluated]| {
             let each = contacts.iter().zip(all).map(|(contact, at)| at.law.residual.norm() / contact.k);
             each.fold(0.0, f64::max)
@@ -254,17 +301,16 @@ impl Reduced<'_> {
             }
             (*contacts, all, size) = (trial, at, next);
         }
-        Self::finish(contacts, &all)
+        Self::finish(contacts, &all);
     }
 
     /// Records the states, and removes the force of open contacts.
-    fn finish(contacts: &mut [Contact], all: &[Evaluated]) -> bool {
+    fn finish(contacts: &mut [Contact], all: &[Evaluated]) {
         for (contact, at) in contacts.iter_mut().zip(all) {
             contact.status = at.law.status;
             if contact.status == Status::Open {
                 contact.force = Vector3::zeros();
             }
         }
-        true
     }
 }
