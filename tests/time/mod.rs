@@ -16,6 +16,7 @@ mod extreme;
 mod extreme_scales;
 mod failures;
 mod groove;
+mod growing_in_contact;
 mod growing_shoot;
 mod ladder;
 mod long_growth;

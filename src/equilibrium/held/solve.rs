@@ -1,7 +1,7 @@
 //! Solution of the contact problem of the linear rod.
 //!
-//! A semismooth Newton method with a line search solves the laws of all contacts together. Where it fails, Newton's
-//! method follows the central path of the smoothed laws first.
+//! A semismooth Newton method with a line search solves the laws of all contacts together. Where it fails, it begins
+//! again from the normal forces for given friction, and then from the end of the central path of the smoothed laws.
 
 use nalgebra::Vector3;
 
@@ -11,6 +11,8 @@ use super::reduced::{Contact, Evaluated, Reduced};
 /// Number of Newton iterations, and of fractions of a step that are tried in each.
 const ITERATIONS: usize = 40;
 const FRACTIONS: usize = 4;
+/// Largest number of times that the iteration begins again from the [normal forces](super::press) for given friction.
+const PRESSES: usize = 2;
 /// Number of steps in which an open contact moves to its place of least gap, and number of times that forces and
 /// displacements along the rod are solved for in turn.
 const FOLLOWINGS: usize = 4;
@@ -18,7 +20,8 @@ const FOLLOWINGS: usize = 4;
 const SOLVED: f64 = 1e-14;
 /// Residual below which an iteration that stalls ends.
 const STALLED: f64 = 1e-12;
-/// Rounding of a place, relative to its coordinates and to `SOLVED`.
+/// Rounding of a place, two units in the last digit of its coordinates, relative to `SOLVED`. A contact that bears
+/// almost no force is not solved to a part of this force.
 const PLACED: f64 = 0.05;
 /// Residual with which the forces are of use.
 const USEFUL: f64 = 1e-9;
@@ -42,10 +45,7 @@ const PATH_STEPS: usize = 12;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
 
-/// Number of times that the normal forces for given friction are the initial guess.
-const PRESSES: usize = 2;
-
-/// How the iteration ends.
+/// How Newton's iteration ends.
 #[derive(PartialEq)]
 enum Outcome {
     /// The laws are satisfied.
@@ -129,7 +129,6 @@ impl Reduced<'_> {
                 break;
             }
         }
-
         // An inexact solution is of use, since the search for the shape decides about the step.
         *contacts = best;
         false

@@ -1,0 +1,203 @@
+//! Random shoots that grow against obstacles: each reaches its end, and its reactions satisfy the laws of contact.
+
+use std::sync::Arc;
+
+use crate::fixtures::random::{Draw, number};
+use crate::fixtures::shoots::{HOUR, MEMORY};
+use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::growth::UniformGrowth;
+use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
+use morphorod::load::Weight;
+use morphorod::support::{Contact, Cylinder, HalfSpace, Obstacle, Sphere};
+use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::{DynLaws, Scene, Shoot, Still};
+use nalgebra::Vector3;
+
+type Body = Arc<dyn Obstacle + Send + Sync>;
+
+/// A shoot with obstacles, and the same shoot without them.
+struct Growing {
+    name: String,
+    obstacles: Vec<Contact<Body>>,
+    end: f64,
+    shoot: Shoot<DynLaws>,
+    free: Shoot<DynLaws>,
+}
+
+impl Growing {
+    /// The gap to the nearest obstacle at a place, m.
+    fn gap(&self, place: &Vector3<f64>) -> f64 {
+        let each = self.obstacles.iter().map(|at| at.obstacle.distance(place, 0.0).value - at.radius);
+        each.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The least gap of a shoot at 401 places along it, m.
+    fn least_gap(&self, shoot: &Shoot<DynLaws>) -> f64 {
+        let length = shoot.rod().length();
+        let places = (0..=400).filter_map(|i| shoot.rod().at(length * f64::from(i) / 400.0));
+        places.map(|(place, _)| self.gap(&place)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// A horizontal direction.
+fn across(draw: &mut Draw) -> Vector3<f64> {
+    let angle = draw.uniform(0.0, 6.3);
+    Vector3::new(angle.cos(), angle.sin(), 0.0)
+}
+
+/// A pole beside a straight shoot, vertical or tilted.
+fn pole(draw: &mut Draw, (length, radius, tangent): (f64, f64, Vector3<f64>), tilted: bool) -> Body {
+    let size = draw.log(5e-4, 2e-2);
+    let way = across(draw) * (size + radius + length * draw.uniform(0.02, 0.3));
+    let lean = if tilted { across(draw) * draw.uniform(0.1, 1.5) } else { Vector3::zeros() };
+    let through = tangent * (length * draw.uniform(0.3, 1.1)) + way;
+    Arc::new(Cylinder { through, along: Vector3::z() + lean, radius: size })
+}
+
+/// A vertical wall beside the base.
+fn wall(draw: &mut Draw, (length, radius): (f64, f64)) -> Body {
+    let normal = across(draw);
+    let through = normal * (length * draw.uniform(0.02, 0.4) + radius);
+    Arc::new(HalfSpace { through, normal: -normal })
+}
+
+/// The obstacles of one of eight kinds.
+fn obstacles(draw: &mut Draw, kind: u64, rod: (f64, f64, Vector3<f64>)) -> (&'static str, Vec<Body>) {
+    let (length, radius, tangent) = rod;
+    match kind {
+        0 => ("pole", vec![pole(draw, rod, false)]),
+        1 => ("tilted pole", vec![pole(draw, rod, true)]),
+        2 => ("wall", vec![wall(draw, (length, radius))]),
+        3 => {
+            let through = Vector3::z() * (length * draw.uniform(1.02, 1.2));
+            let normal = -Vector3::z() - across(draw) * draw.uniform(0.0, 0.3);
+            ("ceiling", vec![Arc::new(HalfSpace { through, normal })])
+        }
+        4 => {
+            let through = Vector3::z() * (-radius - length * draw.uniform(0.01, 0.2));
+            ("table", vec![Arc::new(HalfSpace { through, normal: Vector3::z() })])
+        }
+        5 => {
+            let size = draw.log(5e-3, 3e-2);
+            let way = across(draw) * (size + radius + length * draw.uniform(0.01, 0.2));
+            let centre = tangent * (length * draw.uniform(0.5, 1.2)) + way;
+            ("sphere", vec![Arc::new(Sphere { centre, radius: size })])
+        }
+        6 => ("two poles", vec![pole(draw, rod, false), pole(draw, rod, true)]),
+        _ if draw.chance(0.5) => ("corner", vec![wall(draw, (length, radius)), wall(draw, (length, radius))]),
+        _ => ("pole and wall", vec![pole(draw, rod, false), wall(draw, (length, radius))]),
+    }
+}
+
+/// A random shoot; `None` if it touches an obstacle when it is straight.
+fn scene(seed: u64) -> Option<Growing> {
+    let mut draw = Draw::new(seed);
+    let (friction, kind) = ([0.0, 0.3, 1.0][seed as usize % 3], seed / 3 % 8);
+    let (length, radius) = (draw.uniform(0.03, 0.12), draw.log(3e-4, 1e-3));
+    let (end, modulus) = (draw.uniform(10.0, 30.0) * HOUR, draw.log(1e7, 3e8));
+    let growth = UniformGrowth { zone_length: draw.uniform(0.4, 1.0) * length, time: draw.log(15.0, 60.0) * HOUR };
+    let upright = draw.chance(0.5) && kind != 4;
+    let tilt = if upright { 0.0 } else { draw.uniform(if kind == 4 { 1.0 } else { 0.0 }, 1.7) };
+    let amplitude = if draw.chance(0.7) { draw.log(0.05, 1.0) } else { 1e-3 };
+    let oscillator = Oscillator::new(amplitude, draw.log(0.5, 4.0) * HOUR);
+    let gravitropism = Gravitropism { sensitivity: draw.uniform(0.2, 1.0), perception: SettledStatoliths };
+    let proprioception = Proprioception { sensitivity: draw.uniform(2.0, 30.0) };
+    let mature_modulus = if draw.chance(0.4) { 50.0 * modulus } else { modulus };
+    let young = LinearElastic { youngs_modulus: modulus, poissons_ratio: 0.5 };
+    let tissue = Lignifying { young, mature_modulus, time: 100.0 * HOUR };
+    let weightless = draw.chance(0.15);
+    let still = Still::tilted(tilt);
+    let scene = if weightless { Still { base: still.base, ..Still::weightless() } } else { still };
+    let density = if weightless { 0.0 } else { 1000.0 };
+    let tangent = scene.base(0.0) * Vector3::z();
+    let (kind, bodies) = obstacles(&mut draw, kind, (length, radius, tangent));
+    let obstacles: Vec<_> = bodies.into_iter().map(|obstacle| Contact { obstacle, radius, friction }).collect();
+    let build = |obstacles| {
+        let laws = (oscillator, gravitropism.remembered(MEMORY), proprioception.remembered(MEMORY));
+        let builder = Shoot::builder(tissue).length(length).radius(radius).growth(growth).tropism(laws);
+        builder.load(Weight { density }).scene(scene).support(obstacles).into_dyn().build().expect("a shoot")
+    };
+    let name = format!("{seed}: {kind}, friction {friction}, {:.0} mm", 1e3 * length);
+    let (shoot, free) = (build(obstacles.clone()), build(Vec::new()));
+    let growing = Growing { name, obstacles, end, shoot, free };
+    let places = (0..=200).map(|i| tangent * (length * f64::from(i) / 200.0));
+    places.map(|place| growing.gap(&place)).all(|gap| gap > 1e-3 * length).then_some(growing)
+}
+
+/// Advances a shoot to its end, with a check after each step.
+fn advance(shoot: &mut Shoot<DynLaws>, end: f64, mut check: impl FnMut(&Shoot<DynLaws>)) -> Result<Statistics, String> {
+    let (mut run, mut total) = (MethodOfSteps::new(120.0), Statistics::default());
+    while shoot.time() < end {
+        total += run.step(shoot, end).map_err(|error| error.to_string())?;
+        check(shoot);
+    }
+    Ok(total)
+}
+
+#[test]
+fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
+    // `MORPHOROD_SEED` is the first seed, and `MORPHOROD_CASES` the number of seeds.
+    let first = number("MORPHOROD_SEED", 96);
+    let (mut failures, mut ratios) = (Vec::new(), Vec::new());
+    for seed in first..first + number("MORPHOROD_CASES", 20) {
+        let Some(mut scene) = scene(seed) else { continue };
+        let mut nearest = f64::INFINITY;
+        let mut free = scene.free.clone();
+        let length = free.rod().length();
+        let steps = advance(&mut free, scene.end, |free| nearest = nearest.min(scene.least_gap(free))).unwrap();
+        if nearest > -0.01 * length {
+            continue;
+        }
+        let mut shoot = scene.shoot.clone();
+        let result = advance(&mut shoot, scene.end, |shoot| {
+            let length = shoot.rod().length();
+            let deepest = -scene.least_gap(shoot) / length;
+            // The places between nodes are interpolated: a coarse shoot penetrates a thin pole by up to 1e-6.
+            assert!(deepest < 2e-6, "{} at {} s: penetration {deepest:e}", scene.name, shoot.time());
+            let largest = shoot.reactions().iter().map(|at| at.normal).fold(0.0, f64::max);
+            for at in shoot.reactions() {
+                let obstacle = &scene.obstacles[at.obstacle.unwrap()];
+                let tangential = (at.force.norm_squared() - at.normal * at.normal).max(0.0).sqrt();
+                let within = tangential <= obstacle.friction * at.normal + 1e-6 * largest;
+                assert!(at.normal >= 0.0 && within, "{} at {} s: {at:?}", scene.name, shoot.time());
+            }
+        });
+        match result {
+            Ok(statistics) => ratios.push(statistics.factorisations as f64 / steps.factorisations as f64),
+            Err(error) => failures.push(format!("{}: {error}", scene.name)),
+        }
+        scene.shoot = shoot;
+    }
+    ratios.sort_by(f64::total_cmp);
+    println!("factorisations relative to the shoot without obstacles: {ratios:.1?}, failures {failures:?}");
+    assert!(failures.is_empty(), "{failures:?}");
+    assert!(!ratios.is_empty());
+}
+
+/// A straight shoot that grows against a ceiling along its axis does not yield to first order. With friction the force
+/// acts along the shoot although the ceiling is inclined.
+#[test]
+fn straight_shoots_buckle_between_base_and_ceiling() {
+    for (friction, lean, time) in [(0.0, 0.0, 20.0), (1.0, 0.1, 20.0), (1.0, 0.1, 40.0), (0.3, 0.2, 40.0)] {
+        let young = LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 };
+        let obstacle = HalfSpace { through: Vector3::z() * 0.062, normal: Vector3::new(lean, 0.0, -1.0) };
+        let mut shoot = Shoot::builder(young)
+            .length(0.06)
+            .radius(5e-4)
+            .growth(UniformGrowth { zone_length: 0.04, time: time * HOUR })
+            .tropism(Proprioception { sensitivity: 5.0 }.remembered(MEMORY))
+            .scene(Still::weightless())
+            .support(Contact { obstacle, radius: 5e-4, friction })
+            .build()
+            .unwrap();
+        let run = MethodOfSteps::new(120.0).advance(&mut shoot, 6.0 * HOUR);
+        let statistics = run.unwrap_or_else(|error| panic!("friction {friction}, {lean}: {error}"));
+        let reaction = shoot.reactions()[0];
+        println!("friction {friction}, {lean}: {statistics}, {reaction:?}");
+        // The critical force of a column whose apex is pinned is 20.19 B/ℓ², and one that slides has π² B/(4 ℓ²).
+        let bending = 1e8 * std::f64::consts::PI * 5e-4_f64.powi(4) / 4.0;
+        let euler = bending / shoot.rod().length().powi(2);
+        assert!(reaction.normal > 0.5 * euler && reaction.normal < 60.0 * euler, "{reaction:?} {euler}");
+        assert!(shoot.tip().xy().norm() > 1e-4 || shoot.rod().at(0.03).unwrap().0.xy().norm() > 1e-3);
+    }
+}
