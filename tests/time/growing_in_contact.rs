@@ -1,5 +1,6 @@
 //! Random shoots that grow against obstacles: each reaches its end, and its reactions satisfy the laws of contact.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::fixtures::random::{Draw, number};
@@ -178,7 +179,12 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
 /// acts along the shoot although the ceiling is inclined.
 #[test]
 fn straight_shoots_buckle_between_base_and_ceiling() {
-    for (friction, lean, time) in [(0.0, 0.0, 20.0), (1.0, 0.1, 20.0), (1.0, 0.1, 40.0), (0.3, 0.2, 40.0)] {
+    // The critical force is π² B/(4 ℓ²) if the apex slides, and 20.1907 B/ℓ² if it sticks (tan x = x). The shoots have
+    // buckled, so that their forces differ.
+    let (slides, sticks) = (PI * PI / 4.0, 20.1907);
+    for (friction, lean, time, critical) in
+        [(0.0, 0.0, 20.0, slides), (1.0, 0.1, 20.0, sticks), (1.0, 0.1, 40.0, sticks)]
+    {
         let young = LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 };
         let obstacle = HalfSpace { through: Vector3::z() * 0.062, normal: Vector3::new(lean, 0.0, -1.0) };
         let mut shoot = Shoot::builder(young)
@@ -193,11 +199,9 @@ fn straight_shoots_buckle_between_base_and_ceiling() {
         let run = MethodOfSteps::new(120.0).advance(&mut shoot, 6.0 * HOUR);
         let statistics = run.unwrap_or_else(|error| panic!("friction {friction}, {lean}: {error}"));
         let reaction = shoot.reactions()[0];
-        println!("friction {friction}, {lean}: {statistics}, {reaction:?}");
-        // The critical force of a column whose apex is pinned is 20.19 B/ℓ², and one that slides has π² B/(4 ℓ²).
-        let bending = 1e8 * std::f64::consts::PI * 5e-4_f64.powi(4) / 4.0;
-        let euler = bending / shoot.rod().length().powi(2);
-        assert!(reaction.normal > 0.5 * euler && reaction.normal < 60.0 * euler, "{reaction:?} {euler}");
-        assert!(shoot.tip().xy().norm() > 1e-4 || shoot.rod().at(0.03).unwrap().0.xy().norm() > 1e-3);
+        let bending = 1e8 * PI * 5e-4_f64.powi(4) / 4.0;
+        let ratio = reaction.normal * shoot.rod().length().powi(2) / (critical * bending);
+        println!("friction {friction}, inclination {lean}: {ratio} of the critical force, {statistics}");
+        assert!((ratio - 1.0).abs() < 0.1, "friction {friction}, inclination {lean}: {ratio}");
     }
 }

@@ -12,6 +12,10 @@ use crate::support::{Patch, Support};
 /// cost of contacts that begin and end in ever shorter intervals. A change adds at most about forty levels.
 const MOST_LEVELS: usize = 128;
 
+/// Largest number of snaps that are located in a step. A shoot that creeps along an obstacle may snap again after a time
+/// as short as the accuracy of their location; the rest of the step is then one part.
+const MOST_SNAPS: usize = 4;
+
 impl Stepper {
     /// Returns whether changes of contact affect the order in time: the shoot may touch obstacles, and its laws have
     /// stimuli, which have kinks and jumps at these times.
@@ -52,6 +56,10 @@ impl Stepper {
         let (mut high, mut known, mut skips) = (end.time, true, false);
         loop {
             let width = high - last.time;
+            let creeps = counts.snaps - before.snaps >= MOST_SNAPS;
+            if creeps {
+                (high, known, skips) = (end.time, false, true);
+            }
             let passes = skips || width <= shortest;
             let time = if passes || !known { high } else { last.time + 0.5 * width };
             let part = StepEnd {
