@@ -177,8 +177,8 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Takes a step with a shift that is accepted. In contact the shift decreases from step to step, as in the method of
-    /// Levenberg and Marquardt. `None` if the rod has moved without a step.
+    /// Takes a step with a shift that is accepted. In contact the shift decreases from step to step, as in the method
+    /// of Levenberg and Marquardt. `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let least = SETTINGS.least_shift * self.force_scale();
         let relieved = Some(course.shift / SETTINGS.shift.1).filter(|shift| *shift > least);

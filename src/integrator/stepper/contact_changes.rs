@@ -12,8 +12,8 @@ use crate::support::{Patch, Support};
 /// cost of contacts that begin and end in ever shorter intervals. A change adds at most about forty levels.
 const MOST_LEVELS: usize = 128;
 
-/// Largest number of snaps that are located in a step. A shoot that creeps along an obstacle may snap again after a time
-/// as short as the accuracy of their location; the rest of the step is then one part.
+/// Largest number of snaps that are located in a step. A shoot that creeps along an obstacle may snap again after a
+/// time as short as the accuracy of their location; the rest of the step is then one part.
 const MOST_SNAPS: usize = 4;
 
 impl Stepper {
