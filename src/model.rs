@@ -79,11 +79,26 @@ pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterErro
     model.growth().check(length)?;
     check_speed(model.growth(), length)?;
     model.tropism().check()?;
-    Declaration::of(model.tropism()).check()?;
+    let declaration = Declaration::of(model.tropism());
+    declaration.check()?;
+    let declarations = if Declaration::of(model.tropism()) == declaration { 1.0 } else { 2.0 };
+    let (name, requirement) =
+        ("number of declarations of the tropism laws", "one, since `declare` is called repeatedly");
+    ParameterError::unless(declarations < 2.0, name, declarations, requirement)?;
     model.constitutive().check()?;
     model.load().check()?;
     model.scene().check()?;
-    model.support().check()
+    check_support(model.support())
+}
+
+/// Returns an error for a parameter out of range, and for a support that is absent and has conditions, which would have
+/// no effect.
+fn check_support(support: &impl Support) -> Result<(), ParameterError> {
+    support.check()?;
+    let conditions = support.holds(0.0).len() + support.potentials().len() + support.contacts().len();
+    let ignored = if support.is_absent() { conditions + usize::from(support.base().is_some()) } else { 0 };
+    let (name, requirement) = ("number of conditions of a support that `is_absent`", "zero, since they have no effect");
+    ParameterError::unless(ignored == 0, name, ignored as f64, requirement)
 }
 
 forward_pointers!(Model {

@@ -12,6 +12,8 @@ use crate::error::{Number, debug_by_display};
 pub enum Quantity {
     /// Number of points, sites or places at which a law is checked.
     Points,
+    /// Time over which the motion of points is checked, s.
+    Span,
     /// Elastic energy per length at zero strain, J/m.
     Energy,
     /// Derivative of the elastic energy by a component of the strain, N m.
@@ -82,6 +84,7 @@ impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Points => write!(f, "number of points"),
+            Self::Span => write!(f, "span (s)"),
             Self::Energy => write!(f, "elastic energy (J/m)"),
             Self::EnergySlope(i) => write!(f, "derivative of the elastic energy by the strain u{} (N m)", i + 1),
             Self::Couple(i) => write!(f, "couple m{} (N m)", i + 1),

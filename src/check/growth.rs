@@ -20,6 +20,10 @@ use crate::scene::before;
 /// contradicts the REGR, a `flow` in closed form decides which of them is wrong; without one the speed is reported.
 pub fn growth_law<G: GrowthLaw>(law: &G, points: &[(f64, f64)], span: f64) -> Result<(), LawError> {
     At::of_points::<G>(points.len())?;
+    let arguments = At::of::<G>(Where::Arguments);
+    if !(span > 0.0 && span.is_finite()) {
+        return Err(arguments.error(Quantity::Span, [span, f64::NAN], "positive and finite"));
+    }
     for &(sigma, time) in points {
         let until = (time + span).min(before(law.next_discontinuity(time)));
         let at = At::of::<G>(Where::Growing { sigma, time });

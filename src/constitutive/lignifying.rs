@@ -16,7 +16,7 @@ use crate::error::ParameterError;
 pub struct Lignifying {
     /// Elastic law of young tissue, with E0.
     pub young: LinearElastic,
-    /// Young's modulus E1 of mature tissue, Pa.
+    /// Young's modulus E1 of mature tissue, Pa; at least that of young tissue.
     pub mature_modulus: f64,
     /// Lignification time τℓ, s.
     pub time: f64,
@@ -41,7 +41,10 @@ impl Constitutive for Lignifying {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.young.check()?;
-        ParameterError::positive("Young's modulus of mature tissue", self.mature_modulus, "Pa")?;
+        let (name, modulus) = ("Young's modulus of mature tissue", self.mature_modulus);
+        ParameterError::positive(name, modulus, "Pa")?;
+        let ok = modulus >= self.young.youngs_modulus;
+        ParameterError::unless(ok, name, modulus, "at least that of young tissue (Pa)")?;
         ParameterError::positive("lignification time", self.time, "s")
     }
 }

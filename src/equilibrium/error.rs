@@ -41,7 +41,7 @@ pub enum EquilibriumError {
         "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load, a larger \
          tolerance or a larger `max_iterations` may help",
         describe_search(*step, *residual, *force),
-        contact.map_or(String::new(), |worst| format!("; {worst}"))
+        contact.map_or(String::new(), |worst| format!("; {worst}: does the initial shape pass through it?"))
     )]
     NoConvergence {
         /// Number of Newton iterations.
@@ -174,6 +174,7 @@ fn describe_fold(intrinsic: f64) -> String {
         return format!("{check}; if the shape is as expected, take more elements or a smaller load");
     }
     let (turn, remedy) = (Number(intrinsic), "if the shape is as expected, take more elements");
-    let check = "check the tropism laws, their sensitivities, and the units of growth time, length and radius";
+    let check = "check the tropism laws, their sensitivities, a strain that was set (1/m), and the units of growth \
+                 time, length and radius";
     format!("its intrinsic strain alone rotates it by {turn:.3} rad; {check}; {remedy}")
 }

@@ -155,6 +155,8 @@ const UNSTRAINED: f64 = 1e-9;
 /// some place of a rod at a time (s).
 pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
     let (length, zero) = (rod.length(), Vector3::zeros());
+    let responds = |tissue: &Tissue| usize::from(material.line_response(tissue, &zero).is_some());
+    let at_base = rod.points().first().map_or(0, |point| responds(&Tissue::of(point, time)));
     for point in rod.points() {
         let tissue = Tissue::of(point, time);
         let at = |error: ParameterError| error.at(rod.initial_length() - point.initial_apex_distance);
@@ -171,6 +173,12 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         // The couple times the length over the stiffness is the angle by which the rod bends.
         let vanishes = couple * length < UNSTRAINED * stiffness.min();
         ParameterError::unless(vanishes, "couple without elastic strain", couple, requirement).map_err(at)?;
+        let (energy, name) = (response.energy, "elastic energy without elastic strain");
+        let vanishes = energy.abs() * length * length < UNSTRAINED * stiffness.min();
+        ParameterError::unless(vanishes, name, energy, "zero (J/m)").map_err(at)?;
+        let (name, counts) = ("number of responses of the centre line to a force", [responds(&tissue), at_base]);
+        let requirement = "as at the base: `line_response` returns `None` at all places or at none";
+        ParameterError::count(name, counts, requirement).map_err(at)?;
         let Some(line) = material.line_response(&tissue, &zero) else { continue };
         let compliance = line.compliance.diagonal();
         for (i, name) in ["compliance to shear along d1", "compliance to shear along d2", "compliance to stretch"]

@@ -224,6 +224,15 @@ impl Estimates {
     }
 }
 
+impl Estimates {
+    /// Root mean square of the residuals of a series, in the unit of the data, or rad.
+    fn size_of_residuals(&self, series: usize) -> f64 {
+        let of_series = || self.residuals.iter().filter(|(index, ..)| *index == series);
+        let (sum, count) = of_series().fold((0.0, 0.0), |(sum, n), (_, _, value)| (sum + value * value, n + 1.0));
+        (sum / count).sqrt()
+    }
+}
+
 impl std::fmt::Display for Estimates {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for Estimate { name, value, error, relative, verdict } in &self.parameters {
@@ -247,6 +256,13 @@ impl std::fmt::Display for Estimates {
                     f,
                     "the noise of series {index} is {ratio:.0} times the scatter of its frames: is the model right?"
                 )?;
+            }
+        }
+        for (index, (series, noise)) in self.data.iter().zip(&self.noise).enumerate() {
+            let ratio = self.size_of_residuals(index) / noise;
+            if series.noise.is_some() && !(1.0 / UNEXPLAINED..=UNEXPLAINED).contains(&ratio) {
+                let question = "is the noise right, and the model?";
+                writeln!(f, "the residuals of series {index} are {ratio:.2e} times the given noise: {question}")?;
             }
         }
         let (chi, lag) = (self.reduced_chi_squared(), self.lag_one);

@@ -73,7 +73,8 @@ pub enum IntegrationError {
     /// Growth stretches an element so unevenly that its Gauss points do not resolve it.
     #[error(
         "growth up to {} s stretches one end of element {element} {} times as much as the other, which its material \
-         points do not resolve: take more elements, or a shorter step",
+         points do not resolve: take more elements or a shorter step, or compare `flow` and `exit_time` of the growth \
+         law with its rate by `check::growth_law`",
         Number(*time), describe_ratio(*ratio)
     )]
     Uneven {
@@ -114,8 +115,8 @@ pub enum IntegrationError {
     /// laws diverges, as that of proprioception does if its sensitivity times its delay exceeds π/2 growth times.
     #[error(
         "at {} s the intrinsic curvature at {:.4} m from the base is {:.4} 1/m, and the radius {:.4} m: the rod is \
-         not slender there. The response of the tropism laws diverges: check the unit of the growth time (s), reduce a \
-         sensitivity, a delay or a memory time, or end the run earlier",
+         not slender there. Check the unit of the growth time (s), and strains and histories that were set; if the \
+         response of the tropism laws diverges, reduce a sensitivity, a delay or a memory time, or end the run earlier",
         Number(*time), Number(*arc_length), Number(*curvature), Number(*radius)
     )]
     NotSlender {

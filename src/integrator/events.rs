@@ -49,7 +49,7 @@ pub(super) fn advance_showing_until<M: Model>(
             }
             before.copy_from(&shoot.state);
             let start = (shoot.time(), value);
-            let step = integrator.step(shoot, latest)?;
+            let step = step(integrator, shoot, latest)?;
             value = evaluate(shoot)?;
             if value >= 0.0 {
                 let end = (shoot.time(), value);
@@ -64,6 +64,17 @@ pub(super) fn advance_showing_until<M: Model>(
         }
         Ok(statistics)
     })
+}
+
+/// Makes a step towards the `latest` time. Returns an error if it does not advance the shoot, since a run of such steps
+/// has no end.
+fn step<M: Model>(integrator: &mut impl Integrator, shoot: &mut Shoot<M>, latest: f64) -> Outcome<Statistics> {
+    let before = shoot.time();
+    let statistics = integrator.step(shoot, latest)?;
+    let (name, length) = ("length of a step of the integrator", shoot.time() - before);
+    let requirement = "positive: `Integrator::advance_at_most` must make a step (s)";
+    ParameterError::unless(length > 0.0, name, length, requirement)?;
+    Ok(statistics)
 }
 
 /// Output times that have not passed yet.

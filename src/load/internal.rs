@@ -27,6 +27,10 @@ pub struct InternalForce {
     reactions: Vec<Reaction>,
 }
 
+/// Largest relative difference of the lengths of a rod and of the rod for which a force was computed: far above
+/// rounding, and below any change by growth that matters.
+const ROUNDING: f64 = 1e-6;
+
 /// Distance of a reaction from an end of an element, relative to its length, that is due to rounding of its place.
 const AT_END: f64 = 1e-9;
 
@@ -209,13 +213,17 @@ impl InternalForce {
         self.at_base
     }
 
-    /// Checks that a rod has as many material points as the rod for which the force was computed.
+    /// Checks that a rod has as many material points as the rod for which the force was computed, and its length.
     ///
     /// # Errors
-    /// The number of points at which the force is known.
+    /// The number of points at which the force is known, or the length.
     pub(crate) fn check(&self, rod: &Rod) -> Result<(), ParameterError> {
         let counts = [self.forces.len(), rod.points().len()];
-        ParameterError::count("number of points at which the force is known", counts, "that of the rod")
+        ParameterError::count("number of points at which the force is known", counts, "that of the rod")?;
+        let (name, own) = ("length of the rod for which the force is known", rod.length());
+        let length = self.cuts.first().map_or(own, |cut| cut.arc_length + cut.length_beyond);
+        let ok = (length - own).abs() <= ROUNDING * own;
+        ParameterError::unless(ok, name, length, "that of the rod (m)")
     }
 
     /// Largest norm of the force at a material point, N; NaN if the norm at one of them is NaN.

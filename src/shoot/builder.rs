@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::nodes::{equal_nodes, insert_node, user_nodes};
 use super::{Mesh, Shoot, jumps};
 use crate::constitutive::Constitutive;
-use crate::equilibrium::check_stiffness;
+use crate::equilibrium::{LARGEST_TOLERANCE, check_stiffness};
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, exit_before_start};
 use crate::load::{InternalForce, Load};
@@ -157,7 +157,7 @@ impl<M> ShootBuilder<M> {
     }
 
     /// Sets the largest rotation (rad) of the part beyond by which merging of mature elements may change the
-    /// shape; 1e-4 by default. Zero disables merging.
+    /// shape, at most 0.1; 1e-4 by default. Zero disables merging.
     ///
     /// Inside a merged element the root mean square of the lost angle is at most twenty times the tolerance, up to
     /// 2e-3 rad, or the tolerance if that is larger. With p material points in an element, the moments of the lost
@@ -215,7 +215,8 @@ impl<M: Model> ShootBuilder<M> {
         let SectionAlong(along) = self.section.ok_or(ParameterError::missing("radius", section))?;
         along(0.0).check(length, section)?;
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
-        ParameterError::not_negative("merge tolerance", merge_tolerance, "rad")?;
+        let ok = (0.0..=LARGEST_TOLERANCE).contains(&merge_tolerance);
+        ParameterError::unless(ok, "merge tolerance", merge_tolerance, "from 0 to 0.1 (rad)")?;
         if self.steers && !self.grows {
             let growth = "given by `growth`, since steering is differential growth; use `growth(())` for none";
             return Err(ParameterError::missing("growth of a shoot that steers", growth));

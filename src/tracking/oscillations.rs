@@ -60,6 +60,7 @@ impl Track {
         self.check(search)?;
         let unit = self.unit();
         let (samples, half) = self.in_unit(unit).samples();
+        samples.check(search)?;
         let (found, good) = samples.fitted(search);
         let rounding = samples.only(&good).rounding;
         let mut oscillations: Vec<Oscillation> =
@@ -80,8 +81,11 @@ impl Track {
     pub fn share(&self, period: f64, search: &Search) -> Result<f64, TrackingError> {
         self.check(search)?;
         let (samples, half) = self.in_unit(self.unit()).samples();
-        let fits = period > 0.0 && period <= 2.0 * half;
-        ParameterError::unless(fits, "period of a share", period, "positive and not longer than the track (s)")?;
+        samples.check(search)?;
+        // The highest frequency of the search is one resolved turn below that of the sampling.
+        let fits = period <= 2.0 * half && TAU * half / period <= samples.highest + PI;
+        let requirement = "positive, at least two sampling intervals, and not longer than the track (s)";
+        ParameterError::unless(period > 0.0 && fits, "period of a share", period, requirement)?;
         let (found, good) = samples.fitted(search);
         let omega = TAU * half / period;
         let power = |wave: &Wave| wave.ellipse().power();
@@ -123,6 +127,13 @@ impl Track {
 }
 
 impl Samples {
+    /// Returns an error for a search without a frequency, since the positions do not resolve so many turns.
+    fn check(&self, search: &Search) -> Result<(), TrackingError> {
+        let (turns, most) = (search.least_turns, self.highest / PI);
+        let requirement = "at most the number of turns that the sampling intervals resolve, one in two intervals";
+        Ok(ParameterError::unless(turns <= most, "least number of turns", turns, requirement)?)
+    }
+
     /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on the search: they
     /// are detected in the residual of the default search, which does not contain the oscillations.
     pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {

@@ -150,6 +150,8 @@ impl Track {
         let (start, duration) = (self.times.first().copied().unwrap_or(0.0), self.duration());
         TrackingError::unless_at_least(length, "duration (s)", duration)?;
         let count = whole_steps(duration - length, every).saturating_add(1);
+        let (name, requirement) = ("time from one window to the next", "such that there are at most 1e9 windows (s)");
+        ParameterError::unless(count <= 1_000_000_000, name, every, requirement)?;
         let beginnings = (0..count).map(move |k| start + every * k as f64);
         Ok(beginnings.map(move |from| (from + 0.5 * length, self.between(from, from + length))))
     }

@@ -16,6 +16,8 @@ pub(super) use equations::MAX_INTERVALS;
 pub use multipliers::Multipliers;
 pub use orbit::PeriodicOrbit;
 
+use std::f64::consts::TAU;
+
 use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
@@ -52,7 +54,7 @@ pub struct PeriodicSolver {
     /// Largest number of equilibria in all iterations of a search, without those of linearisations; one million by
     /// default. It is checked after every integration over a period.
     pub max_work: usize,
-    /// Initial guess of the angle of a relative periodic orbit, rad, counterclockwise positive as seen from above the
+    /// Initial guess of the angle of a relative periodic orbit, rad, from −2π to 2π, counterclockwise positive as seen from above the
     /// apex. `None`, the default, for periodic orbits. A shoot that is symmetric about the tangent of its base may
     /// have rotated about it after a period, as on a rosette; the angle is then an unknown like the period. A swing
     /// in a plane has rotated by π after half its period. With this angle it takes half the intervals and half the
@@ -155,7 +157,8 @@ impl PeriodicSolver {
         ParameterError::unless((1..=16).contains(&number), what, number as f64, "from 1 to 16")?;
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance, "")?;
         ParameterError::positive("accuracy of a periodic orbit", self.accuracy, "")?;
-        ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0), "rad")?;
+        let (what, angle) = ("angle of a periodic orbit", self.angle.unwrap_or(0.0));
+        ParameterError::unless(angle.abs() <= TAU, what, angle, "from −2π to 2π (rad)")?;
         ReturnMap::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }
 

@@ -9,6 +9,7 @@ use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::cycle::maximum::maximum;
 use crate::cycle::rotated::excursion;
 use crate::cycle::symmetry::{check_autonomous, check_periodic};
+use crate::error::ParameterError;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
@@ -59,9 +60,9 @@ impl PeriodicOrbit {
         }
         let residual = self.start.residual(&path.end, self.settings.least(shoot, self.forced_from.is_some()));
         // With other initial guesses the equilibria differ by rounding.
-        if !(residual <= 100.0 * self.settings.tolerance) {
-            return Err(CycleError::not_converged(0, residual));
-        }
+        let (what, requirement) = ("relative residual of the orbit", "near zero: take the shoot whose orbit this is");
+        let ok = residual <= 100.0 * self.settings.tolerance;
+        ParameterError::unless(ok, what, residual, requirement)?;
         Ok((return_map, path))
     }
 

@@ -163,9 +163,9 @@ impl<'a, M: Model> Characteristic<'a, M> {
         problem.check_axis()?;
         // With another initial guess the equilibrium differs by rounding.
         let residual = problem.relative_residual();
-        if !(residual <= 100.0 * orbit.residual.max(RotatingWaveSolver::default().tolerance)) {
-            return Err(CycleError::not_converged(0, residual));
-        }
+        let (what, requirement) = ("relative residual of the orbit", "near zero: take the shoot whose orbit this is");
+        let ok = residual <= 100.0 * orbit.residual.max(RotatingWaveSolver::default().tolerance);
+        ParameterError::unless(ok, what, residual, requirement)?;
         let responses = problem.responses()?;
         Ok(Self { problem, responses })
     }

@@ -73,7 +73,8 @@ impl HeldSearch<'_> {
         for obstacle in (0..self.obstacles.contacts.len()).filter(|_| clamped) {
             let (name, gap) =
                 ("distance of the base from an obstacle", self.obstacles.gap_at(obstacle, &rod.base_position()));
-            let requirement = "zero or positive, since the base must not be inside an obstacle (m)";
+            let requirement =
+                "zero or positive, from the surface minus the radius of the contact: the base must not be inside (m)";
             ParameterError::unless(gap.value >= -SETTINGS.rounding * self.length, name, gap.value, requirement)?;
         }
         Ok(())

@@ -108,7 +108,7 @@ fn sharp_generation(shoot: &Shoot<impl Model>, laws: &Declaration, options: &Run
 /// the zone in one step becomes one element, which must not exceed the longest element.
 ///
 /// # Errors
-/// The step would be divided into more than [`MAX_PARTS`].
+/// A zone that shrinks, and a step that would be divided into more than [`MAX_PARTS`].
 pub(in crate::integrator) fn permitted_step(
     shoot: &Shoot<impl Model>,
     [size, until]: [f64; 2],
@@ -128,7 +128,11 @@ pub(in crate::integrator) fn permitted_step(
         step *= 0.5;
     }
     // An element may stretch to about twice its length before it is divided.
-    let rate = (growth.apical_speed(reach, t) / reach).max(growth.apical_speed(zone, t) / zone);
+    let mean = growth.apical_speed(zone, t) / zone;
+    let rate = (growth.apical_speed(reach, t) / reach).max(mean);
+    let requirement = "zero or positive: tissue that shrinks does not leave the growth zone (1/s)";
+    // NaN is an error of the motion of points.
+    ParameterError::unless(!(mean * size < -ROUNDING), "mean growth rate of the zone", mean, requirement)?;
     if rate > 0.0 {
         step = step.min(std::f64::consts::LN_2 / rate);
     }
