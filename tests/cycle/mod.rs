@@ -7,6 +7,7 @@ mod complete_lists;
 mod cycles;
 mod extreme_orbits;
 mod held;
+mod misuses;
 mod onsets;
 mod orbits_in_time;
 mod random_orbits;

@@ -156,3 +156,18 @@ fn repeated_frames_are_reported() {
     let found = Fit { step: 200.0, ..Fit::default() }.run(&family, &[series]).unwrap();
     assert_eq!(found.repeated_frames, [[10]]);
 }
+
+#[test]
+fn given_noise_in_another_unit_is_questioned() {
+    let (times, positions) = tips(NOISE, 9);
+    let text = |noise: f64| {
+        let data = [Series::tips(times.clone(), &positions).with_noise(noise)];
+        Fit::default().run(&family(&["beta"], 1.0), &data).unwrap().to_string()
+    };
+    let question = "times the given noise: is the noise right, and the model?";
+    assert!(!text(NOISE).contains(question));
+    // Millimetres, and micrometres as metres.
+    for noise in [1e3 * NOISE, 1e-6 * NOISE] {
+        assert!(text(noise).contains(question), "{}", text(noise));
+    }
+}

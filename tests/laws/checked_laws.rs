@@ -384,3 +384,12 @@ fn laws_of_a_shoot_are_checked_at_its_places() {
     let shoot = Shoot::builder(Flipped { law: coupled(), wrong }).length(0.06).radius(5e-4).build().unwrap();
     assert_eq!(quantity(shoot.check_laws()), Err(wrong));
 }
+
+#[test]
+fn span_of_a_growth_check_must_be_positive_and_finite() {
+    let law = UniformGrowth { zone_length: 0.03, time: 72e3 };
+    for span in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = check::growth_law(&law, &[(0.01, 3600.0)], span).unwrap_err();
+        assert_eq!(error.quantity, Quantity::Span, "{error}");
+    }
+}

@@ -8,7 +8,7 @@ use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, yo
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
-use morphorod::load::{ApicalForce, Distributed, Load, Pulse, Weight, Whirl};
+use morphorod::load::{ApicalForce, Distributed, InternalForce, Load, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::{Environment, Order, ParameterError, Scene, Still};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -51,6 +51,23 @@ fn rods_refuse_invalid_lengths_radii_nodes_and_frames() {
     refused(Rod::straight(&[0.0, 0.2, INF], |_| RADIUS, base, Order::Six), "length of an element", INF);
     let broken = UnitQuaternion::new_unchecked(Quaternion::new(1.0, NAN, 0.0, 0.0));
     refused(Rod::uniform(LENGTH, RADIUS, broken, 4, Order::Eight), "norm of the base frame's quaternion", NAN);
+}
+
+#[test]
+fn length_and_radius_that_are_swapped_are_refused() {
+    let swapped = Rod::uniform(RADIUS, LENGTH, UnitQuaternion::identity(), 4, Order::Eight);
+    refused(swapped, "radius", LENGTH);
+}
+
+#[test]
+fn force_in_a_rod_of_another_length_is_refused() {
+    let rod = |length: f64| Rod::uniform(length, RADIUS, UnitQuaternion::identity(), 4, Order::Eight).unwrap();
+    let environment = Still::tilted(1.0).environment(0.0);
+    let force = InternalForce::of(&rod(2.0 * LENGTH), &Weight { density: 1000.0 }, &environment);
+    let mut kept = rod(LENGTH);
+    let error = NewtonSolver::default().equilibrate(&mut kept, &young_tissue(), &force).unwrap_err();
+    assert!(error.to_string().contains("length of the rod for which the force is known"), "{error}");
+    assert_eq!(kept, rod(LENGTH));
 }
 
 #[test]

@@ -173,3 +173,29 @@ fn start_inside_an_obstacle_is_projected_out() {
         }
     }
 }
+
+#[test]
+fn supports_at_a_clamped_base_name_the_joint_that_they_require() {
+    let base = Hold::place(LENGTH);
+    let word = ["requires `Joint::Free`"];
+    refused(&base.at(Vector3::x() * 0.01), 0.0, &word);
+    refused(&base.elastic_joint(UnitQuaternion::identity(), 1e-6), 0.0, &word);
+    // A floor through the base: the centre line keeps the radius of the contact from its surface.
+    let floor = Contact {
+        obstacle: HalfSpace { through: Vector3::zeros(), normal: Vector3::z() },
+        radius: 5e-4,
+        friction: 0.0,
+    };
+    refused(&floor, 0.0, &["is -0.0005", "minus the radius of the contact"]);
+}
+
+#[test]
+fn shape_through_an_obstacle_is_named() {
+    // The rod pierces the axis of a pole, so that no side is nearer.
+    let pole = Cylinder { through: Vector3::x() * 0.02, along: Vector3::z(), radius: 1e-3 };
+    refused(
+        &Contact { obstacle: pole, radius: 5e-4, friction: 0.0 },
+        0.0,
+        &["does the initial shape pass through it?"],
+    );
+}

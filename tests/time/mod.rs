@@ -21,6 +21,7 @@ mod growing_shoot;
 mod ladder;
 mod long_growth;
 mod messages;
+mod misuses;
 mod moving_base;
 mod obstacles;
 mod order_in_time;

@@ -104,3 +104,19 @@ fn windows_show_changes_of_the_period_and_gaps() {
     let none = Track::new(vec![], vec![]).unwrap();
     assert!(none.windows(1.0, 1.0).is_err());
 }
+
+#[test]
+fn settings_that_the_sampling_does_not_resolve_are_refused() {
+    let times: Vec<f64> = (0..600).map(|k| 120.0 * f64::from(k)).collect();
+    let at = |t: &f64| nalgebra::Vector2::new((t / 900.0).cos(), (t / 900.0).sin());
+    let track = Track::new(times.clone(), times.iter().map(at).collect()).unwrap();
+    let refused = |error: morphorod::tracking::TrackingError, words: &str| {
+        assert!(error.to_string().contains(words), "{error}");
+    };
+    let search = Search { least_turns: 1000.0, ..Search::default() };
+    refused(track.oscillations(&search).unwrap_err(), "least number of turns is 1000");
+    refused(track.share(900.0, &search).unwrap_err(), "least number of turns is 1000");
+    // A period in minutes.
+    refused(track.share(94.0, &Search::default()).unwrap_err(), "period of a share is 94");
+    refused(track.windows(7200.0, 1e-6).map(|_| ()).unwrap_err(), "time from one window to the next is 1e-6");
+}
