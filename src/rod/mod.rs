@@ -152,7 +152,8 @@ impl Rod {
     /// tangent d3 of `base`.
     ///
     /// # Errors
-    /// A length or radius that is not positive, a radius that is not smaller than the length, no elements, or a base whose quaternion is not of norm 1.
+    /// A length or radius that is not positive, a radius that is not smaller than the length, no elements, or a base
+    /// whose quaternion is not of norm 1.
     pub fn uniform(
         length: f64,
         radius: f64,

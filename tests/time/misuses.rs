@@ -57,10 +57,9 @@ impl Constitutive for Careless {
 }
 
 #[test]
-fn elastic_law_without_its_zero_is_refused() {
+fn elastic_law_whose_energy_is_not_a_number_or_that_stretches_in_parts_is_refused() {
     let law = |offset, stretches| with_law(Careless { offset, stretches });
-    assert!(law(0.0, false).is_ok());
-    assert_says(law(1.0, false), "elastic energy without elastic strain is 1 at ");
+    assert!(law(0.0, false).is_ok() && law(1.0, false).is_ok());
     assert_says(law(f64::NAN, false), "elastic energy without elastic strain is not a number at ");
     assert_says(law(0.0, true), "number of responses of the centre line to a force is 0 at ");
 }
