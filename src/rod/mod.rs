@@ -152,8 +152,7 @@ impl Rod {
     /// tangent d3 of `base`.
     ///
     /// # Errors
-    /// A length or radius that is not positive, a radius that is not smaller than the length, no elements, or a base
-    /// whose quaternion is not of norm 1.
+    /// A length or radius that is not positive, no elements, or a base whose quaternion is not of norm 1.
     pub fn uniform(
         length: f64,
         radius: f64,
@@ -162,7 +161,6 @@ impl Rod {
         order: Order,
     ) -> Result<Self, ParameterError> {
         ParameterError::positive("length", length, "m")?;
-        Section::circle(radius).check(length, "positive and smaller than the length (m)")?;
         Self::straight(&Self::equal_nodes(length, elements), |_| radius, base, order)
     }
 

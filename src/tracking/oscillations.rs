@@ -77,7 +77,8 @@ impl Track {
     /// mean squares of this and of all other oscillations. Zero for a track without oscillations.
     ///
     /// # Errors
-    /// The errors of [`oscillations`](Self::oscillations), or a period that is not positive or longer than the track.
+    /// The errors of [`oscillations`](Self::oscillations), or a period that is shorter than two sampling intervals or
+    /// longer than the track.
     pub fn share(&self, period: f64, search: &Search) -> Result<f64, TrackingError> {
         self.check(search)?;
         let (samples, half) = self.in_unit(self.unit()).samples();

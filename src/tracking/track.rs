@@ -143,7 +143,8 @@ impl Track {
     /// ```
     ///
     /// # Errors
-    /// A length or a time between windows that is not positive, or a track that is shorter than one window.
+    /// A length or a time between windows that is not positive, a track that is shorter than one window, or more than
+    /// 1e9 windows.
     pub fn windows(&self, length: f64, every: f64) -> Result<impl Iterator<Item = (f64, Self)> + '_, TrackingError> {
         ParameterError::positive("length of a window", length, "s")?;
         ParameterError::positive("time from one window to the next", every, "s")?;

@@ -54,12 +54,6 @@ fn rods_refuse_invalid_lengths_radii_nodes_and_frames() {
 }
 
 #[test]
-fn length_and_radius_that_are_swapped_are_refused() {
-    let swapped = Rod::uniform(RADIUS, LENGTH, UnitQuaternion::identity(), 4, Order::Eight);
-    refused(swapped, "radius", LENGTH);
-}
-
-#[test]
 fn force_in_a_rod_of_another_length_is_refused() {
     let rod = |length: f64| Rod::uniform(length, RADIUS, UnitQuaternion::identity(), 4, Order::Eight).unwrap();
     let environment = Still::tilted(1.0).environment(0.0);

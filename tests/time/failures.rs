@@ -65,7 +65,12 @@ fn failed_call_leaves_the_shoot_unchanged_wherever_it_fails() {
         // The message states the time, the obstacle and the place.
         let (words, last) = (error.to_string(), "the contact with obstacle 1 at 0.0312 m from the base is violated by");
         assert!(words.starts_with("at ") && words.contains(" s: no equilibrium after 0 iterations: "), "{words}");
-        assert!(words.contains(&format!("largest force 0 N; {last} 3.2e-7 m; shorter steps")), "{words}");
+        assert!(
+            words.contains(&format!(
+                "largest force 0 N; {last} 3.2e-7 m: does the initial shape pass through it?; shorter steps"
+            )),
+            "{words}"
+        );
         assert!(shoot.state() == start.state(), "failure {at}");
         // The integrator keeps no data of the failed call. The same call now succeeds with the
         // result of an undisturbed run.

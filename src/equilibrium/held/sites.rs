@@ -196,8 +196,8 @@ pub(super) fn sort<'a>(
 
 /// Returns an error for a support at the base, unless it acts on the frame of a base that rotates, or on a free base.
 fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), ParameterError> {
-    let requirement = "positive (m): the scene clamps the base; a hold or a spring there requires `Joint::Free`, a \
-                       held frame or an elastic joint `Joint::Ball` or `Joint::Hinge`";
+    let requirement = "positive (m): the base is clamped; a hold or spring there requires `Joint::Free`, a frame or an \
+                       elastic joint `Joint::Ball` or `Joint::Hinge`";
     let ok = node > 0 || on_frame && joints.base_rotates || joints.free_base.is_some();
     ParameterError::unless(ok, "distance of a hold from the base", 0.0, requirement)
 }
