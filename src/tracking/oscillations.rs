@@ -128,7 +128,7 @@ impl Track {
 }
 
 impl Samples {
-    /// Returns an error for a search without a frequency, since the positions do not resolve so many turns.
+    /// Returns an error for more turns than the positions resolve, for which there is no frequency.
     fn check(&self, search: &Search) -> Result<(), TrackingError> {
         let (turns, most) = (search.least_turns, self.highest / PI);
         let requirement = "at most the number of turns that the sampling intervals resolve, one in two intervals";
