@@ -55,10 +55,10 @@ pub struct PeriodicSolver {
     /// default. It is checked after every integration over a period.
     pub max_work: usize,
     /// Initial guess of the angle of a relative periodic orbit, rad, from −2π to 2π, counterclockwise positive as seen
-    /// from above the apex. `None`, the default, for periodic orbits. A shoot that is symmetric about the tangent of its base may
-    /// have rotated about it after a period, as on a rosette; the angle is then an unknown like the period. A swing
-    /// in a plane has rotated by π after half its period. With this angle it takes half the intervals and half the
-    /// work, and the period of the orbit is half that of the swing.
+    /// from above the apex. `None`, the default, for periodic orbits. A shoot that is symmetric about the tangent of
+    /// its base may have rotated about it after a period, as on a rosette; the angle is then an unknown like the
+    /// period. A swing in a plane has rotated by π after half its period. With this angle it takes half the intervals
+    /// and half the work, and the period of the orbit is half that of the swing.
     pub angle: Option<f64>,
 }
 
