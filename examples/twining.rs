@@ -9,9 +9,9 @@
 //! The shoot touches the pole once in every circle, slides over it, and slips off with its apex. The
 //! contact is higher in each circle, because the shoot grows. Twelve contacts begin in 24 h. The
 //! turning angle about the pole is at most 0.14 turns in the first circles and increases in the
-//! last three: the apex passes behind the pole before the growing part swings back. It reaches 0.48
-//! turns with a friction of 0.2, and 0.53 turns without friction. The shoot is in contact for 39 %
-//! and 29 % of the time.
+//! last three: the apex passes behind the pole before the growing part swings back. It reaches 0.47
+//! turns with a friction of 0.2, and 0.53 turns without friction. The shoot is in contact for 38 %
+//! and 28 % of the time.
 //!
 //! The map contains shoots that pass, shoots that slip off, shoots that lean, and runs that fail with
 //! an error. The last ones are at poles close to the base, where a strongly curved shoot would wind with
