@@ -81,10 +81,9 @@ pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterErro
     model.tropism().check()?;
     let declaration = Declaration::of(model.tropism());
     declaration.check()?;
-    let declarations = if Declaration::of(model.tropism()) == declaration { 1.0 } else { 2.0 };
-    let (name, requirement) =
-        ("number of declarations of the tropism laws", "one, since `declare` is called repeatedly");
-    ParameterError::unless(declarations < 2.0, name, declarations, requirement)?;
+    let different = 1 + usize::from(Declaration::of(model.tropism()) != declaration);
+    let requirement = "since `declare` is called repeatedly";
+    ParameterError::count("number of declarations of the tropism laws", [different, 1], requirement)?;
     model.constitutive().check()?;
     model.load().check()?;
     model.scene().check()?;
@@ -95,10 +94,13 @@ pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterErro
 /// no effect.
 fn check_support(support: &impl Support) -> Result<(), ParameterError> {
     support.check()?;
+    if !support.is_absent() {
+        return Ok(());
+    }
     let conditions = support.holds(0.0).len() + support.potentials().len() + support.contacts().len();
-    let ignored = if support.is_absent() { conditions + usize::from(support.base().is_some()) } else { 0 };
-    let (name, requirement) = ("number of conditions of a support that `is_absent`", "zero, since they have no effect");
-    ParameterError::unless(ignored == 0, name, ignored as f64, requirement)
+    let ignored = conditions + usize::from(support.base().is_some());
+    let (name, requirement) = ("number of conditions of a support that `is_absent`", "since they have no effect");
+    ParameterError::count(name, [ignored, 0], requirement)
 }
 
 forward_pointers!(Model {

@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::growth::GrowthLaw;
 use crate::load::{Cut, InternalForce, Load};
-use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, is_on, weighted};
+use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, weighted};
 use crate::scene::Environment;
 
 /// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
@@ -172,7 +172,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     /// [`PointForce`](crate::load::PointForce) acts only below its point.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
-        let (e, x) = if is_on(s, self.length) { self.rod.locate(s)? } else { return None };
+        let (e, x) = self.rod.locate_on(s)?;
         Some(Place { arc_length: s.clamp(0.0, self.length), ..self.within(e, x) })
     }
 

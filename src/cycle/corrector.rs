@@ -25,6 +25,17 @@ pub const STATIONARY: f64 = 1e-6;
 /// Largest relative change of the period or rate in an iteration with deflation.
 const STRETCH: f64 = 0.2;
 
+/// Ratio of the residual of an orbit that is evaluated again to the tolerance of its search. With other initial guesses
+/// the equilibria differ by rounding.
+const AGAIN: f64 = 100.0;
+
+/// Returns an error for the relative residual of an orbit that belongs to another shoot, given the tolerance with which
+/// it was found.
+pub fn check_residual(residual: f64, tolerance: f64) -> Result<(), ParameterError> {
+    let (what, requirement) = ("relative residual of the orbit", "near zero: take the shoot whose orbit this is");
+    ParameterError::unless(residual <= AGAIN * tolerance, what, residual, requirement)
+}
+
 /// A solution of the extended system.
 pub struct Corrected<O, B> {
     pub orbit: O,

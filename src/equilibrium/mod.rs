@@ -19,7 +19,7 @@ mod unloaded;
 
 pub(crate) use balance::check_balance;
 pub use error::{ContactViolation, EquilibriumError};
-pub(crate) use newton::LARGEST_TOLERANCE;
+pub(crate) use newton::{LARGEST_TOLERANCE, check_tolerance};
 pub use newton::{NewtonSolver, NewtonWorkspace};
 pub use rod_energy::{NodeTangent, RodEnergy};
 pub use unloaded::Unloaded;

@@ -318,10 +318,9 @@ fn check_finite(rod: &Rod, force: &InternalForce) -> Result<(), EquilibriumError
 pub(crate) const LARGEST_TOLERANCE: f64 = 0.1;
 
 /// Returns an error for a tolerance (rad) below the rounding of a rotation or above [`LARGEST_TOLERANCE`].
-fn check_tolerance(tolerance: f64) -> Result<(), ParameterError> {
+pub(crate) fn check_tolerance(name: &'static str, tolerance: f64) -> Result<(), ParameterError> {
     let ok = (f64::EPSILON..=LARGEST_TOLERANCE).contains(&tolerance);
-    let requirement = "from 2.3e-16, the rounding of a number, to 0.1 (rad)";
-    ParameterError::unless(ok, "tolerance of the equilibrium", tolerance, requirement)
+    ParameterError::unless(ok, name, tolerance, "from 2.3e-16, the rounding of a number, to 0.1 (rad)")
 }
 
 impl EquilibriumSolver for NewtonSolver {
@@ -329,7 +328,7 @@ impl EquilibriumSolver for NewtonSolver {
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        check_tolerance(self.tolerance)?;
+        check_tolerance("tolerance of the equilibrium", self.tolerance)?;
         held.support.check()?;
         let answer = self.search_held(held);
         self.workspace.system.joints.clear();
@@ -346,7 +345,7 @@ impl EquilibriumSolver for NewtonSolver {
         material: &impl Constitutive,
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
-        check_tolerance(self.tolerance)?;
+        check_tolerance("tolerance of the equilibrium", self.tolerance)?;
         force.check(rod)?;
         if !force.largest().is_finite() {
             check_finite(rod, force)?;

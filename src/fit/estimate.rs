@@ -222,9 +222,7 @@ impl Estimates {
     pub fn get(&self, name: &str) -> Option<&Estimate> {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
-}
 
-impl Estimates {
     /// Root mean square of the residuals of a series, in the unit of the data, or rad.
     fn size_of_residuals(&self, series: usize) -> f64 {
         let of_series = || self.residuals.iter().filter(|(index, ..)| *index == series);

@@ -103,6 +103,9 @@ fn check_zone(length: f64, time: f64) -> Result<(), ParameterError> {
 const SPEED_PARTS: usize = 64;
 const SPEED_ERROR: f64 = 1e-6;
 
+/// Requirement of the rate of growth of a shoot that elongates.
+pub(crate) const NOT_SHRINKING: &str = "zero or positive: tissue that shrinks does not leave the growth zone (1/s)";
+
 /// Checks that the rate of growth of a shoot of some length (m) is not negative at t = 0, and that the speed of its
 /// apex is the integral of this rate.
 ///
@@ -117,8 +120,7 @@ pub(crate) fn check_speed(law: &impl GrowthLaw, length: f64) -> Result<(), Param
     let parts = SPEED_PARTS as f64;
     for sigma in (0..SPEED_PARTS).map(|k| zone * (k as f64 + 0.5) / parts) {
         let (name, rate) = ("growth rate REGR at t = 0", law.regr(sigma, 0.0));
-        let requirement = "zero or positive: tissue that shrinks does not leave the growth zone (1/s)";
-        ParameterError::unless(!(rate < 0.0), name, rate, requirement).map_err(|error| error.at(length - sigma))?;
+        ParameterError::unless(!(rate < 0.0), name, rate, NOT_SHRINKING).map_err(|error| error.at(length - sigma))?;
     }
     let pieces = (0..SPEED_PARTS).map(|k| [k, k + 1].map(|k| zone * k as f64 / parts));
     let exact: f64 = pieces.map(|[a, b]| integral(&|sigma| law.regr(sigma, 0.0), a, b)).sum();

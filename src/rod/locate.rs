@@ -11,6 +11,9 @@ use crate::reference_element::MAX_POINTS;
 /// Rounding of a coordinate in an element.
 pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
+/// Distance beyond an end of a rod that is due to rounding of an arc length, relative to the length.
+const BEYOND: f64 = 1e-9;
+
 /// Search for places at increasing arc lengths.
 #[derive(Debug)]
 pub(crate) struct Walk<'a> {
@@ -66,6 +69,12 @@ impl Rod {
     /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
     pub(crate) fn locate(&self, s: f64) -> Option<(usize, f64)> {
         self.walk().to(s)
+    }
+
+    /// As [`locate`](Self::locate), but `None` also for an arc length beyond the ends by more than rounding.
+    pub(crate) fn locate_on(&self, s: f64) -> Option<(usize, f64)> {
+        let (length, beyond) = (self.length(), BEYOND * self.length());
+        if (-beyond..=length + beyond).contains(&s) { self.locate(s) } else { None }
     }
 
     /// The arc lengths (m) of the growth zone, from its beginning to the apex. A rod that has not been made mature is

@@ -79,14 +79,6 @@ pub struct Rod {
 /// far above the rounding of products of quaternions, and below any error of a shape.
 const UNIT: f64 = 1e-9;
 
-/// Distance beyond an end of a rod that is due to rounding of an arc length, relative to the length.
-const BEYOND: f64 = 1e-9;
-
-/// Whether an arc length (m) is on a rod of a length (m), up to rounding; not for NaN.
-pub(crate) fn is_on(s: f64, length: f64) -> bool {
-    s >= -BEYOND * length && s <= length * (1.0 + BEYOND)
-}
-
 /// Returns an error for a base whose quaternion is not of norm one.
 fn check_base(base: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
     let norm = base.coords.norm();

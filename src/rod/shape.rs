@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{MaterialPoint, Rod, is_on};
+use super::{MaterialPoint, Rod};
 use crate::numerics::interpolation::lagrange_derivatives;
 use crate::reference_element::MAX_POINTS;
 use crate::so3::{self, Form};
@@ -161,7 +161,7 @@ impl Rod {
     /// ends; up to rounding it is at the end.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
-        let (element, x) = if is_on(s, self.length()) { self.locate(s)? } else { return None };
+        let (element, x) = self.locate_on(s)?;
         let start: Vector3<f64> = (0..element).map(|e| self.whole_chord(e)).sum();
         Some((self.base_position + (start + self.chord(element, x)), self.frame_within(element, x)))
     }

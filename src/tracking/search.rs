@@ -20,8 +20,8 @@ pub struct Search {
     /// while the residual has significantly more power along the next two Legendre polynomials than at the lowest
     /// frequencies above the drift. A track needs at least 2 (`drift` + 4) positions.
     pub drift: usize,
-    /// Smallest number of periods in the track; 2 by default. Slower motion is drift. At least 1,
-    /// and at most the number of turns that the sampling intervals resolve, one in two intervals.
+    /// Smallest number of periods in the track; 2 by default. Slower motion is drift. At least 1, and at most the
+    /// number of turns that the sampling intervals resolve, one in two intervals.
     pub least_turns: f64,
     /// Largest number of oscillations; 4 by default.
     pub most: usize,

@@ -6,6 +6,10 @@ use super::TrackingError;
 use super::statistics::median;
 use crate::error::ParameterError;
 
+/// Largest number of windows. The shortest of them take a microsecond, so that more of them take hours: the unit of the
+/// time between windows is wrong.
+const MOST_WINDOWS: usize = 1_000_000_000;
+
 /// Tip track in a plane: two coordinates (m) at increasing times (s).
 ///
 /// Counterclockwise is from the first coordinate towards the second.
@@ -152,7 +156,7 @@ impl Track {
         TrackingError::unless_at_least(length, "duration (s)", duration)?;
         let count = whole_steps(duration - length, every).saturating_add(1);
         let (name, requirement) = ("time from one window to the next", "such that there are at most 1e9 windows (s)");
-        ParameterError::unless(count <= 1_000_000_000, name, every, requirement)?;
+        ParameterError::unless(count <= MOST_WINDOWS, name, every, requirement)?;
         let beginnings = (0..count).map(move |k| start + every * k as f64);
         Ok(beginnings.map(move |from| (from + 0.5 * length, self.between(from, from + length))))
     }

@@ -50,7 +50,7 @@ proptest! {
 
 #[test]
 fn solver_that_fails_reports_the_wrong_tangent() {
-    // Half of the tangent, so that Newton's steps are twice as long as they should be.
+    // With 0.3 of the tangent Newton's steps are three times as long as they should be.
     struct Soft(LinearElastic);
     impl Constitutive for Soft {
         fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {

@@ -139,9 +139,9 @@ fn advance(shoot: &mut Shoot<DynLaws>, end: f64, mut check: impl FnMut(&Shoot<Dy
 fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
     // `MORPHOROD_SEED` is the first seed, and `MORPHOROD_CASES` the number of seeds.
     let first = number("MORPHOROD_SEED", 96);
-    let (mut failures, mut ratios) = (Vec::new(), Vec::new());
+    let (mut failures, mut ratios, mut deepest) = (Vec::new(), Vec::new(), 0.0_f64);
     for seed in first..first + number("MORPHOROD_CASES", 20) {
-        let Some(mut scene) = scene(seed) else { continue };
+        let Some(scene) = scene(seed) else { continue };
         let mut nearest = f64::INFINITY;
         let mut free = scene.free.clone();
         let length = free.rod().length();
@@ -152,14 +152,17 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
         let mut shoot = scene.shoot.clone();
         let result = advance(&mut shoot, scene.end, |shoot| {
             let length = shoot.rod().length();
-            let deepest = -scene.least_gap(shoot) / length;
-            // The places between nodes are interpolated: a coarse shoot penetrates a thin pole by up to 1e-6.
-            assert!(deepest < 2e-6, "{} at {} s: penetration {deepest:e}", scene.name, shoot.time());
+            let depth = -scene.least_gap(shoot) / length;
+            deepest = deepest.max(depth);
+            // The bound is far above rounding. Where the nodes cannot follow a contact exactly, the solver reports an
+            // error instead: with seeds 60 to 95 the largest penetration is 3.2e-6 (a thin pole with friction).
+            assert!(depth < 1e-9, "{} at {} s: penetration {depth:e}", scene.name, shoot.time());
             let largest = shoot.reactions().iter().map(|at| at.normal).fold(0.0, f64::max);
             for at in shoot.reactions() {
                 let obstacle = &scene.obstacles[at.obstacle.unwrap()];
-                let tangential = (at.force.norm_squared() - at.normal * at.normal).max(0.0).sqrt();
-                let within = tangential <= obstacle.friction * at.normal + 1e-6 * largest;
+                // Squares avoid the rounding of a small tangential force.
+                let cone = (1.0 + obstacle.friction.powi(2)) * at.normal.powi(2);
+                let within = at.force.norm_squared() <= cone + 1e-11 * largest.powi(2);
                 assert!(at.normal >= 0.0 && within, "{} at {} s: {at:?}", scene.name, shoot.time());
             }
         });
@@ -167,10 +170,10 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
             Ok(statistics) => ratios.push(statistics.factorisations as f64 / steps.factorisations as f64),
             Err(error) => failures.push(format!("{}: {error}", scene.name)),
         }
-        scene.shoot = shoot;
     }
     ratios.sort_by(f64::total_cmp);
     println!("factorisations relative to the shoot without obstacles: {ratios:.1?}, failures {failures:?}");
+    println!("the largest penetration is {deepest:e} of the length");
     assert!(failures.is_empty(), "{failures:?}");
     assert!(!ratios.is_empty());
 }

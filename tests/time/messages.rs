@@ -28,7 +28,8 @@ fn build(builder: ShootBuilder<DynLaws>) -> Outcome {
     Ok(())
 }
 
-fn run(builder: ShootBuilder<DynLaws>, change: impl FnOnce(&mut MethodOfSteps)) -> Outcome {
+/// Advances a shoot by an hour, after a change of the integrator.
+pub(super) fn run(builder: ShootBuilder<DynLaws>, change: impl FnOnce(&mut MethodOfSteps)) -> Outcome {
     let mut integrator = MethodOfSteps::new(120.0);
     change(&mut integrator);
     let _ = integrator.advance(&mut builder.build()?, 3600.0)?;
@@ -36,9 +37,9 @@ fn run(builder: ShootBuilder<DynLaws>, change: impl FnOnce(&mut MethodOfSteps)) 
 }
 
 /// Newton's method with a mistake.
-struct Wrong(fn(&mut Rod, &mut Equilibrium));
+pub(super) struct Wrong<F>(pub F);
 
-impl EquilibriumSolver for Wrong {
+impl<F: FnMut(&mut Rod, &mut Equilibrium)> EquilibriumSolver for Wrong<F> {
     fn equilibrate(
         &mut self,
         rod: &mut Rod,

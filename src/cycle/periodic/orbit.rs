@@ -2,6 +2,7 @@
 //! from the stored state.
 
 use super::PeriodicSolver;
+use crate::cycle::corrector::check_residual;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::phase_state::PhaseState;
 use crate::cycle::map::polynomials::carried;
@@ -9,7 +10,6 @@ use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::cycle::maximum::maximum;
 use crate::cycle::rotated::excursion;
 use crate::cycle::symmetry::{check_autonomous, check_periodic};
-use crate::error::ParameterError;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
@@ -59,10 +59,7 @@ impl PeriodicOrbit {
             check_periodic(shoot, &path.stages[0][0].rod, self.period)?;
         }
         let residual = self.start.residual(&path.end, self.settings.least(shoot, self.forced_from.is_some()));
-        // With other initial guesses the equilibria differ by rounding.
-        let (what, requirement) = ("relative residual of the orbit", "near zero: take the shoot whose orbit this is");
-        let ok = residual <= 100.0 * self.settings.tolerance;
-        ParameterError::unless(ok, what, residual, requirement)?;
+        check_residual(residual, self.settings.tolerance)?;
         Ok((return_map, path))
     }
 

@@ -12,6 +12,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver};
+use crate::cycle::corrector::check_residual;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::monodromy::Monodromy;
 use crate::cycle::periodic::guess::state_of_waves;
@@ -161,11 +162,8 @@ impl<'a, M: Model> Characteristic<'a, M> {
         problem.evaluate()?;
         problem.check_autonomous()?;
         problem.check_axis()?;
-        // With another initial guess the equilibrium differs by rounding.
-        let residual = problem.relative_residual();
-        let (what, requirement) = ("relative residual of the orbit", "near zero: take the shoot whose orbit this is");
-        let ok = residual <= 100.0 * orbit.residual.max(RotatingWaveSolver::default().tolerance);
-        ParameterError::unless(ok, what, residual, requirement)?;
+        let tolerance = orbit.residual.max(RotatingWaveSolver::default().tolerance);
+        check_residual(problem.relative_residual(), tolerance)?;
         let responses = problem.responses()?;
         Ok(Self { problem, responses })
     }

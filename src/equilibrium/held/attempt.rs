@@ -46,7 +46,8 @@ struct Fitting {
 }
 
 impl HeldSearch<'_> {
-    /// Attempts a step with a shift. After a rejection rod and reactions are those before.
+    /// Attempts a step with a shift, which is needed if a smaller one was rejected. After a rejection rod and reactions
+    /// are those before.
     pub(super) fn attempt(
         &mut self,
         rod: &mut Rod,

@@ -183,6 +183,7 @@ impl HeldSearch<'_> {
         let least = SETTINGS.least_shift * self.force_scale();
         let relieved = Some(course.shift / SETTINGS.shift.1).filter(|shift| *shift > least);
         let mut shift = relieved.filter(|_| self.is_loaded()).unwrap_or(0.0);
+        // The inertia belongs to the tangent of this step. Attempts with a shift may not evaluate it.
         self.found.inertia = Inertia::default();
         let mut needed = false;
         loop {

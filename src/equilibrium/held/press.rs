@@ -33,7 +33,8 @@ impl Reduced<'_> {
         let free = DVector::from_fn(size, |i, _| gaps[i].value - contacts[i].clearance) - &compliance * &present;
         let redundant = REDUNDANT * compliance.trace() / size as f64;
         (0..size).for_each(|i| compliance[(i, i)] += redundant);
-        let rounding = ROUNDING * self.free.amax();
+        let extent = contacts.iter().map(|at| self.free.fixed_rows::<3>(at.first).amax()).fold(0.0, f64::max);
+        let rounding = ROUNDING * extent;
         let Some(normal) = complementary(&compliance, &free, present.map(|force| force.max(0.0)), rounding) else {
             return false;
         };
@@ -46,7 +47,7 @@ impl Reduced<'_> {
 }
 
 /// Solves λ ≥ 0, g = C λ + g₀ ≥ 0, λᵀ g = 0 from the initial guess `forces` of λ. Gaps above `-rounding` (m) count as
-/// zero. `None` if C is not positive definite on an active set.
+/// zero. `None` if C is not positive definite on an active set, or if the changes of the set do not end.
 fn complementary(
     compliance: &DMatrix<f64>,
     free: &DVector<f64>,

@@ -65,10 +65,11 @@ pub(super) struct Evaluated {
 }
 
 impl Evaluated {
-    /// The size of the residuals of the law and of the place of least gap, N. An open contact may be anywhere.
-    pub fn residual(&self, contact: &Contact) -> f64 {
+    /// The sum of the squares of the residuals of the law and of the place of least gap, N². An open contact may be
+    /// anywhere.
+    pub fn squares(&self, contact: &Contact) -> f64 {
         let slide = self.slide.filter(|_| self.law.status != Status::Open);
-        self.law.residual.norm().hypot(slide.map_or(0.0, |(moved, ..)| contact.k * moved))
+        self.law.residual.norm_squared() + slide.map_or(0.0, |(moved, ..)| (contact.k * moved).powi(2))
     }
 }
 
@@ -142,7 +143,7 @@ impl Reduced<'_> {
 
     /// The sum of the squares of the residuals, N².
     pub fn merit(contacts: &[Contact], all: &[Evaluated]) -> f64 {
-        contacts.iter().zip(all).map(|(contact, at)| at.residual(contact).powi(2)).sum()
+        contacts.iter().zip(all).map(|(contact, at)| at.squares(contact)).sum()
     }
 
     pub fn evaluate_all(&self, contacts: &[Contact], smoothing: Smoothing) -> Vec<Evaluated> {

@@ -144,7 +144,7 @@ impl Reduced<'_> {
         let largest = self.largest(contacts);
         let each = contacts.iter().zip(all).map(|(contact, at)| {
             let size = self.free.fixed_rows::<3>(contact.first).norm();
-            at.residual(contact) / (largest + PLACED * contact.k * size)
+            at.squares(contact).sqrt() / (largest + PLACED * contact.k * size)
         });
         each.fold(0.0, f64::max)
     }

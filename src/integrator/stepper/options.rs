@@ -1,6 +1,6 @@
 //! Options of a run.
 
-use crate::equilibrium::{Equilibrium, LARGEST_TOLERANCE};
+use crate::equilibrium::{Equilibrium, check_tolerance};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::after;
@@ -45,9 +45,7 @@ impl RunOptions {
     /// Returns an error unless the settings are valid and the end of the run is not in the past of the shoot.
     pub fn check(&self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
         ParameterError::positive("time step", self.step, "s")?;
-        let ok = (f64::EPSILON..=LARGEST_TOLERANCE).contains(&self.tolerance);
-        let requirement = "from 2.3e-16, the rounding of a number, to 0.1 (rad)";
-        ParameterError::unless(ok, "tolerance of the corrections", self.tolerance, requirement)?;
+        check_tolerance("tolerance of the corrections", self.tolerance)?;
         check_ahead("time to advance to", shoot, self.until)?;
         // Each step has work.
         let steps = ((self.until - shoot.time()) / self.step).min(self.max_steps.min(self.max_work) as f64);

@@ -59,7 +59,7 @@ impl Stepper {
         let (places, changes) = (&self.places[leaving..], &mut self.changes[leaving..]);
         self.gradient_integral.add(laws, history, (leaving, start), places, changes);
         if let Some(i) = self.changes.iter().position(|change| !change.sum().is_finite()) {
-            // The times after the exit of a leaving point are examined too, in the same order.
+            // A point that leaves the zone in the step is examined at all times of the step.
             let undefined = self.gradient_integral.undefined(laws, history, (i, start), &self.places[i]);
             return Err(not_finite(shoot, undefined, to));
         }

@@ -3,7 +3,7 @@
 use super::transient::fastest_transient;
 use super::{FIRST_STEP, IntegrationError, ORDER, Outcome, ROUNDING, RunOptions};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
+use crate::growth::{GrowthLaw, NOT_SHRINKING};
 use crate::integrator::error::MAX_PARTS;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
@@ -130,9 +130,8 @@ pub(in crate::integrator) fn permitted_step(
     // An element may stretch to about twice its length before it is divided.
     let mean = growth.apical_speed(zone, t) / zone;
     let rate = (growth.apical_speed(reach, t) / reach).max(mean);
-    let requirement = "zero or positive: tissue that shrinks does not leave the growth zone (1/s)";
     // NaN is an error of the motion of points.
-    ParameterError::unless(!(mean * size < -ROUNDING), "mean growth rate of the zone", mean, requirement)?;
+    ParameterError::unless(!(mean * size < -ROUNDING), "mean growth rate of the zone", mean, NOT_SHRINKING)?;
     if rate > 0.0 {
         step = step.min(std::f64::consts::LN_2 / rate);
     }

@@ -122,3 +122,65 @@ fn two_points_share_a_load_by_their_coupled_compliance() {
     }
     assert_eq!(contacts[2].status, Status::Open);
 }
+
+/// A sphere of unit radius about (20, 30, 40), where the rounding of coordinates exceeds that of the distance.
+struct FarBall;
+
+const FAR: Vector3<f64> = Vector3::new(20.0, 30.0, 40.0);
+
+impl Surfaces for FarBall {
+    fn gap(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
+        Ball.gap(obstacle, &(place - FAR))
+    }
+}
+
+#[test]
+fn contact_that_bears_almost_no_force_is_solved_to_the_rounding_of_its_place() {
+    // A weightless rod touches a ball: no other force gives the residual a scale.
+    let compliance = DMatrix::from_row_slice(3, 3, &[1.4, -0.03, -5.3, -0.03, 21.0, -0.007, -5.3, -0.007, 19.6]);
+    let compliance = &compliance * compliance.transpose();
+    for i in 0..20 {
+        let direction = Vector3::new(0.3 + 0.05 * f64::from(i), 0.7, 0.2).normalize();
+        let free = DVector::from_row_slice((FAR + direction * (1.0 - 1e-12)).as_slice());
+        let problem = Reduced { surfaces: &FarBall, compliance: &compliance, free, scale: 1e-27 };
+        let mut contacts = vec![Contact { clearance: 0.0, ..contact(0, 0.0, None) }];
+        assert!(problem.solve(&mut contacts), "{i}");
+        let place = Reduced::place(&contacts[0], &problem.coordinates(&contacts)).0;
+        let gap = problem.surfaces.gap(0, &place).value;
+        assert!(gap.abs() <= 4.0 * f64::EPSILON * FAR.norm(), "{i}: {gap:e}");
+    }
+}
+
+#[test]
+fn many_close_stations_touch_to_rounding() {
+    // Stations along a clamped beam of unit length and stiffness, as in the tests of `press`, without friction.
+    let count = 30;
+    let places: Vec<f64> = (1..=count).map(|i| 0.4 + 0.02 * i as f64).collect();
+    let mut compliance = DMatrix::zeros(3 * count, 3 * count);
+    for i in 0..count {
+        for j in 0..count {
+            let (s, t) = (places[i].min(places[j]), places[i].max(places[j]));
+            for axis in 0..3 {
+                compliance[(3 * i + axis, 3 * j + axis)] = s * s * (3.0 * t - s) / 6.0 + 1e3 * s * t;
+            }
+        }
+    }
+    for phase in 0..20 {
+        let mut free = DVector::zeros(3 * count);
+        for (i, s) in places.iter().enumerate() {
+            free[3 * i + 2] = 0.02 * (9.0 * s + f64::from(phase)).sin() - 0.03 * s * s;
+        }
+        let problem = Reduced { surfaces: &Floor, compliance: &compliance, free, scale: 0.0 };
+        let at_rest = (Vector3::zeros(), Vector3::zeros());
+        let each = (0..count).map(|i| Contact { clearance: 0.0, anchor: at_rest, ..contact(3 * i, 0.0, None) });
+        let mut contacts: Vec<Contact> = each.collect();
+        assert!(problem.solve(&mut contacts), "{phase}");
+        let coordinates = problem.coordinates(&contacts);
+        for point in &contacts {
+            let gap = coordinates[point.first + 2];
+            let touches = point.status != Status::Open;
+            assert!(point.force.z >= 0.0 && gap >= -1e-13, "{phase}: {gap:e}");
+            assert!(!touches || gap <= 1e-13, "{phase}: {gap:e}");
+        }
+    }
+}
