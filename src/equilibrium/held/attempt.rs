@@ -19,7 +19,7 @@ use crate::rod::Rod;
 const CLOSE_TURN: f64 = 0.02;
 /// Rotation in a step that is not shortened but needs a shift, rad: the tangent is almost singular.
 const LONGEST_STEP: f64 = 10.0;
-/// Rotation in a step that needs neither a correction nor a comparison, rad.
+/// Rotation in a step that needs no comparison although friction acts, rad.
 const TINY_TURN: f64 = 1e-9;
 /// Values below which an unstable rod is near a saddle if its steps do not become shorter. The rod then leaves the
 /// saddle by 0.1 rad, and the residual moves it by much less.
@@ -208,7 +208,8 @@ impl HeldSearch<'_> {
             if !trial.solved {
                 factor = factor.min(0.0);
             }
-            if factor >= 1.0 && trial.turn >= TINY_TURN {
+            // After a shorter step chords return the rod to its conditions.
+            if factor >= 1.0 && trial.turn >= SETTINGS.chord_turn {
                 self.correct(rod, start, trial);
                 // The linear rod holds where corrections lead to the conditions.
                 let permitted = SETTINGS.permitted * self.length + before * (1.0 - 0.5 * trial.linear.share);

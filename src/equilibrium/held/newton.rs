@@ -23,24 +23,26 @@ const RESTING: f64 = 1e-9;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
 const BALANCED: f64 = 1e-13;
 /// Smallest scaled eigenvalue, and its smallest ratio to the distance from the shape of the tangent, below which the
-/// inertia is evaluated again: eigenvalues change in proportion to the distance, small ones relatively more.
-const CLOSE: (f64, f64) = (1e-3, 100.0);
+/// inertia is evaluated again. Eigenvalues change in proportion to the distance. In 5,513 equilibria of growing shoots
+/// a sign changed twice, at ratios of 1.3 and 7.1.
+const CLOSE: (f64, f64) = (1e-6, 20.0);
 
 impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
     /// result is the equilibrium on the nodes before.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
         let line = if reach == Reach::Near { rod.centre_line_at(COMPARED) } else { Vec::new() };
-        let (last, shift, saddles, negative) = (f64::INFINITY, 0.0, 0, None);
+        let (last, shift, next, saddles, negative) = (f64::INFINITY, 0.0, 0.0, 0, None);
         let (bowed, placements, answer, distance) = (false, 0, None, 0.0);
-        let mut course = Course { reach, line, last, shift, saddles, negative, bowed, placements, answer, distance };
+        let mut course =
+            Course { reach, line, last, shift, next, saddles, negative, bowed, placements, answer, distance };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);
         match (result, course.answer.take()) {
             (Err(error), Some(answer)) if error.is_recoverable() => {
                 self.restore(rod, &answer);
-                (course.last, course.shift) = (f64::INFINITY, 0.0);
+                (course.last, course.shift, course.next) = (f64::INFINITY, 0.0, 0.0);
                 course.placements = SETTINGS.placements.0;
                 self.iterate(rod, &mut course)?;
                 self.found.error = self.found.error.max(course.distance);
@@ -177,12 +179,13 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Takes a step with a shift that is accepted. In contact the shift decreases from step to step, as in the method
-    /// of Levenberg and Marquardt. `None` if the rod has moved without a step.
+    /// Takes a step with a shift that is accepted. In contact the shift decreases in proportion to the rotation, as in
+    /// the method of Levenberg and Marquardt with a shift in proportion to the residual, which converges superlinearly
+    /// (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
+        let (first, factor) = SETTINGS.shift;
         let least = SETTINGS.least_shift * self.force_scale();
-        let relieved = Some(course.shift / SETTINGS.shift.1).filter(|shift| *shift > least);
-        let mut shift = relieved.filter(|_| self.is_loaded()).unwrap_or(0.0);
+        let mut shift = if self.is_loaded() && course.next > least { course.next } else { 0.0 };
         // The inertia belongs to the tangent of this step. Attempts with a shift may not evaluate it.
         self.found.inertia = Inertia::default();
         let mut needed = false;
@@ -191,7 +194,9 @@ impl HeldSearch<'_> {
                 Attempt::Accepted(step) => {
                     // A rod without contact is tested without a shift in each step.
                     if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
-                        course.shift = shift;
+                        let continues = step.fraction == 1.0 && course.last.is_finite();
+                        let ratio = if continues { step.turn / course.last } else { 1.0 };
+                        (course.shift, course.next) = (shift, shift * ratio.min(1.0 / factor));
                     }
                     return Ok(Some(step));
                 }
@@ -204,11 +209,10 @@ impl HeldSearch<'_> {
                 return Err(self.not_found(self.body.system().largest_turn()));
             }
             needed = true;
-            shift = if shift > 0.0 {
-                SETTINGS.shift.1 * shift
-            } else {
-                relieved.unwrap_or(SETTINGS.shift.0 * self.force_scale())
-            };
+            shift = (factor * shift).max(course.shift / factor);
+            if shift <= least {
+                shift = first * self.force_scale();
+            }
         }
     }
 

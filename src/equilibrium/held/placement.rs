@@ -21,7 +21,7 @@ const AT_NODE: f64 = 1e-4;
 /// Distance over which the derivative of the curvature is estimated, relative to an element.
 const DIFFERENCE: f64 = 1e-3;
 /// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
-/// contact alternate with small gaps.
+/// contact alternate with small gaps. A gap at all stations of an element is none of these.
 const TOUCHING: f64 = 1e-4;
 /// Ratio of the distances from a contact of the nodes that resolve the layer beside it.
 const GRADING: f64 = 3.0;
@@ -68,10 +68,10 @@ impl HeldSearch<'_> {
             let inside = |s: f64| s > from + margin && s < to - margin;
             let candidates = self.candidates.iter().filter(|at| at.obstacle == obstacle && at.status == Status::Open);
             let wide = touching.max(margin);
-            candidates.clone().any(|at| inside(at.arc_length) && at.gap.value > wide)
-                || stations.iter().any(|place| {
-                    inside(place.arc_length) && self.obstacles.gap_at(obstacle, &place.position).value > wide
-                })
+            let between = stations.iter().filter(|place| inside(place.arc_length));
+            between.clone().count() >= rod.order().points()
+                || candidates.clone().any(|at| inside(at.arc_length) && at.gap.value > wide)
+                || between.clone().any(|place| self.obstacles.gap_at(obstacle, &place.position).value > wide)
         };
         let mut patches: Vec<(Patch, Vec<&Candidate>)> = Vec::new();
         for at in loaded {

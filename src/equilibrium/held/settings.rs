@@ -15,10 +15,11 @@ pub(super) struct Settings {
     pub nearby: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
-    /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases.
+    /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases. From step to
+    /// step it decreases at least by this factor.
     pub shift: (f64, f64),
-    /// Smallest shift, relative to the force in the rod. The shift decreases from step to step. Where a branch of
-    /// equilibria ends, the steps past it are as long as the shift is small.
+    /// Smallest shift, relative to the force in the rod. Where a branch of equilibria ends, the steps past it are as
+    /// long as the shift is small.
     pub least_shift: f64,
     /// Largest shift, relative to the force in the rod or to that at which the rod buckles. Forces far from
     /// equilibrium may leave the bordered matrix indefinite at any shift.

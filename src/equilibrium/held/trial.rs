@@ -33,6 +33,8 @@ pub(super) struct Course {
     pub last: f64,
     /// Shift of the last step, N; in a descent the last one that was not zero.
     pub shift: f64,
+    /// Shift that is tried first in the next step, N.
+    pub next: f64,
     pub saddles: usize,
     /// Number of permitted negative directions at the first tangent, in a search for an unstable equilibrium.
     pub negative: Option<usize>,

@@ -224,8 +224,9 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
             shoot.state.predictor.extrapolate(&mut shoot.state.rod, moments, step.from, step.to);
         }
         let found = match stepper.solve_equilibrium(shoot, *solver, time) {
-            // The last equilibrium is a safer initial guess than the extrapolated shape.
-            Err(error) if error.is_recoverable() && first => {
+            // The last equilibrium is a safer initial guess than the extrapolated shape. A step in which a snap is
+            // located is divided instead.
+            Err(error) if error.is_recoverable() && first && !stepper.nearby => {
                 shoot.state.predictor.take_last(&mut shoot.state.rod);
                 stepper.solve_equilibrium(shoot, *solver, time)?
             }
