@@ -132,7 +132,10 @@ impl HeldSearch<'_> {
                 // The relative curvature increases beyond the end; otherwise the end moves by the largest step.
                 let by = if slope * outward > 0.0 { -bend / slope } else { outward * -bend.signum() * f64::INFINITY };
                 let by = by.clamp(-longest, longest);
-                largest = largest.max(by.abs());
+                // A node that is at the end already may bear no force, so that the contact seems to end before it.
+                let ends = self.candidates.iter().filter(|at| at.obstacle == obstacle && at.x.fract() == 0.0);
+                let placed = ends.map(|at| (at.arc_length - end - by).abs()).fold(by.abs(), f64::min);
+                largest = largest.max(placed);
                 if outward < 0.0 { patch.from += by } else { patch.to += by }
             }
             patch.to = patch.to.min(self.length);
