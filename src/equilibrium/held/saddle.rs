@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::candidate::deepest;
 use super::inertia::Bordered;
 use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
@@ -125,13 +126,23 @@ impl HeldSearch<'_> {
         if !fraction.is_finite() {
             return;
         }
-        self.body.advance(rod, fraction);
-        self.locate(rod);
+        // On one side of the saddle an obstacle may be in the way, which leads back to it.
+        let [ahead, behind] = [fraction, -fraction].map(|fraction| {
+            self.leave_by(rod, start, fraction);
+            deepest(&self.candidates)
+        });
+        let fraction = if behind < ahead { -fraction } else { fraction };
+        self.leave_by(rod, start, fraction);
         let share = self.safe_share(rod, start);
         if share < 1.0 {
-            start.shape.restore(rod);
-            self.body.advance(rod, fraction * share);
-            self.locate(rod);
+            self.leave_by(rod, start, fraction * share);
         }
+    }
+
+    /// Moves the rod from the start of a step by a fraction of the step of the system.
+    fn leave_by(&mut self, rod: &mut Rod, start: &Start, fraction: f64) {
+        start.shape.restore(rod);
+        self.body.advance(rod, fraction);
+        self.locate(rod);
     }
 }
