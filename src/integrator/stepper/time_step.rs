@@ -205,7 +205,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     }
 
     /// Moves the base to its place at the end of the step, and solves the equilibrium under the load of that time. The
-    /// initial guess is extrapolated from earlier equilibria; if the solver fails with it, the last shape is tried.
+    /// initial guess is extrapolated from earlier equilibria; if no equilibrium is next to it, the last shape is tried.
     ///
     /// # Errors
     /// [`Incomplete`](IntegrationError::Incomplete) without strain, [`Equilibrium`](IntegrationError::Equilibrium), and
@@ -223,10 +223,14 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         if first {
             shoot.state.predictor.extrapolate(&mut shoot.state.rod, moments, step.from, step.to);
         }
-        let found = match stepper.solve_equilibrium(shoot, *solver, time) {
-            // The last equilibrium is a safer initial guess than the extrapolated shape. A step in which a snap is
-            // located is divided instead.
-            Err(error) if error.is_recoverable() && first && !stepper.nearby => {
+        // A shoot snaps from its last equilibrium, not from an extrapolated shape.
+        let trial = stepper.nearby;
+        stepper.nearby |= first;
+        let found = stepper.solve_equilibrium(shoot, *solver, time);
+        stepper.nearby = trial;
+        let found = match found {
+            // The last equilibrium is a safer initial guess. A trial is divided instead.
+            Err(error) if error.is_recoverable() && first && !trial => {
                 shoot.state.predictor.take_last(&mut shoot.state.rod);
                 stepper.solve_equilibrium(shoot, *solver, time)?
             }
