@@ -178,6 +178,21 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
     assert!(!ratios.is_empty());
 }
 
+/// Near a snap the levels of the history are 0.03 s apart. If the stimuli of the next step were extrapolated from them,
+/// they would act one delay later: with an intrinsic curvature of 3,000 1/m in this scene.
+#[test]
+fn stimuli_are_not_extrapolated_from_the_short_steps_before_a_snap() {
+    let mut scene = scene(228).unwrap();
+    let mut largest = 0.0_f64;
+    let result = advance(&mut scene.shoot, scene.end, |shoot| {
+        largest = shoot.rod().points().iter().map(|point| point.intrinsic.norm()).fold(largest, f64::max);
+    });
+    let statistics = result.unwrap();
+    assert!(statistics.snaps > 0 && statistics.last_snap.unwrap() < scene.end - 1_000.0, "{statistics}");
+    // The oscillator, gravitropism and proprioception cause at most 80.5 1/m.
+    assert!(largest < 100.0, "{largest} 1/m");
+}
+
 /// A straight shoot that grows against a ceiling along its axis does not yield to first order. With friction the force
 /// acts along the shoot although the ceiling is inclined.
 #[test]

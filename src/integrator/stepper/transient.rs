@@ -15,6 +15,11 @@ const DECAYED: f64 = 20.0;
 /// The divided differences of a slower transient would magnify rounding by z⁻⁴.
 const SLOW: f64 = 0.5;
 
+/// Distance in time, relative to a step, below which only one of two levels is used for the stimuli in the step. Near a
+/// snap the stimuli vary with the root of the time, and are located in ever shorter parts of a step. A polynomial
+/// through these would be extrapolated over the next long step. In a regular run steps at most double.
+const APART: f64 = 0.1;
+
 /// Returns the shortest time constant (s) for which `acts` returns true, among those of the variables whose
 /// discontinuity has the last discontinuity as its breaking point, up to a difference of `close` s.
 pub(super) fn fastest_transient(
@@ -34,7 +39,7 @@ pub(super) fn fastest_transient(
 /// Returns the levels for the interpolation of stimuli over a step of `size` seconds, and the time constant (s) of the
 /// fastest transient that has not decayed at the first of them and that a cubic does not resolve.
 pub(super) fn smooth_levels(state: &State, laws: &Declaration, size: f64) -> (Nodes, Option<f64>) {
-    let smooth = |most| state.history.smooth(most, state.smooth_since, CLOSE * size);
+    let smooth = |most| state.history.smooth(most, state.smooth_since, APART * size);
     let nodes = smooth(LEVELS);
     // Two levels are the ends of the first step, whose stimuli are linear.
     if nodes.len() < 3 {
