@@ -154,8 +154,8 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
             let length = shoot.rod().length();
             let depth = -scene.least_gap(shoot) / length;
             deepest = deepest.max(depth);
-            // Where the nodes cannot follow a contact exactly, the solver reports an error instead. The largest
-            // penetration is 1.5e-8 with the default seeds, and 3.2e-6 with seeds 60 to 95 (a thin pole with friction).
+            // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is
+            // 1.5e-8 with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.
             assert!(depth < 2e-6, "{} at {} s: penetration {depth:e}", scene.name, shoot.time());
             let largest = shoot.reactions().iter().map(|at| at.normal).fold(0.0, f64::max);
             for at in shoot.reactions() {

@@ -21,7 +21,7 @@ const AT_NODE: f64 = 1e-4;
 /// Distance over which the derivative of the curvature is estimated, relative to an element.
 const DIFFERENCE: f64 = 1e-3;
 /// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
-/// contact alternate with small gaps. A gap at all stations of an element is none of these.
+/// contact alternate with small gaps. A gap that extends over all stations of an element is not due to this.
 const TOUCHING: f64 = 1e-4;
 /// Ratio of the distances from a contact of the nodes that resolve the layer beside it.
 const GRADING: f64 = 3.0;

@@ -141,9 +141,8 @@ pub(in crate::integrator) fn permitted_step(
 /// Returns a bound on the step that makes the steps of compared runs differ, s. `interval` is the time between
 /// two discontinuities or breaking points, s.
 ///
-/// Without the bound the time since the discontinuity alone would determine the steps after it, and the difference of
-/// two runs would not contain their error. An interval as short as rounding has no bound, and is
-/// one step.
+/// The bound has a reason: the steps after a discontinuity otherwise depend on the time since then only, and the
+/// difference of two runs does not contain their error. An interval as short as rounding has no bound, and is one step.
 fn longest_to_compare(
     shoot: &Shoot<impl Model>,
     options: &RunOptions,
