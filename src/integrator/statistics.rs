@@ -44,10 +44,12 @@ pub struct Statistics {
     /// with the errors of earlier calls. `None` if the integrator does not estimate it, as
     /// [`MethodOfSteps`](super::MethodOfSteps).
     pub error: Option<f64>,
+    /// Largest [error](Equilibrium::error) of an equilibrium, rad: that of the solver, without the errors of steps and
+    /// elements. With obstacles it is at least the largest penetration relative to the length. Equilibria of steps that
+    /// were undone do not count.
+    pub equilibrium_error: f64,
     /// Smallest merge tolerance that permits the same mergers, rad.
     pub(super) merge_loss: f64,
-    /// Largest error estimate of an equilibrium, rad.
-    pub(super) equilibrium_error: f64,
 }
 
 impl std::fmt::Display for Statistics {
@@ -108,14 +110,17 @@ impl Statistics {
         self.largest_jump = self.largest_jump.max(jump);
     }
 
-    /// Returns the statistics of a run whose result is discarded.
+    /// Returns the statistics of a run whose result is discarded. Its shapes may have been shown.
     pub(super) fn as_trial(self) -> Self {
-        Self { trial_steps: self.trial_steps + self.steps, ..self.undone_since(Self::default()) }
+        let (trial_steps, equilibrium_error) = (self.trial_steps + self.steps, self.equilibrium_error);
+        Self { trial_steps, equilibrium_error, ..self.undone_since(Self::default()) }
     }
 
     /// Returns the statistics after the changes of the shoot since `then` were undone, whose cost remains.
     pub(super) fn undone_since(self, then: Self) -> Self {
-        let Self { steps, splits, merges, merge_loss, contact_changes, snaps, last_snap, largest_jump, .. } = then;
-        Self { steps, splits, merges, merge_loss, contact_changes, snaps, last_snap, largest_jump, ..self }
+        let Self { steps, splits, merges, merge_loss, equilibrium_error, .. } = then;
+        let Self { contact_changes, snaps, last_snap, largest_jump, .. } = then;
+        let kept = Self { steps, splits, merges, merge_loss, equilibrium_error, ..self };
+        Self { contact_changes, snaps, last_snap, largest_jump, ..kept }
     }
 }

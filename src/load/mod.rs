@@ -119,6 +119,13 @@ pub trait Load {
         f64::INFINITY
     }
 
+    /// Shortest period (s) of the load as a function of time after `t` (s), as that of a force that rotates; infinite by
+    /// default. A time step of more than half of it is an error of
+    /// [`MethodOfSteps`](crate::integrator::MethodOfSteps), since it does not distinguish this period from longer ones.
+    fn shortest_period(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
     /// Places along the shoot at which the force is discontinuous, as distances from the apex at t = 0, m. The
     /// builder of a shoot puts nodes there, which growth and merging of elements keep. A discontinuity inside an
     /// element reduces the accuracy. Empty by default. A distance outside 0 to the length at t = 0 is an error of
@@ -140,6 +147,7 @@ forward_pointers!(Load {
     fn force(cut: &Cut, environment: &Environment) -> Vector3<f64>;
     fn per_length(tissue: &Tissue, environment: &Environment) -> Vector3<f64>;
     fn next_discontinuity(t: f64) -> f64;
+    fn shortest_period(t: f64) -> f64;
     fn jumps() -> Vec<f64>;
     fn check() -> Result<(), ParameterError>;
 });
@@ -169,6 +177,14 @@ macro_rules! sum_of_loads {
                 first = earlier(first, load.next_discontinuity(t));
             })*
             first
+        }
+
+        fn shortest_period(&$self, t: f64) -> f64 {
+            let mut shortest = f64::INFINITY;
+            $(for load in $loads {
+                shortest = shortest.min(load.shortest_period(t));
+            })*
+            shortest
         }
 
         fn jumps(&$self) -> Vec<f64> {

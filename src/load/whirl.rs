@@ -36,6 +36,10 @@ impl Load for Whirl {
         if t < end { end } else { f64::INFINITY }
     }
 
+    fn shortest_period(&self, t: f64) -> f64 {
+        if self.force != 0.0 && t < self.period * self.turns { self.period } else { f64::INFINITY }
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("size of the rotating force", self.force, "N")?;
         ParameterError::positive("period of the rotating force", self.period, "s")?;

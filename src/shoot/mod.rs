@@ -19,9 +19,9 @@ use crate::load::Load;
 use crate::model::{DynLaws, Model};
 use crate::profile::Profile;
 use crate::rod::{MaterialPoint, Rod};
-use crate::scene::{Environment, Scene, after};
+use crate::scene::{Environment, Scene};
 use crate::state::{State, StateError};
-use crate::support::{Reaction, Support};
+use crate::support::{Joint, Reaction, Support};
 use crate::tropism::TropismLaw;
 
 /// Largest distance of two places that are treated as one, relative to the length.
@@ -94,8 +94,7 @@ impl<M: Model> Shoot<M> {
     /// Present time and gravity. At a discontinuity they are the limits after it.
     #[must_use]
     pub fn environment(&self) -> Environment {
-        let State { time, smooth_since, .. } = self.state;
-        self.model.scene().environment(if time == smooth_since { after(time) } else { time })
+        self.model.scene().environment(self.state.time_of_laws())
     }
 
     /// The profile of the shoot: strain, intrinsic strain, couple, force and growth rate at any place. The
@@ -136,7 +135,8 @@ impl<M: Model> Shoot<M> {
     /// # Errors
     /// A state that is inconsistent, whose history has other numbers of variables or stimuli, or whose length
     /// exceeds a million times the longest element of this shoot or is not permitted by its growth law, or whose growth
-    /// zone is not that of this law. The shoot does not change then.
+    /// zone is not that of this law, or whose base or gravity is not that of the scene of this shoot at the time of the
+    /// state. The shoot does not change then.
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
         state.check()?;
         let size = self.model.tropism().size();
@@ -144,6 +144,7 @@ impl<M: Model> Shoot<M> {
         state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
         self.model.growth().check(state.rod.length())?;
         self.check_zone(state)?;
+        self.check_scene(state)?;
         self.state.copy_from(state);
         self.state.release_if_absent(self.model.support());
         Ok(())
@@ -161,6 +162,33 @@ impl<M: Model> Shoot<M> {
         let same = growing <= zone + margin && (first == 0 || growing >= zone - margin);
         let requirement = "that of the shoot's growth law (m): restore the state under its own laws";
         ParameterError::unless(same, "length of the growth zone of the state", growing, requirement)
+    }
+
+    /// Returns an error unless gravity and base of a state are those of the scene of this shoot, up to rounding. A state
+    /// before the first equilibrium, or after an exchange of the laws, has no scene yet, and a joint frees the base.
+    fn check_scene(&self, state: &State) -> Result<(), ParameterError> {
+        if state.changed || state.history.levels() == 0 {
+            return Ok(());
+        }
+        let (scene, joint, time) = (self.model.scene(), self.model.support().base(), state.time_of_laws());
+        let requirement = "zero up to rounding: restore the state under its own scene, and exchange it by `with_model`";
+        let same = |ok: bool, name: &'static str, difference: f64, unit: &'static str| {
+            ParameterError::unless(ok, name, difference, requirement).map_err(|error| ParameterError { unit, ..error })
+        };
+        let (gravity, position) = (scene.gravity(time), scene.position(time));
+        let difference = (gravity - state.gravity).norm();
+        let ok = difference <= SAME_PLACE * gravity.norm();
+        same(ok, "difference of the gravity of the state from that of the scene", difference, "m/s²")?;
+        if joint.is_none() {
+            let turn = scene.base(time).angle_to(&state.rod.frames()[0]);
+            same(turn <= SAME_PLACE, "rotation of the base of the state from that of the scene", turn, "rad")?;
+        }
+        if joint != Some(Joint::Free) {
+            let distance = (position - state.rod.base_position()).norm();
+            let ok = distance <= SAME_PLACE * (state.rod.length() + position.norm());
+            same(ok, "distance of the base of the state from that of the scene", distance, "m")?;
+        }
+        Ok(())
     }
 
     /// Sets the intrinsic strain of every material point (along the directors, 1/m), as [`Rod::set_intrinsic`]

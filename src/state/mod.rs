@@ -11,6 +11,8 @@ mod saved;
 
 use std::fmt;
 
+use nalgebra::Vector3;
+
 pub(crate) use contact::ContactState;
 pub use error::StateError;
 pub(crate) use history::{History, LEVELS, Nodes, ORDER, Reading, Spare};
@@ -22,10 +24,11 @@ pub(crate) use saved::check_format;
 
 use crate::error::ParameterError;
 use crate::rod::{MaterialPoint, Rod};
+use crate::scene::after;
 use crate::support::Support;
 
 /// Number of the format of serialised states. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 13;
+pub(crate) const FORMAT: u32 = 14;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
@@ -51,6 +54,9 @@ pub struct State {
     /// Time at which the run began, or of the last discontinuity, s. Interpolation in time uses no level from before
     /// it.
     pub(crate) smooth_since: f64,
+    /// Gravity in the last equilibrium, m/s²: with the base of the rod, the part of the scene by which a state is
+    /// recognised.
+    pub(crate) gravity: Vector3<f64>,
     /// Whether the laws were exchanged at the present time. The next call of an integrator passes this discontinuity.
     pub(crate) changed: bool,
     /// Index of the first of the two mature elements whose merger was tried last.
@@ -86,6 +92,7 @@ impl State {
             predictor: Predictor::default(),
             history: History::default(),
             smooth_since: 0.0,
+            gravity: Vector3::zeros(),
             changed: false,
             merge_next: 0,
             plan: None,
@@ -96,7 +103,7 @@ impl State {
     /// Copies `source` without new allocations if the capacity suffices.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.time, self.smooth_since, self.changed) = (source.time, source.smooth_since, source.changed);
-        (self.merge_next, self.plan) = (source.merge_next, source.plan);
+        (self.gravity, self.merge_next, self.plan) = (source.gravity, source.merge_next, source.plan);
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
@@ -130,6 +137,7 @@ impl State {
         let since = self.smooth_since;
         let ok = since.is_finite() && since <= self.time;
         ParameterError::unless(ok, "start of the run or last discontinuity", since, "not in the future (s)")?;
+        ParameterError::finite("gravity of the state", self.gravity.sum(), "m/s²")?;
         self.rod.check()?;
         let (name, pair) = ("index of the pair whose merger was tried last", self.merge_next);
         ParameterError::unless(pair < self.rod.elements(), name, pair as f64, "that of an element")?;
@@ -159,6 +167,11 @@ impl State {
     pub(crate) fn check_length(&self, longest: f64) -> Result<(), ParameterError> {
         let (length, requirement) = (self.rod.length(), "less than a million of the shoot's elements (m)");
         ParameterError::unless(length < longest, "length of the rod", length, requirement)
+    }
+
+    /// The time at which laws and scene are evaluated for the present shape, s: after a discontinuity at the present.
+    pub(crate) fn time_of_laws(&self) -> f64 {
+        if self.time == self.smooth_since { after(self.time) } else { self.time }
     }
 
     /// The rod in its shape, with additional nodes where contacts begin and end.

@@ -1,5 +1,6 @@
 //! Serialisation of states with the number of the format. Every state is checked when it is read.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{ContactState, FORMAT, History, Plan, Predictor, State, StateError};
@@ -36,6 +37,7 @@ pub(super) struct Saved {
     predictor: Predictor,
     history: History,
     smooth_since: f64,
+    gravity: Vector3<f64>,
     changed: bool,
     merge_next: usize,
     plan: Option<Plan>,
@@ -44,8 +46,10 @@ pub(super) struct Saved {
 
 impl From<State> for Saved {
     fn from(state: State) -> Self {
-        let State { time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact } = state;
-        Self { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact }
+        let State { time, rod, predictor, history, smooth_since, gravity, .. } = state;
+        let State { changed, merge_next, plan, contact, .. } = state;
+        let format = Format;
+        Self { format, time, rod, predictor, history, smooth_since, gravity, changed, merge_next, plan, contact }
     }
 }
 
@@ -53,9 +57,9 @@ impl TryFrom<Saved> for State {
     type Error = StateError;
 
     fn try_from(saved: Saved) -> Result<Self, StateError> {
-        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact } =
-            saved;
-        let state = Self { time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact };
+        let Saved { time, rod, predictor, history, smooth_since, gravity, .. } = saved;
+        let Saved { changed, merge_next, plan, contact, .. } = saved;
+        let state = Self { time, rod, predictor, history, smooth_since, gravity, changed, merge_next, plan, contact };
         state.check()?;
         Ok(state)
     }

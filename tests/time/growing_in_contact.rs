@@ -126,11 +126,16 @@ fn scene(seed: u64) -> Option<Growing> {
 }
 
 /// Advances a shoot to its end, with a check after each step.
-fn advance(shoot: &mut Shoot<DynLaws>, end: f64, mut check: impl FnMut(&Shoot<DynLaws>)) -> Result<Statistics, String> {
+fn advance(
+    shoot: &mut Shoot<DynLaws>,
+    end: f64,
+    mut check: impl FnMut(&Shoot<DynLaws>, &Statistics),
+) -> Result<Statistics, String> {
     let (mut run, mut total) = (MethodOfSteps::new(120.0), Statistics::default());
     while shoot.time() < end {
-        total += run.step(shoot, end).map_err(|error| error.to_string())?;
-        check(shoot);
+        let step = run.step(shoot, end).map_err(|error| error.to_string())?;
+        check(shoot, &step);
+        total += step;
     }
     Ok(total)
 }
@@ -145,15 +150,19 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
         let mut nearest = f64::INFINITY;
         let mut free = scene.free.clone();
         let length = free.rod().length();
-        let steps = advance(&mut free, scene.end, |free| nearest = nearest.min(scene.least_gap(free))).unwrap();
+        let steps = advance(&mut free, scene.end, |free, _| nearest = nearest.min(scene.least_gap(free)));
+        let steps = steps.unwrap();
         if nearest > -0.01 * length {
             continue;
         }
         let mut shoot = scene.shoot.clone();
-        let result = advance(&mut shoot, scene.end, |shoot| {
+        let result = advance(&mut shoot, scene.end, |shoot, step| {
             let length = shoot.rod().length();
             let depth = -scene.least_gap(shoot) / length;
             deepest = deepest.max(depth);
+            if depth > step.equilibrium_error {
+                println!("EXCESS {} at {} s: penetration {depth:e}, reported {:e}", scene.name, shoot.time(), step.equilibrium_error);
+            }
             // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is
             // 1.5e-8 with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.
             assert!(depth < 2e-6, "{} at {} s: penetration {depth:e}", scene.name, shoot.time());
@@ -184,7 +193,7 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
 fn stimuli_are_not_extrapolated_from_the_short_steps_before_a_snap() {
     let mut scene = scene(228).unwrap();
     let mut largest = 0.0_f64;
-    let result = advance(&mut scene.shoot, scene.end, |shoot| {
+    let result = advance(&mut scene.shoot, scene.end, |shoot, _| {
         largest = shoot.rod().points().iter().map(|point| point.intrinsic.norm()).fold(largest, f64::max);
     });
     let statistics = result.unwrap();

@@ -2,6 +2,7 @@
 
 use crate::equilibrium::{Equilibrium, check_tolerance};
 use crate::error::ParameterError;
+use crate::load::Load;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
@@ -55,10 +56,13 @@ impl RunOptions {
             check_discontinuities(shoot, self.until)?;
         }
         // A run whose steps are compared chooses them from what the laws return.
-        let (step, period) = (self.step.min(self.until - shoot.time()), shoot.model().tropism().shortest_period());
+        if self.coarsest_step.is_some() {
+            return Ok(());
+        }
+        let (step, model) = (self.step.min(self.until - shoot.time()), shoot.model());
+        let period = model.tropism().shortest_period().min(model.load().shortest_period(shoot.time()));
         let requirement = "at most half of the shortest period of the laws, which longer steps do not show (s)";
-        let ok = self.coarsest_step.is_some() || step <= 0.5 * period;
-        ParameterError::unless(ok, "time step", step, requirement)
+        ParameterError::unless(step <= 0.5 * period, "time step", step, requirement)
     }
 }
 

@@ -137,7 +137,7 @@ impl Stepper {
     /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
     pub(super) fn move_base(&self, shoot: &mut Shoot<impl Model>, time: f64) -> Outcome<Environment> {
         let started = shoot.state.history.levels() > 0;
-        let (model, rod) = (&shoot.model, &mut shoot.state.rod);
+        let model = &shoot.model;
         let scene = model.scene();
         let (base, position, environment) = (scene.base(time), scene.position(time), scene.environment(time));
         if !base.norm().is_finite() {
@@ -149,7 +149,9 @@ impl Stepper {
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
+        shoot.state.gravity = environment.gravity;
         let base_joint = model.support().base().filter(|_| started);
+        let rod = &mut shoot.state.rod;
         if base_joint != Some(Joint::Free) && rod.set_base_position(position).is_err() {
             return Err(IntegrationError::NotFinite { what: "position of the base", time });
         }
