@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::constitutive::{Constitutive, line_strain_under, strain_under};
+use crate::constitutive::{Constitutive, line_strain_under, strain_near};
 use crate::growth::GrowthLaw;
 use crate::load::{Cut, InternalForce, Load};
 use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, weighted};
@@ -247,13 +247,13 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let (tissue, intrinsic) = (self.tissue(&point), point.intrinsic);
         let couple = frame.inverse_transform_vector(&beyond.couple);
         let force = self.force((e, x), &point, &beyond);
-        // The strain follows from the couple, with the differentiated strain as initial guess.
-        let near = rod.strain_within(e, x) - intrinsic;
+        // The strain follows from the couple; the differentiated strain is the initial guess for a law that is not linear.
+        let near = || rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);
         let zone = self.growth.zone_length();
         let (in_zone, elongates) = (e >= rod.first_growing(), self.growth.elongates());
         let speed = |sigma: f64| if elongates { self.growth.apical_speed(sigma.min(zone), time) } else { 0.0 };
-        let elastic = strain_under(self.material, &tissue, &near, &couple);
+        let elastic = strain_near(self.material, &tissue, near, &couple);
         let line = self.material.line_response(&tissue, &frame.inverse_transform_vector(&force));
         let energy = self.material.respond(&tissue, &elastic).energy + line.map_or(0.0, |line| line.energy);
         Place {

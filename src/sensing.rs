@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::constitutive::{Constitutive, line_strain_under, strain_under};
+use crate::constitutive::{Constitutive, line_strain_under, strain_near};
 use crate::load::InternalForce;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue};
@@ -60,13 +60,14 @@ pub(crate) fn visit_sites(
             }
             let couple = rates.frames[g].inverse_transform_vector(&couple);
             let cut = &force.cuts()[e * p + g];
-            // The strain from the couple, with the differentiated strain as initial guess.
             let point = &points[g];
-            let (tissue, near) = (Tissue::of(point, time), rod.strain_at_point(e, g) - point.intrinsic);
+            // The strain from the couple; the differentiated strain is the initial guess for a law that is not linear.
+            let near = || rod.strain_at_point(e, g) - point.intrinsic;
+            let elastic = strain_near(material, &Tissue::of(point, time), near, &couple);
             let site = Site {
                 environment: *force.environment(),
                 frame: rates.frames[g],
-                strain: point.intrinsic + strain_under(material, &tissue, &near, &couple),
+                strain: point.intrinsic + elastic,
                 couple,
                 arc_length: cut.arc_length,
                 apex_distance: cut.length_beyond,
@@ -116,11 +117,12 @@ pub(crate) fn visit_sites_on(
                 couple += rates.couples[j] * ((reference.weights[j] - upto[j]) * at.jacobian);
             }
             let couple = frame.inverse_transform_vector(&couple);
-            let (tissue, near) = (Tissue::of(point, time), shape.strain_within(e, x) - point.intrinsic);
+            let near = || shape.strain_within(e, x) - point.intrinsic;
+            let elastic = strain_near(material, &Tissue::of(point, time), near, &couple);
             let site = Site {
                 environment: *force.environment(),
                 frame,
-                strain: point.intrinsic + strain_under(material, &tissue, &near, &couple),
+                strain: point.intrinsic + elastic,
                 couple,
                 arc_length: s,
                 apex_distance: length - s,

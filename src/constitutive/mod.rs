@@ -74,17 +74,36 @@ pub trait Constitutive {
     }
 }
 
-/// The elastic strain at which a law returns the given couple, by one Newton step from the strain `near`. It is
-/// exact for a linear law; for others the step doubles the order of accuracy.
+/// Relative residual of the couple that is attributed to rounding: that of some tens of operations.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// The elastic strain at which a law returns the given couple, by one Newton step from zero. It is exact for a linear
+/// law; for others it is one Newton step from the strain `near`, which doubles the order of accuracy.
+#[inline]
+pub(crate) fn strain_near(
+    law: &impl Constitutive,
+    tissue: &Tissue,
+    near: impl FnOnce() -> Vector3<f64>,
+    couple: &Vector3<f64>,
+) -> Vector3<f64> {
+    let from = |strain: &Vector3<f64>| {
+        let response = law.respond(tissue, strain);
+        let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
+        strain + inverse * (couple - response.couple)
+    };
+    let strain = from(&Vector3::zeros());
+    let residual = law.respond(tissue, &strain).couple - couple;
+    if residual.norm_squared() <= ROUNDING * ROUNDING * couple.norm_squared() { strain } else { from(&near()) }
+}
+
+/// The elastic strain at which a law returns the given couple, see [`strain_near`].
 pub(crate) fn strain_under(
     law: &impl Constitutive,
     tissue: &Tissue,
     near: &Vector3<f64>,
     couple: &Vector3<f64>,
 ) -> Vector3<f64> {
-    let response = law.respond(tissue, near);
-    let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
-    near + inverse * (couple - response.couple)
+    strain_near(law, tissue, || *near, couple)
 }
 
 /// The derivative ∂p/∂s of the centre line at a place with the given frame and force (N, fixed frame),

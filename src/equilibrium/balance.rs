@@ -7,7 +7,8 @@ use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
 use crate::rod::{Rod, Tissue};
 
-/// Returns an error unless a free rod is in equilibrium under a force, up to [`LARGEST_TOLERANCE`].
+/// Returns an error unless a free rod is in equilibrium under a force, up to [`LARGEST_TOLERANCE`] or up to the error
+/// that its solver has `reported` (rad) if this is larger.
 ///
 /// The rotation that the unbalanced couples cause by the bending stiffness alone is an estimate that costs one
 /// evaluation of the energy. It is too large for a rod under tension. Therefore Newton's method decides if it is large.
@@ -15,8 +16,10 @@ pub(crate) fn check_balance(
     rod: &Rod,
     material: &impl Constitutive,
     force: &InternalForce,
+    reported: f64,
 ) -> Result<(), EquilibriumError> {
-    if estimate(rod, material, force)? <= LARGEST_TOLERANCE {
+    let permitted = reported.max(LARGEST_TOLERANCE);
+    if estimate(rod, material, force)? <= permitted {
         return Ok(());
     }
     let (mut exact, mut solver) = (rod.clone(), NewtonSolver { stable_only: false, ..NewtonSolver::default() });
@@ -26,7 +29,7 @@ pub(crate) fn check_balance(
     }
     let turns = rod.node_frames().into_iter().zip(exact.node_frames()).map(|(a, b)| a.angle_to(&b));
     let rotation = turns.fold(0.0, f64::max);
-    if rotation > LARGEST_TOLERANCE { Err(EquilibriumError::Unbalanced { rotation }) } else { Ok(()) }
+    if rotation > permitted { Err(EquilibriumError::Unbalanced { rotation, reported }) } else { Ok(()) }
 }
 
 /// The rotation of the apex that the unbalanced couples cause by the stiffness of the rod, rad: an upper bound.

@@ -110,15 +110,18 @@ pub enum EquilibriumError {
         /// What was changed.
         what: &'static str,
     },
-    /// The shape that a solver has returned as the first equilibrium of a shoot is not in equilibrium.
+    /// The shape that a solver has returned is not in equilibrium.
     #[error(
         "the shape that the equilibrium solver returns is not in equilibrium: Newton's method rotates its frames by up \
-         to {:.2} rad; compare the couples of `RodEnergy` and the elastic law with those of the solver",
-        Number(*rotation)
+         to {:.2} rad, and the solver reports an error of {:.2} rad; compare the couples of `RodEnergy` and the \
+         elastic law with those of the solver",
+        Number(*rotation), Number(*reported)
     )]
     Unbalanced {
         /// Largest rotation of a frame to the equilibrium that Newton's method finds from the shape, rad.
         rotation: f64,
+        /// Error of the shape that the solver has reported, rad.
+        reported: f64,
     },
     /// A solver has computed a shape that the rod refuses.
     #[error(transparent)]

@@ -218,12 +218,13 @@ pub(crate) trait NearbyEquilibria {
 pub trait EquilibriumSolver {
     /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial
     /// guess is the current configuration. The frame of the base does not change. The force must be that in
-    /// this rod. An integrator returns an error if the first shape of a shoot without supports is not in equilibrium up
-    /// to 0.1 rad.
+    /// this rod.
     ///
     /// An integrator adds the counts of the result to its [`Statistics`](crate::integrator::Statistics), on which
     /// limits of work depend. It reports a snap for a result with `jump`. `error` is a part of the error estimate of
     /// [`Adaptive`](crate::integrator::Adaptive). The other fields are for the user.
+    ///
+    /// An integrator examines the result of a solver that is not [trusted](Self::is_trusted).
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.
@@ -233,6 +234,15 @@ pub trait EquilibriumSolver {
         material: &impl Constitutive,
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError>;
+
+    /// Whether the solver examines its results itself, as those of the crate do; `false` by default.
+    ///
+    /// If not, an integrator compares elements, growth zone and base of a shoot without supports with those before each
+    /// call, and its material points with those before the first one. A shape that is farther from equilibrium than 0.1
+    /// rad and than the `error` that the solver reports is an error. This costs one evaluation of the couples.
+    fn is_trusted(&self) -> bool {
+        false
+    }
 
     /// Finds an equilibrium of a rod with a support. A solver that does not implement this method returns an error.
     ///

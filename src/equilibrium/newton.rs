@@ -324,6 +324,10 @@ pub(crate) fn check_tolerance(name: &'static str, tolerance: f64) -> Result<(), 
 }
 
 impl EquilibriumSolver for NewtonSolver {
+    fn is_trusted(&self) -> bool {
+        true
+    }
+
     fn hold<C: Constitutive, L: Load, U: Support>(
         &mut self,
         held: &HeldRod<C, L, U>,

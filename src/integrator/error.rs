@@ -129,6 +129,23 @@ pub enum IntegrationError {
         /// Distance of the surface from the centre line on the inner side of the bend, m.
         radius: f64,
     },
+    /// The load bends the rod so sharply that it is not slender: the radius of curvature is not larger than that of the
+    /// section. The shapes at the start and at the end of a call are examined.
+    #[error(
+        "at {} s the curvature under the load is {:.4} 1/m at {:.4} m from the base, and the radius {:.4} m: the rod is \
+         not slender there. Check the units of forces (N), stiffness (Pa), density (kg/m³), radius and length (m)",
+        Number(*time), Number(*curvature), Number(*arc_length), Number(*radius)
+    )]
+    BentTooSharply {
+        /// Time of the shape, s.
+        time: f64,
+        /// Arc length of the place from the base, m.
+        arc_length: f64,
+        /// Visible curvature, 1/m.
+        curvature: f64,
+        /// Distance of the surface from the centre line on the inner side of the bend, m.
+        radius: f64,
+    },
     /// The tolerance was not met within the permitted work or number of elements.
     #[error(
         "the tolerance {} is not met after {work} evaluations of the forces in the rod: {}{}",
@@ -231,6 +248,7 @@ impl IntegrationError {
             | Self::NotReached { .. }
             | Self::WorkLimit { .. }
             | Self::NotSlender { .. }
+            | Self::BentTooSharply { .. }
             | Self::ToleranceNotMet { .. } => false,
         }
     }

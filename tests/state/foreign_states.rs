@@ -1,14 +1,16 @@
 //! States that are damaged or belong to another shoot. The error names the cause, and the shoot
 //! remains unchanged.
 
+use std::sync::Arc;
+
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
+use crate::fixtures::shoots::{DAY, HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 use approx::assert_abs_diff_eq;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::{Rod, RodError};
 use morphorod::tropism::SettledStatoliths;
-use morphorod::{Order, Shoot, StateError};
+use morphorod::{Along, Order, Scene, Shoot, StateError, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 
 #[test]
@@ -42,6 +44,51 @@ fn state_of_another_growth_zone_is_refused() {
         assert!(error.contains("length of the growth zone of the state is 0.0"), "{zone} {other}: {error}");
         assert!(&kept == shoot.state());
         build(zone).restore(foreign.state()).unwrap();
+    }
+}
+
+#[test]
+fn state_of_another_scene_is_refused() {
+    type AnyScene = Arc<dyn Scene + Send + Sync>;
+    let build = |scene: &AnyScene| righting().scene(scene.clone()).into_dyn().build().unwrap();
+    let weak = Still { gravity: Still::upright().gravity * 0.1, ..Still::tilted(0.5) };
+    let path = |t: f64| Vector3::x() * (1e-3 * t / HOUR);
+    let lean: AnyScene = Arc::new(Still::tilted(0.5));
+    let cases: [(AnyScene, AnyScene, &str); 4] = [
+        (
+            Arc::new(Still::tilted(0.6)),
+            lean.clone(),
+            "rotation of the base of the state from that of the scene is 0.1 ",
+        ),
+        // The state is at the discontinuity.
+        (
+            Arc::new(Turned::tilted(0.5, HOUR, DAY)),
+            Arc::new(Still::upright()),
+            "is 0.5 but must be zero up to rounding",
+        ),
+        (Arc::new(weak), lean.clone(), "difference of the gravity of the state from that of the scene is 8.829 but"),
+        (
+            Arc::new(Along { scene: Still::tilted(0.5), path }),
+            lean,
+            "base of the state from that of the scene is 0.001 ",
+        ),
+    ];
+    let mut run = MethodOfSteps::new(360.0);
+    for (own, other, words) in cases {
+        let (mut foreign, mut shoot) = (build(&own), build(&other));
+        // A state before its first equilibrium has no scene yet.
+        shoot.restore(foreign.state()).unwrap();
+        run.advance(&mut foreign, HOUR).unwrap();
+        build(&own).restore(foreign.state()).unwrap();
+        let kept = shoot.state().clone();
+        let error = shoot.restore(foreign.state()).unwrap_err().to_string();
+        assert!(error.contains(words), "“{error}” does not contain “{words}”");
+        assert!(&kept == shoot.state());
+        // The scene may be exchanged as other laws.
+        let mut changed = foreign.with_model(shoot.model().clone()).unwrap();
+        shoot.restore(changed.state()).unwrap();
+        run.advance(&mut changed, 1.5 * HOUR).unwrap();
+        shoot.restore(changed.state()).unwrap();
     }
 }
 

@@ -161,7 +161,12 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
             let depth = -scene.least_gap(shoot) / length;
             deepest = deepest.max(depth);
             if depth > step.equilibrium_error {
-                println!("EXCESS {} at {} s: penetration {depth:e}, reported {:e}", scene.name, shoot.time(), step.equilibrium_error);
+                println!(
+                    "EXCESS {} at {} s: penetration {depth:e}, reported {:e}",
+                    scene.name,
+                    shoot.time(),
+                    step.equilibrium_error
+                );
             }
             // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is
             // 1.5e-8 with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.

@@ -76,6 +76,11 @@ fn mode(amplitude: f64) -> Outcome {
     Ok(())
 }
 
+/// Fails unless an answer is an error whose message contains the words and is readable.
+pub(super) fn assert_says<T>(answer: Result<T, impl Error + 'static>, words: &str) {
+    assert_clear(vec![(words, answer.map(|_| ()).map_err(Box::from))]);
+}
+
 /// Fails unless all outcomes are errors whose messages contain the words and are readable.
 pub(super) fn assert_clear(mistakes: Vec<(&str, Outcome)>) {
     for (words, outcome) in mistakes {

@@ -1,0 +1,307 @@
+//! Laws, loads and supports whose result would be meaningless, or that contradict themselves: each is an error that names
+//! the law, the number, the unit and the remedy.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, righting};
+use crate::time::messages::{Outcome, assert_clear, assert_says, run};
+use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LineResponse, LinearElastic, Tissue};
+use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+use morphorod::growth::GrowthLaw;
+use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
+use morphorod::load::{ApicalForce, Cut, Load, Whirl};
+use morphorod::rod::Rod;
+use morphorod::support::{Hold, Support};
+use morphorod::tropism::{Declaration, Growing, Oscillator, Proprioception, Response, TropismLaw};
+use morphorod::{DynLaws, Environment, Model, Order, ParameterError, Shoot, ShootBuilder, Still};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use super::wrong_methods::{GROWTH, plain};
+
+/// Uniform growth that announces a discontinuity at a time after each one, s, beginning with the start.
+struct Announcing {
+    interval: f64,
+    until: f64,
+}
+
+impl GrowthLaw for Announcing {
+    fn regr(&self, sigma: f64, t: f64) -> f64 {
+        GROWTH.regr(sigma, t)
+    }
+    fn zone_length(&self) -> f64 {
+        GROWTH.zone_length
+    }
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        let next = self.interval * ((t / self.interval + 1e-6).floor() + 1.0);
+        if next < self.until { next } else { f64::INFINITY }
+    }
+}
+
+#[test]
+fn discontinuities_without_end_are_refused_before_the_first_step() {
+    let build = |until: f64| plain().growth(Announcing { interval: 1e-6, until }).into_dyn();
+    let name = "time between discontinuities that a law announces is 1e-6";
+    assert_clear(vec![(name, run(build(f64::INFINITY), |_| ()))]);
+    // A few of them are steps.
+    run(build(5.5e-6), |_| ()).unwrap();
+}
+
+#[test]
+fn steps_that_do_not_resolve_a_period_are_refused() {
+    let oscillator = |period: f64| (Oscillator::new(0.2, 1440.0), Some(Oscillator::new(0.1, period)));
+    assert_clear(vec![
+        (
+            "time step is 120 but must be at most half of the shortest period",
+            run(plain().tropism(oscillator(239.0)).into_dyn(), |_| ()),
+        ),
+        (
+            "time step is 3600 but must be at most half of the shortest period",
+            run(plain().tropism(oscillator(1440.0)).into_dyn(), |run| run.step = 1e6),
+        ),
+    ]);
+    run(plain().tropism(oscillator(240.0)).into_dyn(), |_| ()).unwrap();
+    // An oscillator without effect has no period.
+    run(plain().tropism(Oscillator::new(0.0, 1.0)).into_dyn(), |_| ()).unwrap();
+    // A load has a period while it acts, also as a part of a sum.
+    let whirl = |force: f64, turns: f64| (WEIGHT, Some(Whirl { force, period: 200.0, turns }));
+    let words = "time step is 120 but must be at most half of the shortest period";
+    assert_clear(vec![(words, run(plain().load(whirl(1e-6, 40.0)).into_dyn(), |_| ()))]);
+    run(plain().load(whirl(0.0, 40.0)).into_dyn(), |_| ()).unwrap();
+    let mut shoot = plain().load(whirl(1e-6, 0.5)).into_dyn().build().unwrap();
+    MethodOfSteps::new(20.0).advance(&mut shoot, 100.0).unwrap();
+    MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
+}
+
+#[test]
+fn load_that_bends_a_rod_to_its_radius_is_refused() {
+    // A force in N instead of mN, on a mesh that resolves the bend at the base.
+    let pulled = |force: f64| {
+        let load = ApicalForce(move |_: f64| Vector3::x() * force);
+        run(plain().elements(200).load(load).scene(Still::weightless()).into_dyn(), |_| ())
+    };
+    // The largest curvature is √(2 F/(E I)): 202 1/m of 2000 1/m, and 6385 1/m.
+    pulled(1e-2).unwrap();
+    assert_clear(vec![("1/m at 0 m from the base, and the radius 0.0005 m", pulled(10.0))]);
+}
+
+/// A load by its force on the part beyond a cut.
+struct ByCut(fn(&Cut) -> Vector3<f64>);
+
+impl Load for ByCut {
+    fn force(&self, cut: &Cut, _environment: &Environment) -> Vector3<f64> {
+        (self.0)(cut)
+    }
+}
+
+#[test]
+fn quantities_that_are_not_finite_are_named() {
+    let build = |load: fn(&Cut) -> Vector3<f64>| -> Outcome {
+        plain().load(ByCut(load)).into_dyn().build()?;
+        Ok(())
+    };
+    let solve = |load: &dyn Load, gravity: f64| -> Outcome {
+        let mut rod = Rod::uniform(0.05, RADIUS, UnitQuaternion::identity(), 2, Order::Four)?;
+        let environment = Environment { time: 0.0, gravity: Vector3::z() * gravity };
+        let _ = NewtonSolver::default().solve(&mut rod, &YOUNG, &load, &environment)?;
+        Ok(())
+    };
+    assert_clear(vec![
+        (
+            "force of the load on the whole shoot is minus infinity",
+            build(|cut| Vector3::new(0.0, 0.0, -1e-6 / cut.arc_length)),
+        ),
+        (
+            "part beyond a place is not a number at 0.0",
+            build(|cut| Vector3::z() * if cut.arc_length > 0.03 { f64::NAN } else { 0.0 }),
+        ),
+        ("the gravity is not finite", solve(&WEIGHT, f64::NAN)),
+        ("the force of the load on the rod is not finite", {
+            solve(&ApicalForce(|_: f64| Vector3::repeat(f64::NAN)), -9.81)
+        }),
+        ("stiffness K1 is 0 at ", {
+            let law = LinearElastic { youngs_modulus: 1e-300, ..YOUNG };
+            run(Shoot::builder(law).length(0.05).radius(RADIUS).load(WEIGHT).into_dyn(), |_| ())
+        }),
+    ]);
+}
+
+/// A tropism law by its gradient.
+#[derive(Clone, Copy)]
+struct ByGradient(fn(&Growing) -> Vector3<f64>);
+
+impl TropismLaw for ByGradient {
+    fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        (self.0)(at)
+    }
+}
+
+/// Growth whose rate is not a number after a time (s).
+struct Ending(f64);
+
+impl GrowthLaw for Ending {
+    fn regr(&self, sigma: f64, t: f64) -> f64 {
+        if t < self.0 { GROWTH.regr(sigma, t) } else { f64::NAN }
+    }
+    fn zone_length(&self) -> f64 {
+        GROWTH.zone_length
+    }
+    fn elongates(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn growth_gradient_that_is_not_finite_names_law_component_and_place() {
+    let steering = Proprioception { sensitivity: 20.0 }.remembered(MEMORY);
+    let undefined = |builder: ShootBuilder<DynLaws>| {
+        let error = MethodOfSteps::new(120.0).advance(&mut builder.build().unwrap(), HOUR).unwrap_err();
+        let IntegrationError::Undefined { what, law, arc_length, time } = error else { panic!("{error}") };
+        let message = format!("the {what} of `{law}` is not finite at ");
+        assert!(error.to_string().starts_with(&message) || law.contains("dyn"), "{error}");
+        (what, law, arc_length, time)
+    };
+    // The gradient is infinite beyond 3 cm from the base after 1000 s.
+    let late = |at: &Growing| {
+        let undefined = at.time > 1000.0 && at.apex_distance < 0.02;
+        Vector3::new(0.0, if undefined { f64::INFINITY } else { 0.0 }, 0.0)
+    };
+    let laws = (steering, ByGradient(|_| Vector3::zeros()), Some((Oscillator::new(0.1, 1440.0), ByGradient(late))));
+    let (what, law, arc_length, time) = undefined(plain().tropism(laws).into_dyn());
+    assert!(what == "growth gradient along d2" && law.ends_with("wrong_laws::ByGradient"), "{what} {law}");
+    assert!((0.029..0.053).contains(&arc_length) && (1000.0..1120.0).contains(&time), "{arc_length} {time}");
+    let (what, .., time) = undefined(plain().growth(Ending(1000.0)).tropism(steering).into_dyn());
+    assert!(what == "REGR" && (1000.0..1120.0).contains(&time), "{what} {time}");
+}
+
+#[test]
+fn tissue_that_shrinks_is_refused() {
+    struct Shrinking;
+    impl GrowthLaw for Shrinking {
+        fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+            -1.0 / 72e3
+        }
+        fn zone_length(&self) -> f64 {
+            0.04
+        }
+    }
+    let error = plain().growth(Shrinking).into_dyn().build().unwrap_err().to_string();
+    assert!(error.starts_with("growth rate REGR at t = 0 is -1.388888889e-5 at 0.0"), "{error}");
+}
+
+/// Builds a shoot with an elastic law.
+fn with_law(law: impl Constitutive + Send + Sync + 'static) -> Result<Shoot<impl Model>, ParameterError> {
+    Shoot::builder(law).length(0.05).radius(RADIUS).into_dyn().build()
+}
+
+#[test]
+fn modulus_of_mature_tissue_in_gigapascals_is_refused() {
+    let law = |mature_modulus| Lignifying { young: YOUNG, mature_modulus, time: HOUR };
+    assert_says(with_law(law(2.0)), "mature tissue is 2 but must be at least that of young tissue (Pa)");
+    assert!(with_law(law(YOUNG.youngs_modulus)).is_ok());
+}
+
+/// Linear tissue with an energy offset (J/m), and with a response of the centre line near the base only.
+struct Careless {
+    offset: f64,
+    stretches: bool,
+}
+
+impl Constitutive for Careless {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+        let response = YOUNG.respond(tissue, strain);
+        ElasticResponse { energy: response.energy + self.offset, ..response }
+    }
+    fn line_response(&self, tissue: &Tissue, _force: &Vector3<f64>) -> Option<LineResponse> {
+        let strain = Vector3::z();
+        let near = self.stretches && tissue.initial_apex_distance > 0.025;
+        near.then(|| LineResponse { strain, energy: 0.0, compliance: Matrix3::zeros() })
+    }
+}
+
+#[test]
+fn elastic_law_whose_energy_is_not_a_number_or_that_stretches_in_parts_is_refused() {
+    let law = |offset, stretches| with_law(Careless { offset, stretches });
+    assert!(law(0.0, false).is_ok() && law(1.0, false).is_ok());
+    assert_says(law(f64::NAN, false), "elastic energy without elastic strain is not a number at ");
+    assert_says(law(0.0, true), "number of responses of the centre line to a force is 0 at ");
+}
+
+/// A law that declares one more stimulus at every second call.
+#[derive(Default)]
+struct Changing(AtomicUsize);
+
+impl TropismLaw for Changing {
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(1 + self.0.fetch_add(1, Ordering::SeqCst) % 2);
+    }
+    fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+}
+
+#[test]
+fn declaration_that_changes_is_refused() {
+    assert_says(
+        righting().tropism(Changing::default()).into_dyn().build(),
+        "number of declarations of the tropism laws",
+    );
+}
+
+/// A support that holds the apex and reports that it is absent.
+struct Absent;
+
+impl Support for Absent {
+    fn is_absent(&self) -> bool {
+        true
+    }
+    fn holds(&self, _time: f64) -> Vec<Hold> {
+        vec![Hold::apex().at(Vector3::z() * 0.04)]
+    }
+}
+
+#[test]
+fn absent_support_with_a_hold_is_refused() {
+    assert_says(righting().support(Absent).into_dyn().build(), "conditions of a support that `is_absent` is 1");
+    assert!(righting().support((Vec::<Hold>::new(), ())).into_dyn().build().is_ok());
+}
+
+/// Growth by day and, wrongly, shrinkage by night.
+struct Tides;
+
+impl GrowthLaw for Tides {
+    fn regr(&self, _sigma: f64, t: f64) -> f64 {
+        (std::f64::consts::TAU * t / (24.0 * HOUR)).cos() / (20.0 * HOUR)
+    }
+    fn zone_length(&self) -> f64 {
+        0.03
+    }
+}
+
+#[test]
+fn growth_that_becomes_negative_is_an_error() {
+    let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(Tides).into_dyn().build().unwrap();
+    let mut integrator = MethodOfSteps::new(300.0);
+    integrator.advance(&mut shoot, 6.0 * HOUR).unwrap();
+    assert_says(integrator.advance(&mut shoot, 12.0 * HOUR), "mean growth rate of the zone is -");
+}
+
+/// A law whose tissue leaves the zone regardless of the time from which it is followed.
+struct Hasty;
+
+impl GrowthLaw for Hasty {
+    fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+        1.0 / (20.0 * HOUR)
+    }
+    fn zone_length(&self) -> f64 {
+        0.03
+    }
+    fn exit_time(&self, sigma: f64, _from: f64, _until: f64) -> Option<f64> {
+        Some(20.0 * HOUR * (0.03 / sigma).ln())
+    }
+}
+
+#[test]
+fn exit_times_that_contradict_the_rate_name_the_check() {
+    let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(Hasty).into_dyn().build().unwrap();
+    assert_says(MethodOfSteps::new(300.0).advance(&mut shoot, HOUR), "`check::growth_law`");
+}
