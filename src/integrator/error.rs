@@ -10,6 +10,11 @@ pub(super) type Outcome<T = ()> = Result<T, IntegrationError>;
 /// Largest number of elements into which the tissue that leaves the growth zone in one step is divided.
 pub(super) const MAX_PARTS: f64 = 1024.0;
 
+/// Largest growth of a shoot in a call, in lengths of its growth zone: that of 2.3 years with a growth time of 20 h.
+/// Steps and elements are proportional to it, and the work to its square, so that more growth takes hours: the unit of
+/// the growth time is wrong.
+pub(super) const MAX_ZONES: f64 = 1000.0;
+
 /// Reason why a call of an integrator failed. The state of the shoot is the one before the call.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -69,6 +74,21 @@ pub enum IntegrationError {
         time: f64,
         /// Length of the step, s.
         step: f64,
+    },
+    /// The shoot would grow by more than 1000 lengths of its growth zone in a call. The work increases with the square of
+    /// this number.
+    #[error(
+        "from {} s to {} s the shoot would grow by {:.4} lengths of its growth zone, and a call permits {MAX_ZONES}: check the \
+         unit of the growth time (s), or advance in several calls",
+        Number(*from), Number(*until), Number(*zones)
+    )]
+    GrowsTooFar {
+        /// Time that was reached, s.
+        from: f64,
+        /// End of the call, s.
+        until: f64,
+        /// Elongation over the length of the growth zone.
+        zones: f64,
     },
     /// Growth stretches an element so unevenly that its Gauss points do not resolve it.
     #[error(
@@ -246,6 +266,7 @@ impl IntegrationError {
             | Self::NotFinite { .. }
             | Self::Undefined { .. }
             | Self::NotReached { .. }
+            | Self::GrowsTooFar { .. }
             | Self::WorkLimit { .. }
             | Self::NotSlender { .. }
             | Self::BentTooSharply { .. }

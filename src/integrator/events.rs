@@ -3,7 +3,7 @@
 use std::iter::Peekable;
 
 use super::error::Outcome;
-use super::stepper::check_ahead;
+use super::stepper::{check_ahead, check_growth};
 use super::undo::undo_on_error;
 use super::{IntegrationError, Integrator, Statistics};
 use crate::error::ParameterError;
@@ -27,6 +27,9 @@ pub(super) fn advance_showing_until<M: Model>(
     check_ahead("latest time to advance to", shoot, latest)?;
     undo_on_error(shoot, &mut None, |shoot, _| {
         let located = condition.is_some();
+        if !located {
+            check_growth(shoot, latest)?;
+        }
         let mut evaluate = |shoot: &Shoot<M>| {
             let value = condition.as_mut().map_or(-1.0, |condition| condition(shoot));
             let unknown = IntegrationError::NotFinite { what: "condition", time: shoot.time() };

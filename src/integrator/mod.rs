@@ -66,6 +66,7 @@ pub trait Integrator {
     /// - [`NotConverged`](IntegrationError::NotConverged), [`Variables`](IntegrationError::Variables),
     ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven),
     ///   [`BaseTurns`](IntegrationError::BaseTurns): the step is too long.
+    /// - [`GrowsTooFar`](IntegrationError::GrowsTooFar): the shoot would grow by more than 1000 growth zones.
     /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would exceed its limit of work.
     /// - [`WorkLimit`](IntegrationError::WorkLimit): the limit of work that a setting of the integrator gives.
     /// - [`NotSlender`](IntegrationError::NotSlender): the response of the laws diverges.

@@ -219,7 +219,7 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
     let mut shoot =
         Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).growth(growth).into_dyn().build().unwrap();
     let before = shoot.state().clone();
-    let error = MethodOfSteps::new(90.0).advance(&mut shoot, HOUR).unwrap_err();
+    let error = MethodOfSteps::new(90.0).step(&mut shoot, HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::GrowsTooFast { step: 90.0, .. }), "{error}");
     assert!(error.is_recoverable() && &before == shoot.state());
     // A short step creates only a few mature elements.

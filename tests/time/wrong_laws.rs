@@ -7,8 +7,8 @@ use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, righting};
 use crate::time::messages::{Outcome, assert_clear, assert_says, run};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LineResponse, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
-use morphorod::growth::GrowthLaw;
-use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
+use morphorod::growth::{GrowthLaw, UniformGrowth};
+use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Cut, Load, Whirl};
 use morphorod::rod::Rod;
 use morphorod::support::{Hold, Support};
@@ -70,6 +70,27 @@ fn steps_that_do_not_resolve_a_period_are_refused() {
     let mut shoot = plain().load(whirl(1e-6, 0.5)).into_dyn().build().unwrap();
     MethodOfSteps::new(20.0).advance(&mut shoot, 100.0).unwrap();
     MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
+}
+
+#[test]
+fn growth_time_in_hours_ends_at_once() {
+    // 20 instead of 72,000 s: 1800 growth zones in ten hours, which would take hours.
+    let build = |time: f64| plain().growth(UniformGrowth { time, ..GROWTH }).into_dyn().build().unwrap();
+    let words = "from 0 s to 36000 s the shoot would grow by 1800 lengths of its growth zone";
+    let (mut shoot, end) = (build(20.0), 10.0 * HOUR);
+    let before = shoot.state().clone();
+    let mut steps = MethodOfSteps::new(120.0);
+    assert_says(steps.advance(&mut shoot, end), words);
+    assert_says(steps.advance_showing(&mut shoot, end, [HOUR, end], |_| ()), words);
+    assert_says(Adaptive::new(1e-4).advance(&mut shoot, end), words);
+    assert!(*shoot.state() == before);
+    // A few steps, and a search that ends early, are permitted.
+    steps.step(&mut shoot, end).unwrap();
+    steps.advance_until(&mut shoot, end, |shoot| shoot.rod().length() - 0.06).unwrap();
+    // A year of growth may be one call: 438 growth zones.
+    let mut year = MethodOfSteps { max_work: 50, ..MethodOfSteps::new(60.0) };
+    let error = year.advance(&mut build(20.0 * HOUR), 365.0 * 24.0 * HOUR).unwrap_err();
+    assert!(matches!(error, IntegrationError::WorkLimit { .. }), "{error}");
 }
 
 #[test]

@@ -41,7 +41,7 @@ use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
 use memories::Declared;
 pub(super) use mesh::compliance;
-pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
+pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth};
 use part::Part;
 pub use point_step::PointStep;
 use slender::check_bent;
@@ -121,6 +121,10 @@ impl Stepper {
         mut observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
         options.check(shoot)?;
+        // A call of a few steps ends soon.
+        if options.max_steps == usize::MAX {
+            check_growth(shoot, options.until)?;
+        }
         self.resume(shoot, solver, options.max_work, options.known)?;
         self.reserve_levels(&mut shoot.state, &options);
         observe(shoot, None);

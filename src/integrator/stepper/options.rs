@@ -2,6 +2,9 @@
 
 use crate::equilibrium::{Equilibrium, check_tolerance};
 use crate::error::ParameterError;
+use crate::growth::{GrowthLaw, zone_elongation};
+use crate::integrator::IntegrationError;
+use crate::integrator::error::{MAX_ZONES, Outcome};
 use crate::load::Load;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::after;
@@ -15,6 +18,9 @@ pub(in crate::integrator) const MAX_CORRECTIONS: usize = 30;
 /// Largest number of steps up to the end of a call. The shortest steps take some microseconds, so that more of them
 /// take hours: the unit of the step or of the end is wrong.
 const MOST_STEPS: f64 = 1e9;
+
+/// Number of intervals in time on which the growth of a call is integrated.
+const GROWTH_PIECES: u32 = 64;
 
 /// End, step size and settings of a run.
 #[derive(Debug, Clone, Copy)]
@@ -83,6 +89,18 @@ fn check_discontinuities(shoot: &Shoot<impl Model>, until: f64) -> Result<(), Pa
     let (name, interval) = ("time between discontinuities that a law announces", (time - now) / EXAMINED as f64);
     let requirement = "such that a call has at most 1e9 of them (s): does the law announce times without end?";
     Err(ParameterError::refused(name, interval, requirement))
+}
+
+/// Returns an error if a shoot grows by more than [`MAX_ZONES`] up to the time `until` (s). The growth is integrated only
+/// if the present rate suggests it.
+pub(in crate::integrator) fn check_growth(shoot: &Shoot<impl Model>, until: f64) -> Outcome {
+    let (growth, from) = (shoot.model().growth(), shoot.time());
+    let zone = growth.zone_length();
+    if !(growth.elongates() && growth.apical_speed(zone, after(from)) * (until - from) > MAX_ZONES * zone) {
+        return Ok(());
+    }
+    let zones = zone_elongation(growth, from, until, GROWTH_PIECES) / zone;
+    if zones > MAX_ZONES { Err(IntegrationError::GrowsTooFar { from, until, zones }) } else { Ok(()) }
 }
 
 /// Returns an error unless `until` (s) is finite and not in the past of the shoot.
