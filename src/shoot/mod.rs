@@ -164,8 +164,8 @@ impl<M: Model> Shoot<M> {
         ParameterError::unless(same, "length of the growth zone of the state", growing, requirement)
     }
 
-    /// Returns an error unless gravity and base of a state are those of the scene of this shoot, up to rounding. A state
-    /// before the first equilibrium, or after an exchange of the laws, has no scene yet, and a joint frees the base.
+    /// Returns an error unless gravity and base of a state are those of the scene of this shoot, up to rounding. A
+    /// state before the first equilibrium, or after an exchange of the laws, has no scene yet. A joint frees the base.
     fn check_scene(&self, state: &State) -> Result<(), ParameterError> {
         if state.changed || state.history.levels() == 0 {
             return Ok(());

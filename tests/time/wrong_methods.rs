@@ -1,5 +1,5 @@
-//! Settings and methods whose result would be meaningless, or not end: each is an error that names the number, the unit and
-//! the remedy.
+//! Settings and methods whose result would be meaningless, or not end: each is an error that names the number, the
+//! unit and the remedy.
 
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting};
 use crate::time::messages::{Wrong, assert_clear, assert_says, run};

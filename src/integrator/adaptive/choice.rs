@@ -8,6 +8,7 @@ use super::space::{MIN_RATIO, Refined, SHORTER};
 use crate::equilibrium::EquilibriumError;
 use crate::integrator::error::Outcome;
 use crate::integrator::{IntegrationError, MAX_HALVINGS, ROUNDING, Statistics};
+use crate::load::Load;
 use crate::model::Model;
 use crate::rod::LARGEST_INSIDE;
 use crate::state::Plan;
@@ -111,7 +112,9 @@ impl<M: Model> Runs<'_, M> {
         } else {
             size(self.shoot) / FIRST_LENGTH
         };
-        let step = first_step(&self.laws, self.start.time, until);
+        // Steps that are multiples of the period of a load do not show it, and neither do halves of them.
+        let period = self.shoot.model().load().shortest_period(self.start.time);
+        let step = first_step(&self.laws, self.start.time, until).min(0.5 * period);
         let tolerance = self.integrator.tolerance;
         // A merger may lose up to twenty times this angle (rad). Where a bend begins in an element of relative length
         // h, that moves the centre line by up to 4 h times the merge tolerance.

@@ -91,8 +91,8 @@ fn check_discontinuities(shoot: &Shoot<impl Model>, until: f64) -> Result<(), Pa
     Err(ParameterError::refused(name, interval, requirement))
 }
 
-/// Returns an error if a shoot grows by more than [`MAX_ZONES`] up to the time `until` (s). The growth is integrated only
-/// if the present rate suggests it.
+/// Returns an error if a shoot grows by more than [`MAX_ZONES`] up to the time `until` (s). The growth is integrated
+/// only if the present rate suggests it.
 pub(in crate::integrator) fn check_growth(shoot: &Shoot<impl Model>, until: f64) -> Outcome {
     let (growth, from) = (shoot.model().growth(), shoot.time());
     let zone = growth.zone_length();

@@ -11,7 +11,7 @@ use crate::section::Section;
 use crate::shoot::Shoot;
 
 /// Share of the inverse radius below which a bound of the elastic curvature needs no evaluation of the shape. The
-/// intrinsic curvature is examined by itself.
+/// intrinsic curvature has a check of its own.
 const NEGLIGIBLE: f64 = 0.5;
 
 /// Shortening of the surface on the inner side of a bend with the strain `u` (1/m), relative to the centre line.
@@ -38,8 +38,8 @@ pub(super) fn check_slender(shoot: &Shoot<impl Model>, time: f64) -> Outcome {
 
 /// Returns an error if the load bends the rod more sharply than its section permits, in the last equilibrium.
 ///
-/// The force times the length bounds the couple, and couple and stiffness the elastic curvature. The strain is evaluated
-/// only if this bound is large.
+/// The force times the length bounds the couple, and thereby the elastic curvature. The strain is evaluated only if
+/// this bound is large.
 pub(super) fn check_bent(shoot: &Shoot<impl Model>, force: &InternalForce) -> Outcome {
     let (rod, time) = (shoot.rod(), force.environment().time);
     let couples = force.couples().iter().map(|(_, couple)| couple.norm()).sum::<f64>();
