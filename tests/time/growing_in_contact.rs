@@ -144,7 +144,7 @@ fn advance(
 fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
     // `MORPHOROD_SEED` is the first seed, and `MORPHOROD_CASES` the number of seeds.
     let first = number("MORPHOROD_SEED", 96);
-    let (mut failures, mut ratios, mut deepest) = (Vec::new(), Vec::new(), 0.0_f64);
+    let (mut failures, mut ratios, mut deepest, mut excess) = (Vec::new(), Vec::new(), 0.0_f64, 0.0_f64);
     for seed in first..first + number("MORPHOROD_CASES", 20) {
         let Some(scene) = scene(seed) else { continue };
         let mut nearest = f64::INFINITY;
@@ -160,14 +160,7 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
             let length = shoot.rod().length();
             let depth = -scene.least_gap(shoot) / length;
             deepest = deepest.max(depth);
-            if depth > step.equilibrium_error {
-                println!(
-                    "EXCESS {} at {} s: penetration {depth:e}, reported {:e}",
-                    scene.name,
-                    shoot.time(),
-                    step.equilibrium_error
-                );
-            }
+            excess = excess.max(depth / step.equilibrium_error);
             // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is
             // 1.5e-8 with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.
             assert!(depth < 2e-6, "{} at {} s: penetration {depth:e}", scene.name, shoot.time());
@@ -187,7 +180,7 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
     }
     ratios.sort_by(f64::total_cmp);
     println!("factorisations relative to the shoot without obstacles: {ratios:.1?}, failures {failures:?}");
-    println!("the largest penetration is {deepest:e} of the length");
+    println!("the largest penetration is {deepest:e} of the length, and at most {excess:.3} times the reported error");
     assert!(failures.is_empty(), "{failures:?}");
     assert!(!ratios.is_empty());
 }
