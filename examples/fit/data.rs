@@ -6,9 +6,9 @@ use morphorod::fit::{Estimates, Parameter, Series, View};
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Vector2, Vector3};
 
-use super::common::tracks::Layout;
-use super::common::{Options, track_options};
 use super::plants::{Draw, Plant, Seen};
+use morphorod_plot::tracks::Layout;
+use morphorod_plot::{Options, track_options};
 
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use morphorod::fit::{Estimates, Verdict};
 
-use super::common::{Axes, Series, Style, Table, lines_figure, panels_figure};
 use super::data::Points;
+use morphorod_plot::{Axes, Figure, Series, Style, Table};
 
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;
@@ -23,7 +23,7 @@ pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimate
         series.push(Series::new(if k == 0 { "fit" } else { "" }, pairs(path), Style::Line, 0));
     }
     let ([x, y], axes) = (data.axes, if data.is_plane() { Axes::Equal } else { Axes::Linear });
-    lines_figure(out.join("fit.svg"), "Data and the fitted shoot", x, y, &series, axes)?;
+    Figure::new(out.join("fit.svg"), "Data and the fitted shoot").lines(x, y, &series, axes)?;
 
     let unit = if data.is_angle() { "residual_rad" } else { "residual_m" };
     let mut table = Table::create(out.join("residuals.csv"), &["series", "t_s", unit])?;
@@ -37,7 +37,7 @@ pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimate
     let residuals = found.residuals.iter().map(residual).collect();
     let residuals = [Series::new("simulated minus measured", residuals, Style::Points, 5)];
     let title = format!("Residuals: correlation of successive values {:.2}", found.lag_one);
-    lines_figure(out.join("residuals.svg"), &title, "time (h)", y, &residuals, Axes::Linear)?;
+    Figure::new(out.join("residuals.svg"), &title).lines("time (h)", y, &residuals, Axes::Linear)?;
     ellipses(out, found)
 }
 
@@ -66,5 +66,5 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
     let panels: Vec<(&str, &[Series])> = panels.iter().map(|(label, series)| (label.as_str(), &series[..])).collect();
     let title = "Regions that contain two parameters with a probability of 90 %";
     let (x, y) = ("difference from the estimate (%)", "difference from the estimate (%)");
-    Ok(panels_figure(out.join("ellipses.svg"), title, x, y, &panels, Axes::Linear)?)
+    Ok(Figure::new(out.join("ellipses.svg"), title).panels(x, y, &panels, Axes::Linear)?)
 }

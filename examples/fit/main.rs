@@ -22,8 +22,6 @@
 //!   beta,eta,tau_m,tau_r,l_0`. The initial curvature, `bend_x` and `bend_y`, is among the free parameters of tips from
 //!   above by default.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod data;
 mod design;
 mod figures;
@@ -32,11 +30,11 @@ mod plants;
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Opt, Options, track_options};
 use morphorod::Shoot;
 use morphorod::fit::{Estimates, Fit, Loss, Verdict};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::Handedness;
+use morphorod_plot::{Opt, Options, track_options};
 use plants::{Draw, OSCILLATOR, PARAMETERS, Plant, Seen};
 
 const HOUR: f64 = 3600.0;
@@ -213,5 +211,5 @@ fn report(found: &Estimates, free: &[&str]) {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -1,17 +1,16 @@
 //! Lines and points over linear or logarithmic axes.
 
 use std::io;
-use std::path::Path;
 
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::HPos;
 
-use super::canvas::{Canvas, Label, Point, write_svg};
+use super::canvas::{Canvas, Label, Point};
 use super::colour::{AREA, ordered, palette};
-use super::legend::{draw_badge, draw_legend, draw_marker, legend_height, legend_width};
+use super::legend::{draw_badge, draw_below, draw_legend, draw_marker, height_below, legend_width};
 use super::panel::{Axis, Panel, Rect};
 use super::range::Range;
-use super::{MERGED, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
+use super::{Figure, MERGED, TICK_SIZE};
 
 /// Kinds of series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,77 +91,63 @@ impl Series {
     }
 
     /// Returns the colour of the series.
-    pub fn paint(&self) -> RGBColor {
+    pub(super) fn paint(&self) -> RGBColor {
         self.rank.map_or_else(|| palette(self.colour), ordered)
     }
 }
 
-/// Draws several series in one panel with the legend at its right.
-pub fn lines_figure(
-    file: impl AsRef<Path>,
-    title: &str,
-    x_label: &str,
-    y_label: &str,
-    series: &[Series],
-    axes: Axes,
-) -> io::Result<()> {
-    panels_figure(file, title, x_label, y_label, &[("", series)], axes)
-}
-
-/// Draws several panels side by side with one legend. The legend is at the right of a single panel,
-/// or below several panels. Panels with [`Axes::Equal`] have their own ranges; other panels share
-/// theirs.
-pub fn panels_figure(
-    file: impl AsRef<Path>,
-    title: &str,
-    x_label: &str,
-    y_label: &str,
-    panels: &[(&str, &[Series])],
-    axes: Axes,
-) -> io::Result<()> {
-    let all: Vec<&Series> = panels.iter().flat_map(|(_, series)| series.iter()).collect();
-    // Series with equal labels have one entry.
-    let mut listed: Vec<&Series> = Vec::new();
-    for one in &all {
-        if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
-            listed.push(one);
-        }
+impl Figure {
+    /// Draws several series in one panel with the legend at its right, or below a narrow panel.
+    pub fn lines(&self, x_label: &str, y_label: &str, series: &[Series], axes: Axes) -> io::Result<()> {
+        self.panels(x_label, y_label, &[("", series)], axes)
     }
-    let common = fitted_axes(x_label, y_label, &all, axes);
-    let single = panels.len() == 1;
-    let beside = if single { legend_width(&listed) } else { 0.0 };
-    let width = (WIDTH - beside) / panels.len() as f64;
-    // A single panel has no title of its own.
-    let top = if single { TITLE_BAND - 34.0 } else { TITLE_BAND };
-    let bottom = 750.0;
-    let columns: Vec<&[&Series]> = listed.chunks(listed.len().div_ceil(3).max(1)).collect();
-    let below = columns.iter().map(|column| legend_height(column)).fold(0.0, f64::max);
-    let height = bottom + 10.0 + if single { 0.0 } else { below };
-    write_svg(file.as_ref(), WIDTH, height, |canvas| {
-        draw_title(canvas, title);
-        let mut frame_top = top;
-        for (i, (name, series)) in panels.iter().enumerate() {
-            let left = width * i as f64;
-            let cell = Rect { left, top, right: left + width, bottom };
-            let (x, y) = match axes {
-                Axes::Equal => fitted_axes(x_label, y_label, &series.iter().collect::<Vec<_>>(), axes),
-                _ => common.clone(),
-            };
-            let panel = Panel::new(cell, x, y, axes == Axes::Equal);
-            let (areas, rest): (Vec<&Series>, _) = series.iter().partition(|one| one.style == Style::Area);
-            areas.into_iter().for_each(|one| draw_series(canvas, &panel, one));
-            panel.draw(canvas, name);
-            rest.into_iter().for_each(|one| draw_series(canvas, &panel, one));
-            frame_top = panel.frame().top;
-        }
-        if single {
-            draw_legend(canvas, &listed, WIDTH - beside, frame_top);
-        } else {
-            for (i, column) in columns.iter().enumerate() {
-                draw_legend(canvas, column, 60.0 + (WIDTH - 60.0) / 3.0 * i as f64, bottom);
+
+    /// Draws several panels side by side with one legend. The legend is at the right of a single panel,
+    /// or below several panels and narrow ones. Panels with [`Axes::Equal`] have their own ranges; other panels share
+    /// theirs.
+    pub fn panels(&self, x_label: &str, y_label: &str, panels: &[(&str, &[Series])], axes: Axes) -> io::Result<()> {
+        let (wide, band) = (self.wide(), self.band());
+        let all: Vec<&Series> = panels.iter().flat_map(|(_, series)| series.iter()).collect();
+        // Series with equal labels have one entry.
+        let mut listed: Vec<&Series> = Vec::new();
+        for one in &all {
+            if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
+                listed.push(one);
             }
         }
-    })
+        let common = fitted_axes(x_label, y_label, &all, axes);
+        let single = panels.len() == 1;
+        // In a narrow figure a legend at the right would leave no room for the panel.
+        let right = single && legend_width(&listed) < 0.4 * wide;
+        let beside = if right { legend_width(&listed) } else { 0.0 };
+        let width = (wide - beside) / panels.len() as f64;
+        // A single panel has no title of its own.
+        let top = if single { band - 34.0 } else { band };
+        let bottom = self.tall();
+        let height = bottom + 10.0 + if right { 0.0 } else { height_below(&listed, wide) };
+        self.draw(panels.len().min(2), height, |canvas| {
+            let mut frame_top = top;
+            for (i, (name, series)) in panels.iter().enumerate() {
+                let left = width * i as f64;
+                let cell = Rect { left, top, right: left + width, bottom };
+                let (x, y) = match axes {
+                    Axes::Equal => fitted_axes(x_label, y_label, &series.iter().collect::<Vec<_>>(), axes),
+                    _ => common.clone(),
+                };
+                let panel = Panel::new(cell, x, y, axes == Axes::Equal);
+                let (areas, rest): (Vec<&Series>, _) = series.iter().partition(|one| one.style == Style::Area);
+                areas.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+                panel.draw(canvas, name);
+                rest.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+                frame_top = panel.frame().top;
+            }
+            if right {
+                draw_legend(canvas, &listed, wide - beside, frame_top);
+            } else {
+                draw_below(canvas, &listed, wide, bottom);
+            }
+        })
+    }
 }
 
 /// Returns axes whose ranges contain all series.
