@@ -38,7 +38,7 @@ use morphorod::stability::{Linearisation, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, ParameterError, Shoot};
 use morphorod_plot::figure::{Figure, Strip};
-use morphorod_plot::{Opt, Options, Progress, Series, Style, Table};
+use morphorod_plot::{Opt, Options, Progress, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;

@@ -27,7 +27,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::ApicalForce;
 use morphorod::support::{Contact, Cylinder, Joint};
 use morphorod::{Shoot, Still};
-use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table, println};
 use nalgebra::Vector3;
 
 /// Radius of the rod, m.

@@ -42,7 +42,7 @@ use morphorod::tropism::{
     TropismLaw,
 };
 use morphorod::{Model, ParameterError, Scene, Shoot};
-use morphorod_plot::{Opt, Options, Progress, Table};
+use morphorod_plot::{Opt, Options, Progress, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const MINUTE: f64 = 60.0;

@@ -27,7 +27,7 @@ use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
-use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(

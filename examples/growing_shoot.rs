@@ -47,7 +47,7 @@ use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
-use morphorod_plot::{Figure, Film, Frame, Opt, Options, Progress, Strip, Table, VtkSeries, stations};
+use morphorod_plot::{Figure, Film, Frame, Opt, Options, Progress, Strip, Table, VtkSeries, println, stations};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;

@@ -18,7 +18,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
-use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 
 const HOUR: f64 = 3600.0;
 /// Length at t = 0, m.

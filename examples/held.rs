@@ -28,7 +28,7 @@ use morphorod::load::{Load, Weight};
 use morphorod::rod::Rod;
 use morphorod::support::{Hold, Reaction, Support};
 use morphorod::{Order, Scene, Still};
-use morphorod_plot::{Axes, Figure, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Options, Series, Style, Table, println};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Length of the rods, m.

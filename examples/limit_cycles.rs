@@ -40,7 +40,7 @@ use morphorod::load::{Pulse, Weight};
 use morphorod::tracking::{self, Oscillations, Search, Track};
 use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
-use morphorod_plot::{Film, Frame, FramedShape, Opt, Options, Progress, Table};
+use morphorod_plot::{Film, Frame, FramedShape, Opt, Options, Progress, Table, println};
 use nalgebra::{Matrix3, Vector3};
 
 const MINUTE: f64 = 60.0;

@@ -32,7 +32,7 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Root, StabilityError, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
-use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::Complex;
 
 const MINUTE: f64 = 60.0;

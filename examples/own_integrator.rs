@@ -30,7 +30,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, Order, Shoot, Still};
-use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };

@@ -26,7 +26,7 @@ use morphorod::tropism::{
     Declaration, DirectionalTropism, Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths,
     Site, Source,
 };
-use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table, println};
 use nalgebra::{Matrix3, Vector3};
 
 const MINUTE: f64 = 60.0;

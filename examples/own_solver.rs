@@ -38,7 +38,7 @@ use morphorod::load::{ApicalForce, Weight};
 use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Order, Scene, Section, Shoot, Still};
-use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 use relaxation::DynamicRelaxation;
 

@@ -31,7 +31,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Shoot, Still};
-use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;

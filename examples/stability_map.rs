@@ -44,7 +44,7 @@ use curves::{Cost, Curve, HOUR, Kind, Start, WINDOW, curves_of, greenhill, is_ri
 use morphorod::ensemble;
 use morphorod::stability::{Crossing, Refinement, StabilityError, onset};
 use morphorod::tropism::Memory;
-use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
 

@@ -24,7 +24,7 @@ use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::support::{Contact, HalfSpace};
 use morphorod::{Order, Scene, Still};
-use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::Vector3;
 
 /// Radius of the rod, m.
@@ -131,7 +131,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         let label = format!("clamp at {:.1} mm", 1e3 * height);
         shapes.push(Series::new(label, line, Style::Line, 0).ordered(index, heights.len()));
     }
-    shapes.push(Series::new("table", vec![(0.0, 0.0), (1.05e3 * strip.length, 0.0)], Style::Dashed, 7));
+    shapes.push(Series::new("table", vec![(0.0, 0.0), (1.05e3 * strip.length, 0.0)], Style::Dashed, 6));
     let title = "A heavy rod above and on a table";
     let x = "distance from the clamp x (mm)";
     Figure::new(out.join("shapes.svg"), title).lines(x, "height z (mm)", &shapes, Axes::Equal)?;

@@ -33,7 +33,7 @@ use morphorod::tropism::{
     Gravitropism, Handedness, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
 };
 use morphorod::{Model, ParameterError, Shoot};
-use morphorod_plot::{Figure, Film, Frame, Opt, Options, Orbit, Progress, Table, TimedPath};
+use morphorod_plot::{Figure, Film, Frame, Opt, Options, Orbit, Progress, Table, TimedPath, println};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;

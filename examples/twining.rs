@@ -52,7 +52,7 @@ use morphorod::load::Weight;
 use morphorod::support::{Contact, Cylinder, Slip};
 use morphorod::tropism::Oscillator;
 use morphorod::{Model, ParameterError, Shoot};
-use morphorod_plot::{Axes, Figure, Film, Frame, Opt, Options, Progress, Series, Strip, Style, Table};
+use morphorod_plot::{Axes, Figure, Film, Frame, Opt, Options, Progress, Series, Strip, Style, Table, println};
 use nalgebra::Vector3;
 
 const HOUR: f64 = 3600.0;
@@ -211,9 +211,8 @@ impl Record {
         for (view, ((name, label), pole)) in views.into_iter().zip(poles).enumerate() {
             let project = |p: &Vector3<f64>| (p.x, if view == 0 { p.z } else { p.y });
             let mut series = Vec::new();
-            for (i, (hours, line)) in self.shapes.iter().enumerate() {
-                let points = line.iter().map(project).collect();
-                series.push(Series::new(format!("{hours:.1} h"), points, Style::Line, 0).ordered(i, self.shapes.len()));
+            for (hours, line) in &self.shapes {
+                series.push(Series::new("", line.iter().map(project).collect(), Style::Line, 0).at_time(*hours));
             }
             for (i, edge) in pole.into_iter().enumerate() {
                 series.push(Series::new(if i == 0 { "pole" } else { "" }, edge, Style::Line, 6));

@@ -31,7 +31,7 @@ mod twist;
 use std::error::Error;
 use std::process::ExitCode;
 
-use morphorod_plot::{Opt, Options};
+use morphorod_plot::{Opt, Options, println};
 use report::Row;
 
 /// Result of an experiment: one row for each mesh and case.

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::{EXPERIMENTS, Experiment};
 use morphorod_plot::table::duration;
-use morphorod_plot::{Axes, Figure, Series, Style};
+use morphorod_plot::{Axes, Figure, Series, Style, println};
 
 /// Errors below this are shown at this value.
 const LEAST: f64 = 1e-13;

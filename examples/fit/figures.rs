@@ -6,7 +6,7 @@ use std::path::Path;
 
 use morphorod::fit::{Estimates, Verdict};
 
-use super::data::Points;
+use super::data::{Points, Timed};
 use morphorod_plot::{Axes, Figure, Series, Style, Table};
 
 const HOUR: f64 = 3600.0;
@@ -15,12 +15,15 @@ const MM_PER_M: f64 = 1e3;
 /// 90 % quantile of χ² with two degrees of freedom.
 const QUANTILE: f64 = 4.605_170;
 
-/// Draws all figures, and writes the residuals. `paths` are paths of the fitted shoot in the units of the axes.
-pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimates) -> Result<(), Box<dyn Error>> {
+/// Draws all figures, and writes the residuals. `paths` are those of the fitted shoot.
+pub fn draw(out: &Path, data: &Points, paths: &[Timed], found: &Estimates) -> Result<(), Box<dyn Error>> {
     let pairs = |points: &[[f64; 2]]| points.iter().map(|[x, y]| (*x, *y)).collect::<Vec<_>>();
-    let mut series = vec![Series::new("data", pairs(&data.points), Style::Points, 5)];
-    for (k, path) in paths.iter().enumerate() {
-        series.push(Series::new(if k == 0 { "fit" } else { "" }, pairs(path), Style::Line, 0));
+    let mut series = Vec::new();
+    for (label, style, sets) in [("data", Style::Points, &data.points[..]), ("fit", Style::Line, paths)] {
+        for (hours, points) in sets {
+            let one = Series::new(label, pairs(points), style, if label == "data" { 5 } else { 0 });
+            series.push(if data.lines { one.at_time(*hours) } else { one });
+        }
     }
     let ([x, y], axes) = (data.axes, if data.is_plane() { Axes::Equal } else { Axes::Linear });
     Figure::new(out.join("fit.svg"), "Data and the fitted shoot").lines(x, y, &series, axes)?;
@@ -57,14 +60,14 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
             let scale = 100.0 * QUANTILE.sqrt();
             (scale * a.error * cosine, scale * b.error * (correlation * cosine + rest * sine))
         };
-        let label = format!("{} against {}", b.name, a.name);
-        panels.push((label.clone(), [Series::new(label, (0..=100).map(point).collect(), Style::Line, panels.len())]));
+        let labels = [a, b].map(|one| format!("{}: difference from the estimate (%)", one.name));
+        panels.push((labels, [Series::new("", (0..=100).map(point).collect(), Style::Line, 0)]));
     }
     if panels.is_empty() {
         return Ok(());
     }
-    let panels: Vec<(&str, &[Series])> = panels.iter().map(|(label, series)| (label.as_str(), &series[..])).collect();
+    let panels: Vec<([&str; 2], &[Series])> =
+        panels.iter().map(|([a, b], series)| ([a.as_str(), b.as_str()], &series[..])).collect();
     let title = "Regions that contain two parameters with a probability of 90 %";
-    let (x, y) = ("difference from the estimate (%)", "difference from the estimate (%)");
-    Ok(Figure::new(out.join("ellipses.svg"), title).panels(x, y, &panels, Axes::Linear)?)
+    Ok(Figure::new(out.join("ellipses.svg"), title).separate_panels(&panels, Axes::Linear)?)
 }

@@ -34,7 +34,7 @@ use morphorod::Shoot;
 use morphorod::fit::{Estimates, Fit, Loss, Verdict};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::Handedness;
-use morphorod_plot::{Opt, Options, track_options};
+use morphorod_plot::{Opt, Options, println, track_options};
 use plants::{Draw, OSCILLATOR, PARAMETERS, Plant, Seen};
 
 const HOUR: f64 = 3600.0;
@@ -173,7 +173,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     if points.lines {
         let line = |shoot: &Shoot<_>| {
             let line = shoot.rod().centre_line_at(40);
-            paths.push(line.iter().map(|p| points.image(p, &found)).collect());
+            paths.push((shoot.time() / HOUR, line.iter().map(|p| points.image(p, &found)).collect()));
         };
         let shown = points.times.iter().enumerate().filter(|(index, _)| points.has_line(*index));
         integrator.advance_showing(&mut shoot, last, shown.map(|(_, time)| *time), line)?;
@@ -181,7 +181,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         let minutes = (0..=(last / MINUTE) as u32).map(|minute| MINUTE * f64::from(minute));
         let mut path = Vec::new();
         integrator.advance_showing(&mut shoot, last, minutes, |shoot| path.push(points.tip(shoot, &found)))?;
-        paths.push(path);
+        paths.push((0.0, path));
     }
     figures::draw(&out, &points, &paths, &found)?;
     println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());

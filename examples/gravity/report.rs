@@ -10,7 +10,7 @@ use morphorod::tracking::{self, Ellipse, Oscillation, Search};
 use nalgebra::{Complex, Vector3};
 
 use super::{Centrifuge, HOUR, MINUTE, OSCILLATOR, RADIUS, Record, responses, shoot};
-use morphorod_plot::{Figure, Orbit, Series, Strip, Style, Table};
+use morphorod_plot::{Figure, Orbit, Series, Strip, Style, Table, println};
 
 /// Analysed part of the duration of a level. The transient before it is excluded.
 const ANALYSED: f64 = 0.4;
@@ -48,11 +48,11 @@ pub fn analyse(record: &Record, scene: &Centrifuge, alpha: f64, length: f64) -> 
                 format!("{:.4} mm, period {minutes:.3} min, roundness {:.3}", 1e3 * ellipse.major, ellipse.roundness())
             })
         };
-        print!("{level} g: endogenous {}; exogenous {}", text(endogenous), text(exogenous));
+        let mut line = format!("{level} g: endogenous {}; exogenous {}", text(endogenous), text(exogenous));
         if exogenous.is_none() && alpha != 0.0 {
-            print!("; linear theory {:.4} mm", 1e3 * linear_amplitude(*level, alpha, length)?);
+            line += &format!("; linear theory {:.4} mm", 1e3 * linear_amplitude(*level, alpha, length)?);
         }
-        println!();
+        println!("{line}");
         levels.push(Level { gravity: *level, oscillations: [endogenous, exogenous] });
     }
     Ok(levels)

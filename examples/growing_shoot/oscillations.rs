@@ -4,7 +4,7 @@ use morphorod::tracking::{Search, Track, TrackingError};
 use nalgebra::Vector3;
 
 use super::{HOUR, MINUTE, OSCILLATOR};
-use morphorod_plot::{Series, Style};
+use morphorod_plot::{Series, Style, println};
 
 /// Duration of the last part of the track, s.
 const RECENT: f64 = 6.0 * HOUR;

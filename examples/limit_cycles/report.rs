@@ -6,7 +6,7 @@ use std::path::Path;
 use morphorod::tracking::{Pattern, Track};
 
 use super::{ACROSS, HOUR, MINUTE, PULSE, Record, WINDOW};
-use morphorod_plot::{Figure, FramedPanel, Orbit, Series, Strip, Style, Table};
+use morphorod_plot::{Figure, FramedPanel, Orbit, Series, Strip, Style, Table, println};
 
 /// Prints the oscillations before the second pulse, after it, and at the end.
 pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) {

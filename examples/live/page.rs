@@ -25,7 +25,7 @@ use std::process::{Command, ExitCode};
 
 use morphorod_plot::file::write_whole;
 use morphorod_plot::film::{SCENE, STYLE, base64, fill};
-use morphorod_plot::{Opt, Options};
+use morphorod_plot::{Opt, Options, println};
 use shoot::Live;
 
 const TARGET: &str = "wasm32-unknown-unknown";

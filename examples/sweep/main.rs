@@ -41,7 +41,7 @@ use std::time::Instant;
 use grid::{Grid, Span};
 use morphorod::ensemble::{self, Shard};
 use morphorod_plot::options::Value;
-use morphorod_plot::{Opt, Options, Progress, finish};
+use morphorod_plot::{Opt, Options, Progress, finish, println};
 use point::{Numbers, compute_point, critical_length};
 use store::Store;
 

@@ -48,7 +48,7 @@ use morphorod::tracking::{Nutation, Search};
 use morphorod_plot::centre_lines::curvature;
 use morphorod_plot::track_options;
 use morphorod_plot::tracks::{Layout, Track};
-use morphorod_plot::{Opt, Options, Table};
+use morphorod_plot::{Opt, Options, Table, println};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;

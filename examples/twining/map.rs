@@ -7,7 +7,7 @@ use morphorod::ensemble;
 use morphorod::integrator::IntegrationError;
 
 use crate::{PERIOD, Setup};
-use morphorod_plot::{Axes, Figure, Progress, Series, Style, Table};
+use morphorod_plot::{Axes, Figure, Progress, Series, Style, Table, println};
 
 /// Classes of the map, with the index of their colour.
 const CLASSES: [&str; 5] = ["passes", "slips off", "leans", "winds", "fails"];

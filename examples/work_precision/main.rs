@@ -24,7 +24,7 @@ mod scenes;
 use std::error::Error;
 use std::process::ExitCode;
 
-use morphorod_plot::{Opt, Options, Progress};
+use morphorod_plot::{Opt, Options, Progress, println};
 use report::Scene;
 
 fn run() -> Result<(), Box<dyn Error>> {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use morphorod_plot::file::write_between_marks;
 use morphorod_plot::table::duration;
-use morphorod_plot::{Axes, Figure, Series, Style};
+use morphorod_plot::{Axes, Figure, Series, Style, println};
 
 /// Errors below this are rounding errors, which show no order of convergence.
 pub const ROUNDING: f64 = 2e-13;

@@ -40,6 +40,7 @@ pub mod figure;
 pub mod file;
 pub mod film;
 pub mod options;
+pub mod output;
 #[cfg(not(target_family = "wasm"))]
 pub mod progress;
 pub mod render;
@@ -51,21 +52,8 @@ pub mod tracks;
 pub use figure::{Axes, Figure, FramedPanel, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath};
 pub use film::{Film, Frame};
 pub use options::{Opt, Options};
+pub use output::finish;
 #[cfg(not(target_family = "wasm"))]
 pub use progress::Progress;
 pub use render::{Station, VtkSeries, stations, write_tube};
 pub use table::Table;
-
-use std::error::Error;
-use std::process::ExitCode;
-
-/// Returns the exit code of a program and prints the message of an error.
-pub fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}

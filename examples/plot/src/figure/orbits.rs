@@ -30,7 +30,7 @@ pub struct Orbit {
 }
 
 impl Figure {
-    /// Draws tracks in panels of the same scale, two in a row. Cubic Hermite interpolation connects the
+    /// Draws tracks in panels of the same scale, two in a row, coloured by the share of the time of each. Cubic Hermite interpolation connects the
     /// samples.
     pub fn orbits(&self, orbits: &[Orbit]) -> io::Result<()> {
         let (wide, band) = (self.wide(), self.band());
@@ -38,7 +38,8 @@ impl Figure {
         let [x, y] = [0, 1].map(|axis| Range::of(points().map(move |p| MM_PER_M * p.1[axis])));
         let side = x.length().max(y.length()).max(1e-6);
         let [x, y] = [x, y].map(|range| range.at_least(0.5 * side).padded(0.05));
-        let time = ColourScale::time(orbits.iter().flat_map(|orbit| orbit.path.iter().map(|p| p.0)));
+        // Tracks of one panel would have nearly one colour on a scale of the time of all.
+        let time = ColourScale::share_of("share of the time of a panel (1)");
         let column = (wide - BAR_COLUMN) / 2.0;
         let frame_width = column - LEFT - RIGHT;
         let row = ABOVE + frame_width * y.length() / x.length() + BELOW;
@@ -52,7 +53,10 @@ impl Figure {
                 let at = |p: &(f64, [f64; 2])| panel.at(MM_PER_M * p.1[0], MM_PER_M * p.1[1]);
                 let behind: Vec<Point> = interpolated(&orbit.behind).iter().filter_map(at).collect();
                 canvas.line(&behind, FAINT, 1.4);
-                let path: Vec<(f64, Option<Point>)> = interpolated(&orbit.path).iter().map(|p| (p.0, at(p))).collect();
+                let track = interpolated(&orbit.path);
+                let (from, to) = (track.first().map_or(0.0, |p| p.0), track.last().map_or(1.0, |p| p.0));
+                let path: Vec<(f64, Option<Point>)> =
+                    track.iter().map(|p| ((p.0 - from) / (to - from), at(p))).collect();
                 time.line(canvas, &path, 2.6);
             }
             time.draw_bar(canvas, wide - BAR_COLUMN + 12.0, band + ABOVE, band + row - BELOW);
