@@ -1,7 +1,8 @@
 //! Chapters: recipes, laws and methods of your own, and the method with its accuracy, run time and limits.
 
-// The chapters end with definitions of their links for readers of the files. Of several definitions of a label the first
-// counts, so that those of `definitions` lead to the pages of the documentation. `tests/project/links.rs` checks both.
+// The chapters end with definitions of their links for readers of the files. Of several definitions of a label the
+// first counts, so that those of `definitions` lead to the pages of the documentation. `tests/project/links.rs` checks
+// both.
 
 /// Concatenates a definition for each label: first those of chapters, then those of items, which are code.
 macro_rules! definitions {

@@ -28,7 +28,7 @@ pub struct FramedShape {
     pub directors: Vec<[[f64; 3]; 3]>,
 }
 
-/// One panel of [`frames_figure`].
+/// One panel of [`Figure::frames`](super::Figure::frames).
 pub struct FramedPanel<'a> {
     /// Title of the panel.
     pub name: &'a str,

@@ -30,8 +30,8 @@ pub struct Orbit {
 }
 
 impl Figure {
-    /// Draws tracks in panels of the same scale, two in a row, coloured by the share of the time of each. Cubic Hermite interpolation connects the
-    /// samples.
+    /// Draws tracks in panels of the same scale, two in a row, coloured by the share of the time of each. Cubic Hermite
+    /// interpolation connects the samples.
     pub fn orbits(&self, orbits: &[Orbit]) -> io::Result<()> {
         let (wide, band) = (self.wide(), self.band());
         let points = || orbits.iter().flat_map(|orbit| orbit.path.iter().chain(&orbit.behind));
