@@ -280,7 +280,7 @@ fn draw(file: &Path, family: &Family, branches: &Branches) -> io::Result<()> {
     }
     let strips = [
         Strip { label: "excursion A (mm)", series: &excursions },
-        Strip { label: "A/R", series: &ratios },
+        Strip { label: "A/R (1)", series: &ratios },
         Strip { label: "period (min)", series: &lines(branches, |one| one.period / MINUTE) },
     ];
     Figure::new(file, "Circular and planar periodic orbits of a shoot, and their stability").strips(unit, &strips)

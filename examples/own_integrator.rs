@@ -117,7 +117,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         Series::new("second order", second, Style::Dashed, 5),
     ];
     let title = "Integrators written outside the library";
-    Figure::new(out.join("order.svg"), title).lines("step (s)", "error", &series, Axes::LogLog)?;
+    Figure::new(out.join("order.svg"), title).lines("step (s)", "error (mm, rad)", &series, Axes::LogLog)?;
     println!("wrote errors.csv and order.svg to {}", out.display());
     Ok(())
 }

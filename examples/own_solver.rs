@@ -185,7 +185,7 @@ fn draw(branch: &[Point], folds: &[Point], paths: &[Vec<(f64, f64)>], out: &Path
         series.push(Series::new(name, path.iter().copied().step_by(2).collect(), Style::Points, 2 + i));
     }
     series.push(Series::new("folds", folds.iter().map(at).collect(), Style::Points, 5));
-    let (title, y) = ("A rod that snaps: lateral force and position of its apex", "x/ℓ of the apex");
+    let (title, y) = ("A rod that snaps: lateral force and position of its apex", "position of the apex x/ℓ (1)");
     Figure::new(out.join("branch.svg"), title).lines("lateral force (E I/ℓ²)", y, &series, Axes::Linear)
 }
 

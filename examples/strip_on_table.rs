@@ -162,7 +162,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let largest = force.iter().map(|(_, value)| *value).fold(0.0, f64::max);
     let forces = [
         Series::new("whole force of the table", force, Style::Line, 0),
-        Series::new("concentrated force", concentrated, Style::Line, 1),
+        Series::new("concentrated force", concentrated, Style::Dashed, 1),
         mark(flat, largest, "a part lies flat | tip contact", 2),
         mark(drop, largest, "tip contact | no contact", 3),
     ];

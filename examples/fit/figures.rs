@@ -60,7 +60,7 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
             let scale = 100.0 * QUANTILE.sqrt();
             (scale * a.error * cosine, scale * b.error * (correlation * cosine + rest * sine))
         };
-        let labels = [a, b].map(|one| format!("{}: difference from the estimate (%)", one.name));
+        let labels = [a, b].map(|one| format!("difference of {} (%)", one.name));
         panels.push((labels, [Series::new("", (0..=100).map(point).collect(), Style::Line, 0)]));
     }
     if panels.is_empty() {
@@ -68,6 +68,6 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
     }
     let panels: Vec<([&str; 2], &[Series])> =
         panels.iter().map(|([a, b], series)| ([a.as_str(), b.as_str()], &series[..])).collect();
-    let title = "Regions that contain two parameters with a probability of 90 %";
+    let title = "Differences from the estimates that contain two parameters with a probability of 90 %";
     Ok(Figure::new(out.join("ellipses.svg"), title).separate_panels(&panels, Axes::Linear)?)
 }

@@ -123,7 +123,7 @@ fn envelope(record: &Record, value: impl Fn(&Vector3<f64>) -> f64) -> [Series; 2
     let label = |name| format!("{name} in {} h", WINDOW / HOUR);
     [
         Series::new(label("largest value"), largest, Style::Line, 0),
-        Series::new(label("smallest value"), smallest, Style::Line, 1),
+        Series::new(label("smallest value"), smallest, Style::Dashed, 1),
     ]
 }
 

@@ -110,11 +110,15 @@ fn png(svg: &str) -> io::Result<Vec<u8>> {
     use resvg::{tiny_skia, usvg};
     /// Dots per pixel.
     const DOTS: f32 = 300.0 / 96.0;
-    let mut options = usvg::Options { font_family: "sans-serif".into(), ..Default::default() };
-    options.fontdb_mut().load_system_fonts();
-    if options.fontdb.is_empty() {
-        return Err(io::Error::other("PNG needs a font, and none is installed"));
-    }
+    /// Families that stand for "sans-serif", the first that is installed; otherwise any family.
+    const FAMILIES: [&str; 5] = ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans", "Noto Sans"];
+    let mut options = usvg::Options::default();
+    let fonts = options.fontdb_mut();
+    fonts.load_system_fonts();
+    let names: Vec<String> = fonts.faces().flat_map(|face| &face.families).map(|(name, _)| name.clone()).collect();
+    let known = FAMILIES.into_iter().find(|family| names.iter().any(|name| name == family));
+    let family = known.or(names.first().map(String::as_str));
+    fonts.set_sans_serif_family(family.ok_or_else(|| io::Error::other("PNG needs a font, and none is installed"))?);
     let tree = usvg::Tree::from_str(svg, &options).map_err(io::Error::other)?;
     let [width, height] = [tree.size().width(), tree.size().height()].map(|pixels| (pixels * DOTS).ceil() as u32);
     let mut dots = tiny_skia::Pixmap::new(width, height).ok_or_else(|| io::Error::other("the figure is too large"))?;

@@ -16,7 +16,7 @@ const BEYOND: f64 = 10.0;
 /// Width of the white border of lines, which separates them from the colours below.
 const HALO: f64 = 6.0;
 /// Overlap of adjacent cells in pixels. Cells without overlap would show seams.
-const OVERLAP: f64 = 0.6;
+const OVERLAP: f64 = 1.5;
 
 /// Values at the points of a grid.
 pub struct Map<'a> {
