@@ -19,7 +19,6 @@
 //!   time.
 //! - `--elements 8 --intervals 16` refines the discretisation, to check the accuracy of the default.
 
-mod common;
 #[path = "limit_cycles/exact.rs"]
 mod exact;
 
@@ -30,8 +29,6 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::figure::{Strip, strips_figure};
-use common::{Opt, Options, Progress, Series, Style, Table};
 use exact::exact_orbit;
 use morphorod::constitutive::LinearElastic;
 use morphorod::cycle::{Bifurcation, BranchPoint, Continuation, Disturbances, PeriodicSolver, RotatingWaveSolver};
@@ -40,6 +37,8 @@ use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, ParameterError, Shoot};
+use morphorod_plot::figure::{Figure, Strip};
+use morphorod_plot::{Opt, Options, Progress, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -281,10 +280,10 @@ fn draw(file: &Path, family: &Family, branches: &Branches) -> io::Result<()> {
     }
     let strips = [
         Strip { label: "excursion A (mm)", series: &excursions },
-        Strip { label: "A/R", series: &ratios },
+        Strip { label: "A/R (1)", series: &ratios },
         Strip { label: "period (min)", series: &lines(branches, |one| one.period / MINUTE) },
     ];
-    strips_figure(file, "Circular and planar periodic orbits of a shoot, and their stability", unit, &strips)
+    Figure::new(file, "Circular and planar periodic orbits of a shoot, and their stability").strips(unit, &strips)
 }
 
 /// Prints the numbers of stable orbits, the bifurcations, and the first and the last orbit of each branch.
@@ -364,5 +363,5 @@ const INTERVALS_HELP: &str = "initial number of intervals in half a period of a 
     doubled until the estimated relative error is below 1e-6";
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

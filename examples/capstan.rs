@@ -13,7 +13,6 @@
 //! A smaller tension (`--tension 2 --elements 48`) shows longer tails and a larger difference from a thread. Several
 //! turns need more elements: `--turns 1.5 --friction 0.5 --tension 25 --elements 96`.
 
-mod common;
 #[path = "capstan/drum.rs"]
 mod drum;
 
@@ -21,7 +20,6 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Progress, Series, Style, Table, lines_figure, panels_figure};
 use drum::{CIRCLE, Drum, TURN, closed_form};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
@@ -29,6 +27,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::ApicalForce;
 use morphorod::support::{Contact, Cylinder, Joint};
 use morphorod::{Shoot, Still};
+use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table, println};
 use nalgebra::Vector3;
 
 /// Radius of the rod, m.
@@ -122,22 +121,22 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     shapes.push(Series::new("drum", (0..=200).map(circle).collect(), Style::Dashed, 1));
     let title = "A rod that is wound on a drum";
-    lines_figure(out.join("shapes.svg"), title, "place x (mm)", "height z (mm)", &shapes, Axes::Equal)?;
+    Figure::new(out.join("shapes.svg"), title).lines("place x (mm)", "height z (mm)", &shapes, Axes::Equal)?;
     let ratios = [
         Series::new("rod", found, Style::Marked, 0),
         Series::new("closed form", exact, Style::Line, 1),
         Series::new("thread, exp(μ Φ)", thread, Style::Dashed, 2),
     ];
     let (x, y) = ("angle Φ between the tails (°)", "ratio of the tensions F1/F0");
-    lines_figure(out.join("ratio.svg"), "Tension of a rod on a rotating drum", x, y, &ratios, Axes::Linear)?;
+    Figure::new(out.join("ratio.svg"), "Tension of a rod on a rotating drum").lines(x, y, &ratios, Axes::Linear)?;
     let errors =
         [Series::new("rod", errors, Style::Marked, 0), Series::new("thread, exp(μ Φ)", differences, Style::Dashed, 2)];
     let title = "Difference of the ratio of the tensions from the closed form";
-    panels_figure(out.join("error.svg"), title, x, "relative difference", &[("", &errors[..])], Axes::LogY)?;
+    Figure::new(out.join("error.svg"), title).panels(x, "relative difference", &[("", &errors[..])], Axes::LogY)?;
     println!("wrote capstan.csv, shapes.svg, ratio.svg and error.svg to {}", out.display());
     Ok(())
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

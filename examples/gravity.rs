@@ -27,14 +27,12 @@
 //! - `--frozen`: equation (6) of the paper without modification. In weightlessness the statoliths
 //!   keep their last direction and their signal. After `--levels 1,0` the shoot remains curved.
 
-mod common;
 #[path = "gravity/report.rs"]
 mod report;
 
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Opt, Options, Progress, Table};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -44,6 +42,7 @@ use morphorod::tropism::{
     TropismLaw,
 };
 use morphorod::{Model, ParameterError, Scene, Shoot};
+use morphorod_plot::{Opt, Options, Progress, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const MINUTE: f64 = 60.0;
@@ -222,5 +221,5 @@ fn levels(text: &str) -> Result<Vec<f64>, String> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -19,17 +19,15 @@
 //! `--radius 1` and `--modulus 1e9`: a thicker and a stiffer shoot. The critical length is
 //! proportional to (E r²)^(1/3).
 
-mod common;
-
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
@@ -83,9 +81,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         series.push(Series::new(label, line, Style::Line, 0).ordered(index, ratios.len()));
     }
     table.finish()?;
-    lines_figure(
-        out.join("shapes.svg"),
-        "Buckled shapes of a shoot longer than its critical length",
+    Figure::new(out.join("shapes.svg"), "Buckled shapes of a shoot longer than its critical length").lines(
         "x (cm)",
         "z (cm)",
         &series,
@@ -96,5 +92,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

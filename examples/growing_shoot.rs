@@ -33,27 +33,22 @@
 //!
 //! The function [`growing_shoot`] defines the laws of the shoot.
 
-mod camera;
-mod common;
 #[path = "growing_shoot/oscillations.rs"]
 mod oscillations;
-#[path = "growing_shoot/stations.rs"]
-mod stations;
 
 use std::error::Error;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::{Film, Opt, Options, Progress, Strip, Table, VtkSeries, path_figure, shapes_figure, write_tube};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
+use morphorod_plot::{Figure, Film, Frame, Opt, Options, Progress, Strip, Table, VtkSeries, println, stations};
 use nalgebra::Vector3;
-use stations::stations;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -97,7 +92,12 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::flag("imperfection", "small lateral forces that break the symmetry"),
             Opt::value("checkpoint", "FILE", "", "saves the run every simulated hour; an existing file is resumed"),
             Opt::flag("film", "also write film.html, an animation in space for the browser"),
-            Opt::flag("render", "also write shoot.pvd (VTK, all shapes) and shoot.obj (last shape as a tube)"),
+            Opt::value(
+                "render",
+                "N",
+                "",
+                "also write N + 1 shapes for three-dimensional rendering, as VTK and as tubes (OBJ)",
+            ),
             Opt::value("compare", "FILE", "", "tip.csv of another run; print the largest distance at common times"),
         ],
     );
@@ -130,16 +130,16 @@ fn run() -> Result<(), Box<dyn Error>> {
         resume(file, &settings, &mut shoot, &mut record)?;
         println!("resumed at {:.1} h", shoot.time() / HOUR);
     }
-    let mut render = if options.flag("render") { Some(VtkSeries::create(out.join("render"))?) } else { None };
+    let shapes = options.flag("render").then(|| options.positive("render"));
+    let mut render = shapes.map(|count| VtkSeries::create(out.join("render"), end / count)).transpose()?;
     let progress = Progress::new("growing shoot");
     let clock = Instant::now();
 
     let mut saved = shoot.time();
     let mut show = |shoot: &Shoot<_>, record: &mut Record| -> Result<(), Box<dyn Error>> {
-        if record.add(shoot) {
-            render.iter_mut().try_for_each(|series| series.push(shoot.time(), &stations(shoot, 101)))?;
-        }
-        film.iter_mut().for_each(|film| film.push(camera::frame_of(shoot, Some(0))));
+        record.add(shoot);
+        render.iter_mut().try_for_each(|series| series.push(shoot.time(), || stations(shoot, 101)))?;
+        film.iter_mut().for_each(|film| film.push(Frame::of(shoot, Some(0))));
         progress.set(shoot.time() / end);
         if let Some(file) = file.filter(|_| shoot.time() >= saved + HOUR - 1e-6) {
             save(file, &settings, shoot, record)?;
@@ -189,16 +189,15 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m"])?;
     record.rows.iter().try_for_each(|row| table.row(row))?;
     table.finish()?;
-    let times: Vec<f64> = record.rows.iter().map(|row| row[0] / HOUR).collect();
-    let tips: Vec<[f64; 3]> = record.rows.iter().map(|row| [row[2], row[3], row[4]]).collect();
+    let path: Vec<(f64, [f64; 3])> = record.rows.iter().map(|[t, _, tip @ ..]| (*t, *tip)).collect();
     let track = oscillations::horizontal_track(&record.rows)?;
     let shares = oscillations::shares(&track);
     let curves = oscillations::curves(&shares);
     let strip = Strip { label: "share (1)", series: &curves };
     let strips = if shares.is_empty() { &[][..] } else { &[strip] };
-    path_figure(out.join("tip.svg"), &format!("Tip track of a growing shoot, α = {alpha}"), &times, &tips, strips)?;
+    Figure::new(out.join("tip.svg"), &format!("Tip track of a growing shoot, α = {alpha}")).path(&path, strips)?;
     let title = format!("Centre lines of a growing shoot every {} h, α = {alpha}", record.interval / HOUR);
-    shapes_figure(out.join("shapes.svg"), &title, &record.shapes)?;
+    Figure::new(out.join("shapes.svg"), &title).shapes(&record.shapes)?;
     println!("length after {} h: {:.2} cm; run time {wall:.3} s", end / HOUR, 100.0 * shoot.rod().length());
     if by_tolerance {
         println!("  {} time steps, and {} in trial runs", cost.steps, cost.trial_steps);
@@ -216,16 +215,15 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     oscillations::print_last(&track);
     oscillations::print_shares(&shares);
-    if options.flag("render") {
-        write_tube(out.join("shoot.obj"), &stations(&shoot, 201))?;
-        println!("wrote render/shoot.pvd and shoot.obj for three-dimensional rendering");
+    if render.is_some() {
+        println!("wrote render/shoot.pvd and render/shoot_….obj for three-dimensional rendering");
     }
     if let Some(film) = film {
         film.write(out.join("film.html"))?;
         println!("wrote film.html for the browser");
     }
     if !options.text("compare").is_empty() {
-        compare(&times, &tips, Path::new(options.text("compare")))?;
+        compare(&path, Path::new(options.text("compare")))?;
     }
     println!("wrote tip.csv, tip.svg and shapes.svg to {}", out.display());
     Ok(())
@@ -250,31 +248,28 @@ const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde
 struct Record {
     /// Time (s), length (m) and position of the tip (m).
     rows: Vec<[f64; 5]>,
-    /// Times (h) and centre lines (m) of 21 equally spaced shapes.
+    /// Times (s) and centre lines (m) of 21 equally spaced shapes.
     shapes: Vec<(f64, Vec<[f64; 3]>)>,
     /// Time between two shapes, s.
     interval: f64,
 }
 
 impl Record {
-    /// Records the tip, and the centre line if its time has come. Returns whether the centre line
-    /// was recorded.
-    fn add(&mut self, shoot: &Shoot<impl Model>) -> bool {
+    /// Records the tip, and the centre line if its time has come.
+    fn add(&mut self, shoot: &Shoot<impl Model>) {
         let (time, tip) = (shoot.time(), shoot.tip());
         self.rows.push([time, shoot.rod().length(), tip.x, tip.y, tip.z]);
-        let due = time >= self.interval * self.shapes.len() as f64 - 1e-6;
-        if due {
+        if time >= self.interval * self.shapes.len() as f64 - 1e-6 {
             let line = shoot.rod().centre_line_at(101);
-            self.shapes.push((time / HOUR, line.into_iter().map(Into::into).collect()));
+            self.shapes.push((time, line.into_iter().map(Into::into).collect()));
         }
-        due
     }
 }
 
 #[cfg(feature = "serde")]
 fn save(file: &Path, settings: &str, shoot: &Shoot<impl Model>, record: &Record) -> Result<(), Box<dyn Error>> {
     let all = (settings, shoot.state(), &record.rows, &record.shapes);
-    Ok(common::file::write_whole(file, morphorod::checkpoint::to_bytes(&all)?)?)
+    Ok(morphorod_plot::file::write_whole(file, morphorod::checkpoint::to_bytes(&all)?)?)
 }
 
 #[cfg(feature = "serde")]
@@ -315,12 +310,12 @@ fn resume(
 }
 
 /// Prints the largest distance between the tips of this and of another run at common times.
-fn compare(hours: &[f64], tips: &[[f64; 3]], other: &Path) -> Result<(), Box<dyn Error>> {
+fn compare(path: &[(f64, [f64; 3])], other: &Path) -> Result<(), Box<dyn Error>> {
     let mut largest = 0.0_f64;
     let mut common = 0;
-    for row in common::table::read(other)? {
-        let Some(i) = hours.iter().position(|h| (h * HOUR - row[0]).abs() < 1e-6) else { continue };
-        largest = largest.max((Vector3::from(tips[i]) - Vector3::from_row_slice(&row[2..5])).norm());
+    for row in morphorod_plot::table::read(other)? {
+        let Some((_, tip)) = path.iter().find(|(time, _)| (time - row[0]).abs() < 1e-6) else { continue };
+        largest = largest.max((Vector3::from(*tip) - Vector3::from_row_slice(&row[2..5])).norm());
         common += 1;
     }
     println!("  largest distance from {}: {largest:.1e} m at {common} common times", other.display());
@@ -328,5 +323,5 @@ fn compare(hours: &[f64], tips: &[[f64; 3]], other: &Path) -> Result<(), Box<dyn
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

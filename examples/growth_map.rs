@@ -14,13 +14,11 @@
 //! middle of the growth zone. The arc lengths are then integrated numerically. Finally the apex has
 //! the same velocity for all three profiles, because the mean growth rate in the zone is the same.
 
-mod common;
-
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 
 const HOUR: f64 = 3600.0;
 /// Length at t = 0, m.
@@ -78,7 +76,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     series[0].label = format!("{POINTS} material points from base to apex");
     series.push(Series::new("lower end of the growth zone", boundary, Style::Dashed, 1));
     let title = format!("Growth map, {name} profile of the growth rate");
-    lines_figure(out.join("growth_map.svg"), &title, "time (h)", "arc length (cm)", &series, Axes::Linear)?;
+    Figure::new(out.join("growth_map.svg"), &title).lines("time (h)", "arc length (cm)", &series, Axes::Linear)?;
 
     println!(
         "{name} profile: length {:.1} cm at 0 h, {:.6} cm at {hours} h",
@@ -95,5 +93,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

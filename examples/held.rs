@@ -17,20 +17,18 @@
 //! unstable at 0.6. The circle loses stability at 2.59808 turns. The bifurcation is subcritical: the
 //! buckled ring, a figure of eight from the side, exists below the critical twist and is unstable.
 
-mod common;
-
 use std::error::Error;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::process::ExitCode;
 
-use common::{Axes, Options, Series, Style, Table, lines_figure, panels_figure};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{Equilibrium, EquilibriumError, NewtonSolver};
 use morphorod::load::{Load, Weight};
 use morphorod::rod::Rod;
 use morphorod::support::{Hold, Reaction, Support};
 use morphorod::{Order, Scene, Still};
+use morphorod_plot::{Axes, Figure, Options, Series, Style, Table, println};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Length of the rods, m.
@@ -103,7 +101,7 @@ fn cantilever(tissue: LinearElastic, out: &Path) -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     let title = "Cantilevers under their weight with a prop at the apex";
-    lines_figure(out.join("cantilever.svg"), title, "x (cm)", "z (cm)", &series, Axes::Equal)?;
+    Figure::new(out.join("cantilever.svg"), title).lines("x (cm)", "z (cm)", &series, Axes::Equal)?;
     Ok(())
 }
 
@@ -140,7 +138,7 @@ fn arch(tissue: LinearElastic, out: &Path) -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     let title = "Planar arches between clamps that approach each other";
-    lines_figure(out.join("arch.svg"), title, "x (cm)", "z (cm)", &series, Axes::Equal)?;
+    Figure::new(out.join("arch.svg"), title).lines("x (cm)", "z (cm)", &series, Axes::Equal)?;
     Ok(())
 }
 
@@ -247,12 +245,10 @@ fn twisted_ring(tissue: LinearElastic, out: &Path) -> Result<(), Box<dyn Error>>
     ];
     let title = "Elastic energy of a twisted ring relative to that of the circle";
     let label = "energy difference × ℓ/B (1)";
-    lines_figure(out.join("ring.svg"), title, "twist (turns)", label, &series, Axes::Linear)?;
+    Figure::new(out.join("ring.svg"), title).lines("twist (turns)", label, &series, Axes::Linear)?;
     let title = "Buckled rings, unstable, in two projections";
     let panels = [("across the ring", &views[0][..]), ("along the ring", &views[1][..])];
-    panels_figure(
-        out.join("ring_shapes.svg"),
-        title,
+    Figure::new(out.join("ring_shapes.svg"), title).panels(
         "place along the longest axis (cm)",
         "place along a shorter axis (cm)",
         &panels,
@@ -273,5 +269,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -23,8 +23,6 @@
 //!   the circular orbit is at most 0.040 1/m for E/(2(1 + ν)) and 0.0045 1/m for 3e7 Pa. The orbits
 //!   agree to seven digits. With `--settled` there is no twist.
 
-mod camera;
-mod common;
 #[path = "limit_cycles/exact.rs"]
 mod exact;
 #[path = "limit_cycles/report.rs"]
@@ -34,7 +32,6 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
-use common::{Film, FramedShape, Opt, Options, Progress, Table};
 use exact::{exact_orbit, rate};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -43,6 +40,7 @@ use morphorod::load::{Pulse, Weight};
 use morphorod::tracking::{self, Oscillations, Search, Track};
 use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
+use morphorod_plot::{Film, Frame, FramedShape, Opt, Options, Progress, Table, println};
 use nalgebra::{Matrix3, Vector3};
 
 const MINUTE: f64 = 60.0;
@@ -162,7 +160,7 @@ impl Record {
     }
 
     /// Returns times (h) and horizontal positions (m) between two times (s).
-    fn between(&self, from: f64, to: f64) -> common::TimedPath {
+    fn between(&self, from: f64, to: f64) -> morphorod_plot::TimedPath {
         let both = self.times.iter().zip(&self.tips).filter(|(t, _)| (from..=to).contains(*t));
         both.map(|(t, tip)| (t / HOUR, [tip.x, tip.y])).collect()
     }
@@ -219,7 +217,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
         record.add(&shoot);
         // Settled statoliths have no variables.
-        film.iter_mut().for_each(|film| film.push(camera::frame_of(&shoot, (!settled).then_some(0))));
+        film.iter_mut().for_each(|film| film.push(Frame::of(&shoot, (!settled).then_some(0))));
         progress.set(shoot.time() / end);
     }
     progress.finish();
@@ -249,5 +247,5 @@ const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: aft
     constant length oscillates in a plane. After a perpendicular pulse at 30 h the oscillation becomes circular.";
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -20,21 +20,19 @@
 //! - `--tau-g 3`: the essential spectrum is unstable at every length, because of proprioception alone. There is no
 //!   onset, and the program ends with an error message that states the reason.
 
-mod common;
-
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
 use morphorod::Shoot;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Root, StabilityError, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::Complex;
 
 const MINUTE: f64 = 60.0;
@@ -181,14 +179,14 @@ fn draw_growth_rates(file: &Path, curves: &[Curve], critical: f64, essential: Op
     series.push(Series::new("self-buckling length (Greenhill)", wall, Style::Dashed, 4));
     series.extend(series_of(curves, |z| HOUR * z.re, (critical / CM, 0.0)));
     let title = "Growth rates of the characteristic roots of an upright shoot";
-    lines_figure(file, title, "length (cm)", "growth rate Re λ (1/h)", &series, Axes::Linear)
+    Figure::new(file, title).lines("length (cm)", "growth rate Re λ (1/h)", &series, Axes::Linear)
 }
 
 fn draw_periods(file: &Path, curves: &[Curve], critical: (f64, f64)) -> io::Result<()> {
     let period = |z: Complex<f64>| if z.im > 0.0 { TAU / z.im / MINUTE } else { f64::NAN };
     let series = series_of(curves, period, (critical.0 / CM, critical.1 / MINUTE));
     let title = "Periods of the characteristic roots of an upright shoot";
-    lines_figure(file, title, "length (cm)", "period 2π/Im λ (min)", &series, Axes::Linear)
+    Figure::new(file, title).lines("length (cm)", "period 2π/Im λ (min)", &series, Axes::Linear)
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -229,5 +227,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -12,7 +12,6 @@
 //! # Options
 //! `--hours 8`: a longer run of the first shoot.
 
-mod common;
 #[path = "own_integrator/heun.rs"]
 mod heun;
 #[path = "own_integrator/kinematic.rs"]
@@ -22,7 +21,6 @@ use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
 use heun::Heun;
 use kinematic::Kinematic;
 use morphorod::constitutive::LinearElastic;
@@ -32,6 +30,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, Order, Shoot, Still};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
@@ -118,11 +117,11 @@ fn run() -> Result<(), Box<dyn Error>> {
         Series::new("second order", second, Style::Dashed, 5),
     ];
     let title = "Integrators written outside the library";
-    lines_figure(out.join("order.svg"), title, "step (s)", "error", &series, Axes::LogLog)?;
+    Figure::new(out.join("order.svg"), title).lines("step (s)", "error (mm, rad)", &series, Axes::LogLog)?;
     println!("wrote errors.csv and order.svg to {}", out.display());
     Ok(())
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

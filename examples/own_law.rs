@@ -14,12 +14,9 @@
 //! - `--sensitivity 0`: no phototropism.
 //! - For a moving lamp, change [`Lamp::sense`](Perception::sense); `site.environment` contains the time.
 
-mod common;
-
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Progress, Series, Style, Table, panels_figure};
 use morphorod::Shoot;
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::growth::GrowthLaw;
@@ -29,6 +26,7 @@ use morphorod::tropism::{
     Declaration, DirectionalTropism, Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths,
     Site, Source,
 };
+use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table, println};
 use nalgebra::{Matrix3, Vector3};
 
 const MINUTE: f64 = 60.0;
@@ -181,9 +179,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     whole.push(Series::new("", vec![(x, z)], Style::Points, 3));
     whole.push(Series::text("lamp", (x - 0.5, z + 0.5), Style::Text, 3));
     let panels = [(early.as_str(), first.as_slice()), (late.as_str(), whole.as_slice())];
-    panels_figure(
-        out.join("shapes.svg"),
-        "Shapes and tip track of a shoot beside a lamp",
+    Figure::new(out.join("shapes.svg"), "Shapes and tip track of a shoot beside a lamp").panels(
         "x (cm)",
         "z (cm)",
         &panels,
@@ -194,5 +190,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -18,7 +18,6 @@
 
 #[path = "own_solver/arc_length.rs"]
 mod arc_length;
-mod common;
 #[path = "own_solver/elastica.rs"]
 mod elastica;
 #[path = "own_solver/relaxation.rs"]
@@ -30,7 +29,6 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use arc_length::{Family, Point};
-use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
 use elastica::fold_force;
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -40,6 +38,7 @@ use morphorod::load::{ApicalForce, Weight};
 use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Order, Scene, Section, Shoot, Still};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 use relaxation::DynamicRelaxation;
 
@@ -186,8 +185,8 @@ fn draw(branch: &[Point], folds: &[Point], paths: &[Vec<(f64, f64)>], out: &Path
         series.push(Series::new(name, path.iter().copied().step_by(2).collect(), Style::Points, 2 + i));
     }
     series.push(Series::new("folds", folds.iter().map(at).collect(), Style::Points, 5));
-    let (title, y) = ("A rod that snaps: lateral force and position of its apex", "x/ℓ of the apex");
-    lines_figure(out.join("branch.svg"), title, "lateral force (E I/ℓ²)", y, &series, Axes::Linear)
+    let (title, y) = ("A rod that snaps: lateral force and position of its apex", "position of the apex x/ℓ (1)");
+    Figure::new(out.join("branch.svg"), title).lines("lateral force (E I/ℓ²)", y, &series, Axes::Linear)
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -209,5 +208,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

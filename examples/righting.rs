@@ -21,19 +21,17 @@
 //! - `--delay 30`: a delay for which the shoot does not become stationary.
 //! - `--beta 1.6 --eta 40`: the stationary shape depends only on the ratio β/η.
 
-mod common;
-
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Progress, Series, Style, Table, lines_figure};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Shoot, Still};
+use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -116,7 +114,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         Series::new("", stationary(x), Style::Dashed, 6),
     ];
     let title = "Righting of a horizontal shoot: position of the tip";
-    lines_figure(out.join("tip.svg"), title, "time (h)", "position of the tip (mm)", &series, Axes::Linear)?;
+    Figure::new(out.join("tip.svg"), title).lines("time (h)", "position of the tip (mm)", &series, Axes::Linear)?;
     let line = (0..=100).map(|i| closed(LENGTH * f64::from(i) / 100.0));
     shapes.push(Series::new(
         "stationary, closed form",
@@ -124,9 +122,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         Style::Dashed,
         6,
     ));
-    lines_figure(
-        out.join("shapes.svg"),
-        "Righting of a horizontal shoot: centre lines",
+    Figure::new(out.join("shapes.svg"), "Righting of a horizontal shoot: centre lines").lines(
         "x (mm)",
         "z (mm)",
         &shapes,
@@ -137,5 +133,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

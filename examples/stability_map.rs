@@ -32,7 +32,6 @@
 //! unstable roots; the other curves then determine whether a curve is dashed. The example `onset` shows the roots for
 //! one growth time.
 
-mod common;
 #[path = "stability_map/curves.rs"]
 mod curves;
 
@@ -41,11 +40,11 @@ use std::error::Error;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
 use curves::{Cost, Curve, HOUR, Kind, Start, WINDOW, curves_of, greenhill, is_right_of};
 use morphorod::ensemble;
 use morphorod::stability::{Crossing, Refinement, StabilityError, onset};
 use morphorod::tropism::Memory;
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
 
@@ -231,9 +230,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     panels[1].1.push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
     panels[2].1.push(Series::new("values stated in the paper", stated[1..].to_vec(), Style::Points, 3));
     let panels: Vec<(&str, &[Series])> = panels.iter().map(|(name, series)| (*name, series.as_slice())).collect();
-    panels_figure(
-        out.join("stability_map.svg"),
-        "Stability boundaries of an upright shoot",
+    Figure::new(out.join("stability_map.svg"), "Stability boundaries of an upright shoot").panels(
         "growth time τg (h)",
         "length / self-buckling length, ℓ/ℓc",
         &panels,
@@ -244,5 +241,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

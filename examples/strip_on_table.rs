@@ -14,19 +14,17 @@
 //! Try a longer rod (`--length 12`) or a stiffer one (`--modulus 3e7`): the length of the part that hangs free is
 //! proportional to (E I h/q)^¼ for small heights h.
 
-mod common;
-
 use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Series, Style, Table, lines_figure, panels_figure};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, Held, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::support::{Contact, HalfSpace};
 use morphorod::{Order, Scene, Still};
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::Vector3;
 
 /// Radius of the rod, m.
@@ -133,10 +131,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         let label = format!("clamp at {:.1} mm", 1e3 * height);
         shapes.push(Series::new(label, line, Style::Line, 0).ordered(index, heights.len()));
     }
-    shapes.push(Series::new("table", vec![(0.0, 0.0), (1.05e3 * strip.length, 0.0)], Style::Dashed, 7));
+    shapes.push(Series::new("table", vec![(0.0, 0.0), (1.05e3 * strip.length, 0.0)], Style::Dashed, 6));
     let title = "A heavy rod above and on a table";
     let x = "distance from the clamp x (mm)";
-    lines_figure(out.join("shapes.svg"), title, x, "height z (mm)", &shapes, Axes::Equal)?;
+    Figure::new(out.join("shapes.svg"), title).lines(x, "height z (mm)", &shapes, Axes::Equal)?;
 
     let per_length = strip.weight.density * strip.scene.gravity.norm() * PI * RADIUS * RADIUS;
     let mut table = Table::create(out.join("contact.csv"), &["height_m", "force_N", "begin_m"])?;
@@ -164,12 +162,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     let largest = force.iter().map(|(_, value)| *value).fold(0.0, f64::max);
     let forces = [
         Series::new("whole force of the table", force, Style::Line, 0),
-        Series::new("concentrated force", concentrated, Style::Line, 1),
+        Series::new("concentrated force", concentrated, Style::Dashed, 1),
         mark(flat, largest, "a part lies flat | tip contact", 2),
         mark(drop, largest, "tip contact | no contact", 3),
     ];
     let title = "Force of the table on the rod";
-    lines_figure(out.join("force.svg"), title, "height of the clamp (mm)", "force (µN)", &forces, Axes::Linear)?;
+    Figure::new(out.join("force.svg"), title).lines("height of the clamp (mm)", "force (µN)", &forces, Axes::Linear)?;
     let places = [
         Series::new("begin of the contact", place, Style::Line, 0),
         mark(flat, 1e3 * strip.length, "a part lies flat | tip contact", 2),
@@ -177,7 +175,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     ];
     let title = "Place at which contact with the table begins";
     let y = "arc length from the clamp (mm)";
-    lines_figure(out.join("place.svg"), title, "height of the clamp (mm)", y, &places, Axes::Linear)?;
+    Figure::new(out.join("place.svg"), title).lines("height of the clamp (mm)", y, &places, Axes::Linear)?;
 
     let touch_down = |height: f64, elements: usize| -> Result<f64, Box<dyn Error>> {
         let touch = strip.touch(&strip.lowered(height, elements)?);
@@ -198,11 +196,11 @@ fn run() -> Result<(), Box<dyn Error>> {
     let title = "Convergence of the place of touch-down";
     let panel = [("", &errors[..])];
     let (x, y) = ("number of elements", "relative error of the place");
-    panels_figure(out.join("convergence.svg"), title, x, y, &panel, Axes::LogLog)?;
+    Figure::new(out.join("convergence.svg"), title).panels(x, y, &panel, Axes::LogLog)?;
     println!("wrote contact.csv, shapes.svg, force.svg, place.svg and convergence.svg to {}", out.display());
     Ok(())
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

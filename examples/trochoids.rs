@@ -21,13 +21,9 @@
 //!   2.3 mm after 140 h (`--settled --hours 150`, mean of the largest and the smallest distance of
 //!   the tip from the vertical in six hours, and half their difference).
 
-mod camera;
-mod common;
-
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Film, Opt, Options, Orbit, Progress, Table, TimedPath, orbits_figure};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -37,6 +33,7 @@ use morphorod::tropism::{
     Gravitropism, Handedness, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
 };
 use morphorod::{Model, ParameterError, Shoot};
+use morphorod_plot::{Figure, Film, Frame, Opt, Options, Orbit, Progress, Table, TimedPath, println};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
@@ -144,7 +141,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
             record.add(&shoot);
             // The oscillator and settled statoliths have no variables.
-            film.iter_mut().for_each(|film| film.push(camera::frame_of(&shoot, (!settled).then_some(0))));
+            film.iter_mut().for_each(|film| film.push(Frame::of(&shoot, (!settled).then_some(0))));
             progress.set(shoot.time() / end);
         }
         progress.finish();
@@ -165,7 +162,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         orbits.push(Orbit { name: format!("{pattern}, {name}"), path, behind: record.last(SHOWN) });
     }
     table.finish()?;
-    orbits_figure(out.join("tip.svg"), "Tip tracks, top view: last revolution in colour, last 8 h in grey", &orbits)?;
+    Figure::new(out.join("tip.svg"), "Tip tracks, top view: last revolution in colour, last 8 h in grey")
+        .orbits(&orbits)?;
     if options.flag("film") {
         println!("wrote film-epitrochoid.html and film-hypotrochoid.html for the browser");
     }
@@ -193,5 +191,5 @@ fn description(found: &Oscillations) -> String {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -36,8 +36,6 @@
 //! The turning angle is that of the horizontal vector from the axis of the pole to the shoot, from
 //! the lowest contact to the apex.
 
-mod camera;
-mod common;
 #[path = "twining/map.rs"]
 mod map;
 
@@ -47,7 +45,6 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::{Axes, Film, Opt, Options, Progress, Series, Strip, Style, Table, lines_figure, strips_figure};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
@@ -55,6 +52,7 @@ use morphorod::load::Weight;
 use morphorod::support::{Contact, Cylinder, Slip};
 use morphorod::tropism::Oscillator;
 use morphorod::{Model, ParameterError, Shoot};
+use morphorod_plot::{Axes, Figure, Film, Frame, Opt, Options, Progress, Series, Strip, Style, Table, println};
 use nalgebra::Vector3;
 
 const HOUR: f64 = 3600.0;
@@ -213,15 +211,14 @@ impl Record {
         for (view, ((name, label), pole)) in views.into_iter().zip(poles).enumerate() {
             let project = |p: &Vector3<f64>| (p.x, if view == 0 { p.z } else { p.y });
             let mut series = Vec::new();
-            for (i, (hours, line)) in self.shapes.iter().enumerate() {
-                let points = line.iter().map(project).collect();
-                series.push(Series::new(format!("{hours:.1} h"), points, Style::Line, 0).ordered(i, self.shapes.len()));
+            for (hours, line) in &self.shapes {
+                series.push(Series::new("", line.iter().map(project).collect(), Style::Line, 0).at_time(*hours));
             }
             for (i, edge) in pole.into_iter().enumerate() {
                 series.push(Series::new(if i == 0 { "pole" } else { "" }, edge, Style::Line, 6));
             }
             let title = format!("Circumnutating shoot and a pole, seen from {}", ["the side", "above"][view]);
-            lines_figure(out.join(format!("{name}.svg")), &title, "x (cm)", label, &series, Axes::Equal)?;
+            Figure::new(out.join(format!("{name}.svg")), &title).lines("x (cm)", label, &series, Axes::Equal)?;
         }
         Ok(())
     }
@@ -247,7 +244,7 @@ impl Record {
         let turns = [Series::new("", turns, Style::Line, 2)];
         let mut strips: Vec<Strip> = all.iter().map(|(label, series)| Strip { label, series }).collect();
         strips.push(Strip { label: "turns (1)", series: &turns });
-        strips_figure(out.join("contact.svg"), "Contacts of the shoot with the pole", "time (h)", &strips)?;
+        Figure::new(out.join("contact.svg"), "Contacts of the shoot with the pole").strips("time (h)", &strips)?;
         Ok(())
     }
 }
@@ -292,7 +289,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let clock = Instant::now();
     let error = setup.run(&mut shoot, |shoot| {
         record.add(shoot, &setup);
-        film.iter_mut().for_each(|film| film.push(camera::frame_of(shoot, None)));
+        film.iter_mut().for_each(|film| film.push(Frame::of(shoot, None)));
         progress.set(shoot.time() / setup.end);
         Ok(())
     })?;
@@ -328,5 +325,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

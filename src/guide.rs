@@ -1,75 +1,141 @@
 //! Chapters: recipes, laws and methods of your own, and the method with its accuracy, run time and limits.
 
+// The chapters end with definitions of their links for readers of the files. Of several definitions of a label the
+// first counts, so that those of `definitions` lead to the pages of the documentation. `tests/project/links.rs` checks
+// both.
+
+/// Concatenates a definition for each label: first those of chapters, then those of items, which are code.
+macro_rules! definitions {
+    ($($label:literal: $chapter:literal,)* $([$module:literal: $($item:literal)*])*) => {
+        concat!(
+            "\n\n",
+            $("[", $label, "]: crate::guide::", $chapter, "\n",)*
+            $($("[`", $item, "`]: ", $module, "::", $item, "\n",)*)*
+            "\n"
+        )
+    };
+}
+
+/// Text of a chapter with the definitions of its links.
+macro_rules! chapter {
+    ($file:literal) => {
+        concat!(
+            definitions! {
+                "accuracy": "accuracy",
+                "architecture": "architecture",
+                "cycles": "cycles",
+                "decisions": "decisions",
+                "extremes": "extremes",
+                "fit": "fit",
+                "method": "method",
+                "own laws": "own_laws",
+                "own methods": "own_methods",
+                "performance": "performance",
+                "recipes": "recipes",
+                "saving": "saving",
+                "stability": "stability",
+                "supports": "supports",
+                "the balance of energy": "recipes#the-balance-of-energy",
+                ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::reactions" "Shoot::with_model"
+                    "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check" "check::elastic_law"
+                    "check::growth_law" "check::obstacle" "check::perception" "check::response"
+                    "check::tropism_law" "cycle" "ensemble::run" "fit" "stability"]
+                ["crate::constitutive": "Constitutive::line_response" "Timoshenko"]
+                ["crate::cycle": "Bifurcation" "Continuation" "Disturbances" "Eigenvalue::residual"
+                    "Multipliers::radius" "Multipliers::trivial" "PeriodicOrbit::enter" "PeriodicOrbit::error"
+                    "PeriodicSolver" "PeriodicSolver::forced" "RotatingWaveSolver" "WaveRoots::line"]
+                ["crate::equilibrium": "EquilibriumSolver::hold" "NewtonSolver" "NewtonSolver::solve_held"
+                    "RodEnergy" "Unloaded"]
+                ["crate::fit": "Estimates::compare" "Estimates::singular_values" "Fit::profile"
+                    "Fit::scan_oscillator" "Fit::widest" "Series"]
+                ["crate::growth": "Ongoing"]
+                ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "Statistics"
+                    "TimeStepper"]
+                ["crate::load": "InternalForce" "Load::force" "Weight::GREENHILL"]
+                ["crate::profile": "Profile" "Profile::of"]
+                ["crate::rod": "Rod::node_arc_lengths" "Rod::node_frames" "Rod::reactions" "Rod::set_shape"]
+                ["crate::stability": "Crossing::with_error" "Linearisation::refined" "Linearisation::resolved"
+                    "Linearisation::unstable" "Refinement" "Root::with_error" "boundary" "onset"
+                    "solve_steady_state"]
+                ["crate::support": "Capsule" "Contact" "ConvexPolyhedron" "Cuboid" "Cylinder" "Elastic" "HalfSpace"
+                    "Hold" "Joint" "Moving" "Obstacle" "Potential" "Reaction" "Sphere" "Union"]
+                ["crate::tropism": "DirectionalTropism" "Perception" "Response" "Rotation" "Statoliths"
+                    "TropismLaw"]
+            },
+            include_str!(concat!("../", $file))
+        )
+    };
+}
+
+/// Picture of a chapter.
+macro_rules! picture {
+    ($name:literal) => {
+        concat!(
+            "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
+            include_str!(concat!("../docs/pictures/", $name, ".svg")),
+            "</figure>"
+        )
+    };
+}
+
 /// Short programs: reading, stopping, changing and varying shoots, and many shoots at once.
-#[doc = include_str!("../docs/recipes.md")]
+#[doc = chapter!("docs/recipes.md")]
 pub mod recipes {}
 
 /// Writing a state to a file, and continuing from it.
 // The program of this chapter needs a serialisation format. It runs as one of the tests.
-#[cfg_attr(not(doctest), doc = include_str!("../docs/saving.md"))]
+#[cfg_attr(not(doctest), doc = chapter!("docs/saving.md"))]
 pub mod saving {}
 
 /// Writing a growth profile, a tropism and an elastic law.
-#[doc = include_str!("../docs/own-laws.md")]
-#[doc = concat!(
-    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
-    include_str!("../docs/pictures/own_law.svg"),
-    "</figure>"
-)]
+#[doc = chapter!("docs/own-laws.md")]
+#[doc = picture!("own_law")]
 pub mod own_laws {}
 
 /// Writing a solver of equilibria and an integrator.
-#[doc = include_str!("../docs/own-methods.md")]
-#[doc = concat!(
-    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
-    include_str!("../docs/pictures/own_solver.svg"),
-    "</figure>"
-)]
+#[doc = chapter!("docs/own-methods.md")]
+#[doc = picture!("own_solver")]
 pub mod own_methods {}
 
 /// Equations, discretisation and limits of the method.
-#[doc = include_str!("../docs/method.md")]
+#[doc = chapter!("docs/method.md")]
 pub mod method {}
 
 /// Holds, springs, joints, obstacles and friction, their reactions, and the method.
-#[doc = include_str!("../docs/supports.md")]
+#[doc = chapter!("docs/supports.md")]
 pub mod supports {}
 
 /// Parameters of a shoot from data: identifiability, experimental design, and the test for an oscillator.
-#[doc = include_str!("../docs/fit.md")]
+#[doc = chapter!("docs/fit.md")]
 pub mod fit {}
 
 /// Steady states, characteristic roots and onsets of oscillations, and their limits.
-#[doc = include_str!("../docs/stability.md")]
-#[doc = concat!(
-    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
-    include_str!("../docs/pictures/stability_map.svg"),
-    "</figure>"
-)]
+#[doc = chapter!("docs/stability.md")]
+#[doc = picture!("stability_map")]
 pub mod stability {}
 
 /// Periodic orbits, their stability and their bifurcations.
-#[doc = include_str!("../docs/cycles.md")]
-#[doc = concat!(
-    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
-    include_str!("../docs/pictures/bifurcation.svg"),
-    "</figure>"
-)]
+#[doc = chapter!("docs/cycles.md")]
+#[doc = picture!("bifurcation")]
 pub mod cycles {}
 
 /// Meaning of the tolerances, reliability of the error estimates, and tables of error against run time.
-#[doc = include_str!("../docs/accuracy.md")]
-#[doc = concat!(
-    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
-    include_str!("../docs/pictures/work_precision.svg"),
-    "</figure>"
-)]
+#[doc = chapter!("docs/accuracy.md")]
+#[doc = picture!("work_precision")]
 pub mod accuracy {}
 
 /// Run time of a time step by its parts, lower bounds, and optimisations with their effect.
-#[doc = include_str!("../docs/performance.md")]
+#[doc = chapter!("docs/performance.md")]
 pub mod performance {}
 
 /// Results at extreme parameters.
-#[doc = include_str!("../docs/extremes.md")]
+#[doc = chapter!("docs/extremes.md")]
 pub mod extremes {}
+
+/// Choices that rest on measurements, with the numbers and the alternatives.
+#[doc = chapter!("docs/decisions.md")]
+pub mod decisions {}
+
+/// Modules, layers, traits and the steps of a run, for readers of the code.
+#[doc = chapter!("ARCHITECTURE.md")]
+pub mod architecture {}

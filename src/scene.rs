@@ -171,6 +171,7 @@ impl Scene for Still {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[doc(alias = "clinostat")]
 pub struct Turned<S = Still> {
     /// The scene outside the interval.
     pub scene: S,

@@ -13,16 +13,13 @@
 //! simulated user (`tests/browser/user.js`) must catch the moving tip with a reaction time of 250 ms. If
 //! Chromium is not installed, the program reports this and returns no error.
 
-#[path = "../examples/common/mod.rs"]
-mod common;
-
 use std::error::Error;
 use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 
-use common::{Opt, Options, finish};
+use morphorod_plot::{Opt, Options, finish};
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 

@@ -10,8 +10,6 @@
 //! `benches/peers/peers.py`, which measures programs in Python. `--write` writes the table of the fastest
 //! settings into a chapter.
 
-#[path = "../../examples/common/mod.rs"]
-mod common;
 mod ours;
 mod problem;
 mod shooting;
@@ -21,10 +19,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-use common::file::{write_between_marks, write_whole};
-use common::table::duration;
-use common::{Axes, Opt, Options, Series, Style, finish, lines_figure};
 use morphorod::Order;
+use morphorod_plot::file::{write_between_marks, write_whole};
+use morphorod_plot::table::duration;
+use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, finish};
 use problem::{Run, exact_tip, load_of, race};
 
 /// Error, relative to the length, for which the fastest settings are compared under heavy loads.
@@ -209,9 +207,7 @@ fn draw(file: &Path, runs: &[&Run]) -> std::io::Result<()> {
         series.push(Series::new(format!("{peer}, best settings"), points, Style::Marked, series.len()));
     }
     let (x, y) = ("run time (µs)", "error of the tip / length");
-    lines_figure(
-        file,
-        "Equilibrium of a rod with a horizontal base: error against run time",
+    Figure::new(file, "Equilibrium of a rod with a horizontal base: error against run time").lines(
         x,
         y,
         &series,

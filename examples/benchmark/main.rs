@@ -19,8 +19,6 @@
 //! Run times are not comparable in detail. The published ones were measured on another machine, and the other programs
 //! integrate a damped motion in time until it ends, where this crate solves for the equilibrium.
 
-#[path = "../common/mod.rs"]
-mod common;
 #[path = "../work_precision/measure.rs"]
 mod measure;
 
@@ -33,7 +31,7 @@ mod twist;
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Opt, Options};
+use morphorod_plot::{Opt, Options, println};
 use report::Row;
 
 /// Result of an experiment: one row for each mesh and case.
@@ -77,5 +75,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

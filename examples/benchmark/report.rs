@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use crate::common::table::duration;
-use crate::common::{Axes, Series, Style, panels_figure};
 use crate::{EXPERIMENTS, Experiment};
+use morphorod_plot::table::duration;
+use morphorod_plot::{Axes, Figure, Series, Style, println};
 
 /// Errors below this are shown at this value.
 const LEAST: f64 = 1e-13;
@@ -85,7 +85,7 @@ pub fn draw(rows: &[Row], file: &Path) -> Result<(), Box<dyn Error>> {
         EXPERIMENTS.iter().map(|experiment| (experiment.title, series(experiment.name, rows))).collect();
     let panels: Vec<(&str, &[Series])> = panels.iter().map(|(title, series)| (*title, &series[..])).collect();
     let title = "Error against run time of static experiments";
-    panels_figure(file, title, "run time (s)", "relative error (1)", &panels, Axes::LogLog)?;
+    Figure::new(file, title).panels("run time (s)", "relative error (1)", &panels, Axes::LogLog)?;
     Ok(())
 }
 

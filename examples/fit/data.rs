@@ -6,9 +6,9 @@ use morphorod::fit::{Estimates, Parameter, Series, View};
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Vector2, Vector3};
 
-use super::common::tracks::Layout;
-use super::common::{Options, track_options};
 use super::plants::{Draw, Plant, Seen};
+use morphorod_plot::tracks::Layout;
+use morphorod_plot::{Options, track_options};
 
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;
@@ -27,12 +27,15 @@ enum Shown {
     Angle,
 }
 
+/// Time (h), and points in the units of the axes.
+pub type Timed = (f64, Vec<[f64; 2]>);
+
 /// Data in the form in which the figures show them.
 pub struct Points {
     /// Times of the frames, s.
     pub times: Vec<f64>,
-    /// Points in the units of the axes.
-    pub points: Vec<[f64; 2]>,
+    /// Points of each frame.
+    pub points: Vec<Timed>,
     /// Labels of the axes.
     pub axes: [&'static str; 2],
     /// Whether the data are centre lines.
@@ -62,7 +65,7 @@ impl Points {
                 Shown::Angle => [time / HOUR, p.x.to_degrees()],
             };
             if !lines || points.has_line(index) {
-                points.points.extend(frame.iter().map(point));
+                points.points.push((time / HOUR, frame.iter().map(point).collect()));
             }
         }
         points

@@ -1,5 +1,6 @@
 //! Expected standard errors of several experiments. The program fits exact data, and assumes the noise of a camera.
 
+use morphorod_plot::println;
 use std::error::Error;
 
 use morphorod::fit::{Fit, Parameter, Verdict};
@@ -120,17 +121,17 @@ pub fn print(noise: f64) -> Result<(), Box<dyn Error>> {
         };
         let fit = Fit { step: STEP, windows: vec![1.0], ..Fit::default() };
         let found = fit.run(&case.plant.family(&values, case.free, 1.0, more), &[data])?;
-        print!("{:<44}", case.name);
+        let mut line = format!("{:<44}", case.name);
         for estimate in found.parameters.iter().filter(|estimate| estimate.verdict != Verdict::Fixed) {
             let unit = if estimate.relative { 1.0 } else { estimate.value.abs() };
             let error = 100.0 * estimate.error / unit;
-            match estimate.verdict {
-                Verdict::StructurallyNot => print!("  {} !", estimate.name),
-                Verdict::PracticallyNot => print!("  {} {error:.2}?", estimate.name),
-                _ => print!("  {} {error:.2}", estimate.name),
-            }
+            line += &match estimate.verdict {
+                Verdict::StructurallyNot => format!("  {} !", estimate.name),
+                Verdict::PracticallyNot => format!("  {} {error:.2}?", estimate.name),
+                _ => format!("  {} {error:.2}", estimate.name),
+            };
         }
-        println!();
+        println!("{line}");
     }
     Ok(())
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use morphorod::fit::{Estimates, Verdict};
 
-use super::common::{Axes, Series, Style, Table, lines_figure, panels_figure};
-use super::data::Points;
+use super::data::{Points, Timed};
+use morphorod_plot::{Axes, Figure, Series, Style, Table};
 
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;
@@ -15,15 +15,18 @@ const MM_PER_M: f64 = 1e3;
 /// 90 % quantile of χ² with two degrees of freedom.
 const QUANTILE: f64 = 4.605_170;
 
-/// Draws all figures, and writes the residuals. `paths` are paths of the fitted shoot in the units of the axes.
-pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimates) -> Result<(), Box<dyn Error>> {
+/// Draws all figures, and writes the residuals. `paths` are those of the fitted shoot.
+pub fn draw(out: &Path, data: &Points, paths: &[Timed], found: &Estimates) -> Result<(), Box<dyn Error>> {
     let pairs = |points: &[[f64; 2]]| points.iter().map(|[x, y]| (*x, *y)).collect::<Vec<_>>();
-    let mut series = vec![Series::new("data", pairs(&data.points), Style::Points, 5)];
-    for (k, path) in paths.iter().enumerate() {
-        series.push(Series::new(if k == 0 { "fit" } else { "" }, pairs(path), Style::Line, 0));
+    let mut series = Vec::new();
+    for (label, style, sets) in [("data", Style::Points, &data.points[..]), ("fit", Style::Line, paths)] {
+        for (hours, points) in sets {
+            let one = Series::new(label, pairs(points), style, if label == "data" { 5 } else { 0 });
+            series.push(if data.lines { one.at_time(*hours) } else { one });
+        }
     }
     let ([x, y], axes) = (data.axes, if data.is_plane() { Axes::Equal } else { Axes::Linear });
-    lines_figure(out.join("fit.svg"), "Data and the fitted shoot", x, y, &series, axes)?;
+    Figure::new(out.join("fit.svg"), "Data and the fitted shoot").lines(x, y, &series, axes)?;
 
     let unit = if data.is_angle() { "residual_rad" } else { "residual_m" };
     let mut table = Table::create(out.join("residuals.csv"), &["series", "t_s", unit])?;
@@ -37,7 +40,7 @@ pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimate
     let residuals = found.residuals.iter().map(residual).collect();
     let residuals = [Series::new("simulated minus measured", residuals, Style::Points, 5)];
     let title = format!("Residuals: correlation of successive values {:.2}", found.lag_one);
-    lines_figure(out.join("residuals.svg"), &title, "time (h)", y, &residuals, Axes::Linear)?;
+    Figure::new(out.join("residuals.svg"), &title).lines("time (h)", y, &residuals, Axes::Linear)?;
     ellipses(out, found)
 }
 
@@ -57,14 +60,14 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
             let scale = 100.0 * QUANTILE.sqrt();
             (scale * a.error * cosine, scale * b.error * (correlation * cosine + rest * sine))
         };
-        let label = format!("{} against {}", b.name, a.name);
-        panels.push((label.clone(), [Series::new(label, (0..=100).map(point).collect(), Style::Line, panels.len())]));
+        let labels = [a, b].map(|one| format!("difference of {} (%)", one.name));
+        panels.push((labels, [Series::new("", (0..=100).map(point).collect(), Style::Line, 0)]));
     }
     if panels.is_empty() {
         return Ok(());
     }
-    let panels: Vec<(&str, &[Series])> = panels.iter().map(|(label, series)| (label.as_str(), &series[..])).collect();
-    let title = "Regions that contain two parameters with a probability of 90 %";
-    let (x, y) = ("difference from the estimate (%)", "difference from the estimate (%)");
-    Ok(panels_figure(out.join("ellipses.svg"), title, x, y, &panels, Axes::Linear)?)
+    let panels: Vec<([&str; 2], &[Series])> =
+        panels.iter().map(|([a, b], series)| ([a.as_str(), b.as_str()], &series[..])).collect();
+    let title = "Differences from the estimates that contain two parameters with a probability of 90 %";
+    Ok(Figure::new(out.join("ellipses.svg"), title).separate_panels(&panels, Axes::Linear)?)
 }

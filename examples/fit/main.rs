@@ -22,8 +22,6 @@
 //!   beta,eta,tau_m,tau_r,l_0`. The initial curvature, `bend_x` and `bend_y`, is among the free parameters of tips from
 //!   above by default.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod data;
 mod design;
 mod figures;
@@ -32,11 +30,11 @@ mod plants;
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Opt, Options, track_options};
 use morphorod::Shoot;
 use morphorod::fit::{Estimates, Fit, Loss, Verdict};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::Handedness;
+use morphorod_plot::{Opt, Options, println, track_options};
 use plants::{Draw, OSCILLATOR, PARAMETERS, Plant, Seen};
 
 const HOUR: f64 = 3600.0;
@@ -175,7 +173,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     if points.lines {
         let line = |shoot: &Shoot<_>| {
             let line = shoot.rod().centre_line_at(40);
-            paths.push(line.iter().map(|p| points.image(p, &found)).collect());
+            paths.push((shoot.time() / HOUR, line.iter().map(|p| points.image(p, &found)).collect()));
         };
         let shown = points.times.iter().enumerate().filter(|(index, _)| points.has_line(*index));
         integrator.advance_showing(&mut shoot, last, shown.map(|(_, time)| *time), line)?;
@@ -183,7 +181,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         let minutes = (0..=(last / MINUTE) as u32).map(|minute| MINUTE * f64::from(minute));
         let mut path = Vec::new();
         integrator.advance_showing(&mut shoot, last, minutes, |shoot| path.push(points.tip(shoot, &found)))?;
-        paths.push(path);
+        paths.push((0.0, path));
     }
     figures::draw(&out, &points, &paths, &found)?;
     println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());
@@ -213,5 +211,5 @@ fn report(found: &Estimates, free: &[&str]) {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -9,8 +9,8 @@ use morphorod::stability::Linearisation;
 use morphorod::tracking::{self, Ellipse, Oscillation, Search};
 use nalgebra::{Complex, Vector3};
 
-use super::common::{Orbit, Series, Strip, Style, Table, orbits_figure, strips_figure};
 use super::{Centrifuge, HOUR, MINUTE, OSCILLATOR, RADIUS, Record, responses, shoot};
+use morphorod_plot::{Figure, Orbit, Series, Strip, Style, Table, println};
 
 /// Analysed part of the duration of a level. The transient before it is excluded.
 const ANALYSED: f64 = 0.4;
@@ -48,11 +48,11 @@ pub fn analyse(record: &Record, scene: &Centrifuge, alpha: f64, length: f64) -> 
                 format!("{:.4} mm, period {minutes:.3} min, roundness {:.3}", 1e3 * ellipse.major, ellipse.roundness())
             })
         };
-        print!("{level} g: endogenous {}; exogenous {}", text(endogenous), text(exogenous));
+        let mut line = format!("{level} g: endogenous {}; exogenous {}", text(endogenous), text(exogenous));
         if exogenous.is_none() && alpha != 0.0 {
-            print!("; linear theory {:.4} mm", 1e3 * linear_amplitude(*level, alpha, length)?);
+            line += &format!("; linear theory {:.4} mm", 1e3 * linear_amplitude(*level, alpha, length)?);
         }
-        println!();
+        println!("{line}");
         levels.push(Level { gravity: *level, oscillations: [endogenous, exogenous] });
     }
     Ok(levels)
@@ -103,7 +103,7 @@ fn draw_time(out: &Path, record: &Record, scene: &Centrifuge) -> io::Result<()> 
         Strip { label: "height z (mm)", series: &height },
     ];
     let title = "Shoot in a centrifuge: distance of the tip from the vertical, and its height";
-    strips_figure(out.join("tip.svg"), title, "time (h)", &strips)
+    Figure::new(out.join("tip.svg"), title).strips("time (h)", &strips)
 }
 
 /// Returns the largest and the smallest value of a length (m) in successive windows, in mm over
@@ -123,7 +123,7 @@ fn envelope(record: &Record, value: impl Fn(&Vector3<f64>) -> f64) -> [Series; 2
     let label = |name| format!("{name} in {} h", WINDOW / HOUR);
     [
         Series::new(label("largest value"), largest, Style::Line, 0),
-        Series::new(label("smallest value"), smallest, Style::Line, 1),
+        Series::new(label("smallest value"), smallest, Style::Dashed, 1),
     ]
 }
 
@@ -138,7 +138,7 @@ fn draw_tracks(out: &Path, record: &Record, scene: &Centrifuge) -> io::Result<()
     };
     let tracks: Vec<Orbit> = scene.levels.iter().enumerate().map(track).collect();
     let title = format!("Tip tracks in the last {} h at each level, top view", 2.0 * WINDOW / HOUR);
-    orbits_figure(out.join("tracks.svg"), &title, &tracks)
+    Figure::new(out.join("tracks.svg"), &title).orbits(&tracks)
 }
 
 /// Draws amplitudes and periods against gravity, and writes them to a table.
@@ -166,5 +166,5 @@ fn draw_levels(out: &Path, levels: &[Level]) -> io::Result<()> {
     let (sizes, times) = (series(amplitudes), series(periods));
     let strips = [Strip { label: "amplitude (mm)", series: &sizes }, Strip { label: "period (min)", series: &times }];
     let title = "Oscillations of the tip at different levels of gravity";
-    strips_figure(out.join("levels.svg"), title, "gravity (g)", &strips)
+    Figure::new(out.join("levels.svg"), title).strips("gravity (g)", &strips)
 }

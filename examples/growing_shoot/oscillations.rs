@@ -3,8 +3,8 @@
 use morphorod::tracking::{Search, Track, TrackingError};
 use nalgebra::Vector3;
 
-use super::common::{Series, Style};
 use super::{HOUR, MINUTE, OSCILLATOR};
+use morphorod_plot::{Series, Style, println};
 
 /// Duration of the last part of the track, s.
 const RECENT: f64 = 6.0 * HOUR;

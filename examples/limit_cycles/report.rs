@@ -5,8 +5,8 @@ use std::path::Path;
 
 use morphorod::tracking::{Pattern, Track};
 
-use super::common::{FramedPanel, Orbit, Series, Strip, Style, Table, frames_figure, orbits_figure, strips_figure};
 use super::{ACROSS, HOUR, MINUTE, PULSE, Record, WINDOW};
+use morphorod_plot::{Figure, FramedPanel, Orbit, Series, Strip, Style, Table, println};
 
 /// Prints the oscillations before the second pulse, after it, and at the end.
 pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) {
@@ -76,7 +76,7 @@ pub fn draw(
         })
         .filter(|orbit| orbit.path.len() > 1)
         .collect();
-    orbits_figure(out.join("tip.svg"), "Tip track, top view", &orbits)?;
+    Figure::new(out.join("tip.svg"), "Tip track, top view").orbits(&orbits)?;
 
     let period = exact.map_or(90.0 * MINUTE, |exact| exact[2]);
     let panel = |name, end| FramedPanel {
@@ -89,7 +89,7 @@ pub fn draw(
         panels.push(panel("circular oscillation", end));
     }
     let title = "Eight shapes in one period, with directors at base and tip";
-    frames_figure(out.join("shapes.svg"), title, &panels)?;
+    Figure::new(out.join("shapes.svg"), title).frames(&panels)?;
 
     let mut table =
         Table::create(out.join("cycle.csv"), &["t_s", "period_s", "semi_major_m", "semi_minor_m", "roundness"])?;
@@ -123,11 +123,7 @@ pub fn draw(
         time.push(level(period / MINUTE));
     }
     let strips = [Strip { label: "semi-axes (mm)", series: &axes }, Strip { label: "period (min)", series: &time }];
-    strips_figure(
-        out.join("cycle.svg"),
-        "Oscillation of the tip, from windows of 8 h without a pulse",
-        "time (h)",
-        &strips,
-    )?;
+    Figure::new(out.join("cycle.svg"), "Oscillation of the tip, from windows of 8 h without a pulse")
+        .strips("time (h)", &strips)?;
     Ok(())
 }

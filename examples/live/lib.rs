@@ -4,16 +4,7 @@
 //! Each thread has one shoot. Calls that may fail return 0 on success and 1 on failure; [`live_message`]
 //! then returns the address of the error message.
 
-#[path = "../camera/mod.rs"]
-mod camera;
-#[path = "../common/film/frame.rs"]
-mod frame;
 mod shoot;
-
-/// Part of the common module of the examples that compiles for a browser.
-mod common {
-    pub use crate::frame::Frame;
-}
 
 use std::cell::RefCell;
 use std::error::Error;

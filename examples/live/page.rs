@@ -15,10 +15,6 @@
 //! two pulses decays. At 6.5 cm, it persists. The critical length with statoliths is 6.46 cm; the orange
 //! line of the scale shows it.
 
-#[path = "../camera/mod.rs"]
-mod camera;
-#[path = "../common/mod.rs"]
-mod common;
 // This program uses only the part of the module that is needed for the option `--tip`.
 #[allow(dead_code)]
 mod shoot;
@@ -27,9 +23,9 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use common::file::write_whole;
-use common::film::{SCENE, STYLE, base64, fill};
-use common::{Opt, Options};
+use morphorod_plot::file::write_whole;
+use morphorod_plot::film::{SCENE, STYLE, base64, fill};
+use morphorod_plot::{Opt, Options, println};
 use shoot::Live;
 
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -91,5 +87,5 @@ fn compiled() -> Result<PathBuf, Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

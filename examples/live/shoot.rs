@@ -16,8 +16,7 @@ use morphorod::tropism::{
 };
 use morphorod::{Environment, Laws, Shoot, Still};
 
-use crate::camera;
-use crate::common::Frame;
+use morphorod_plot::Frame;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -179,7 +178,7 @@ impl Live {
 
     /// Current shape of the shoot for a drawing.
     pub fn look(&self) -> Frame {
-        camera::frame_of(&self.shoot, Some(0))
+        Frame::of(&self.shoot, Some(0))
     }
 
     /// Tip position, m.

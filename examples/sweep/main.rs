@@ -27,8 +27,6 @@
 //! sweep --merge --out /shared/map                 # afterwards: table and picture, or a list of missing rows
 //! ```
 
-#[path = "../common/mod.rs"]
-mod common;
 mod grid;
 mod picture;
 mod point;
@@ -40,10 +38,10 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::options::Value;
-use common::{Opt, Options, Progress, finish};
 use grid::{Grid, Span};
 use morphorod::ensemble::{self, Shard};
+use morphorod_plot::options::Value;
+use morphorod_plot::{Opt, Options, Progress, finish, println};
 use point::{Numbers, compute_point, critical_length};
 use store::Store;
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::grid::Grid;
 use super::point::{COLUMNS, LAST, Numbers, buckling_length};
-use crate::common::file::write_whole;
-use crate::common::table::number;
-use crate::common::{Map, Series, Style, map_figure};
+use morphorod_plot::file::write_whole;
+use morphorod_plot::table::number;
+use morphorod_plot::{Figure, Map, Series, Style};
 
 /// Factor from metres to centimetres, the unit of displayed lengths.
 const CM_PER_M: f64 = 1e2;
@@ -57,5 +57,5 @@ pub fn draw(file: &Path, grid: &Grid, rows: &[Vec<Numbers>], onsets: &[Option<f6
         label: &format!("amplitude of the tip in the last {} h (mm)", LAST.min(grid.time) / HOUR),
         limits: LIMITS,
     };
-    map_figure(file, &format!("Oscillation amplitude {hours} h after a small perturbation"), &map, &over)
+    Figure::new(file, &format!("Oscillation amplitude {hours} h after a small perturbation")).map(&map, &over)
 }

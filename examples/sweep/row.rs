@@ -11,7 +11,7 @@
 
 use super::grid::Grid;
 use super::point::{COLUMNS, Numbers};
-use crate::common::table::number;
+use morphorod_plot::table::number;
 
 /// Beginning of the first line. The number of the format follows, which changes with the meaning of the
 /// results.

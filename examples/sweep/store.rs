@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::grid::Grid;
 use super::point::Numbers;
 use super::row;
-use crate::common::file::{named, write_whole};
+use morphorod_plot::file::{named, write_whole};
 
 /// Row files of one sweep. Several processes may share the folder.
 pub struct Store {

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use morphorod::tracking::{Nutation, RidgePoint, Search, Track};
 
-use super::common::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure};
 use super::mechanism::{Component, Judgement, Observation};
 use super::rows::COLUMNS;
 use super::{HOUR, MINUTE};
+use morphorod_plot::{Axes, Figure, Map, Series, Style};
 
 const MM_PER_M: f64 = 1e3;
 /// Number of columns of the scalogram in the figure.
@@ -71,7 +71,7 @@ fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), 
     }
     let title = format!("the last {} h and the largest oscillations", window / HOUR);
     let panels: [(&str, &[Series]); 2] = [("tracked path", &whole), (&title, &recent)];
-    Ok(panels_figure(out.join("path.svg"), "Path of a tracked tip", "x (mm)", "y (mm)", &panels, Axes::Equal)?)
+    Ok(Figure::new(out.join("path.svg"), "Path of a tracked tip").panels("x (mm)", "y (mm)", &panels, Axes::Equal)?)
 }
 
 /// Draws the power against time and period, the ridge, and the cone of influence.
@@ -119,7 +119,7 @@ fn scalogram(out: &Path, path: &Track, found: &Nutation, rows: &[[f64; COLUMNS.l
         label: "power |W|²/σ² (1)",
         limits: LIMITS,
     };
-    Ok(map_figure(out.join("scalogram.svg"), "Wavelet scalogram of a tracked tip", &map, &over)?)
+    Ok(Figure::new(out.join("scalogram.svg"), "Wavelet scalogram of a tracked tip").map(&map, &over)?)
 }
 
 /// Quantity along the ridge against time (h). The line is broken at gaps and where the ridge
@@ -152,9 +152,7 @@ fn amplitudes(out: &Path, found: &Nutation, rows: &[[f64; COLUMNS.len()]]) -> Re
         Series::new("semi-minor axis of the largest oscillation in a window", column(5), Style::Points, 2),
     ];
     let file = out.join("amplitude.svg");
-    Ok(lines_figure(
-        file,
-        "Semi-axes of the oscillations of a tracked tip",
+    Ok(Figure::new(file, "Semi-axes of the oscillations of a tracked tip").lines(
         "time (h)",
         "semi-axis (mm)",
         &series,
@@ -181,5 +179,5 @@ pub fn mechanism(out: &Path, found: &Judgement, observations: &[Observation]) ->
     }
     let title = "Amplitudes of the oscillations of a tracked tip";
     let file = out.join("mechanism.svg");
-    Ok(lines_figure(file, title, "centre of the window (h)", "semi-major axis (mm)", &series, Axes::LogY)?)
+    Ok(Figure::new(file, title).lines("centre of the window (h)", "semi-major axis (mm)", &series, Axes::LogY)?)
 }

@@ -30,8 +30,6 @@
 //!
 //! The example `fit` estimates the parameters of a shoot from such a table.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod criteria;
 mod evidence;
 mod figures;
@@ -45,12 +43,12 @@ use std::error::Error;
 use std::path::Path;
 use std::process::ExitCode;
 
-use common::centre_lines::curvature;
-use common::track_options;
-use common::tracks::{Layout, Track};
-use common::{Opt, Options, Table};
 use mechanism::{Context, Level};
 use morphorod::tracking::{Nutation, Search};
+use morphorod_plot::centre_lines::curvature;
+use morphorod_plot::track_options;
+use morphorod_plot::tracks::{Layout, Track};
+use morphorod_plot::{Opt, Options, Table, println};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
@@ -88,7 +86,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let options = options();
     if options.flag("make") {
         let file = options.text("make");
-        common::file::write_whole(Path::new(file), synthetic::table()?)?;
+        morphorod_plot::file::write_whole(Path::new(file), synthetic::table()?)?;
         println!("{file} was written");
         return Ok(());
     }
@@ -207,5 +205,5 @@ fn curvatures(options: &Options, layout: &Layout, width: f64, out: &Path) -> Res
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

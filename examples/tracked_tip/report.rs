@@ -1,5 +1,6 @@
 //! Printed results of a whole track and of the decision between the mechanisms.
 
+use morphorod_plot::println;
 use std::collections::BTreeMap;
 use std::error::Error;
 

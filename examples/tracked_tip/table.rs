@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::common::Options;
-use super::common::track_options::{self, named};
-use super::common::tracks::{Layout, Track};
 use super::{M_PER_MM, synthetic};
+use morphorod_plot::Options;
+use morphorod_plot::track_options::{self, named};
+use morphorod_plot::tracks::{Layout, Track};
 
 /// Table of the example.
 const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/tracked_tip/shoot_from_above.csv");

@@ -6,8 +6,8 @@ use std::path::Path;
 use morphorod::ensemble;
 use morphorod::integrator::IntegrationError;
 
-use crate::common::{Axes, Progress, Series, Style, Table, panels_figure};
 use crate::{PERIOD, Setup};
+use morphorod_plot::{Axes, Figure, Progress, Series, Style, Table, println};
 
 /// Classes of the map, with the index of their colour.
 const CLASSES: [&str; 5] = ["passes", "slips off", "leans", "winds", "fails"];
@@ -83,7 +83,7 @@ pub fn map(base: &Setup, size: usize, out: &Path) -> Result<(), Box<dyn Error>> 
     let panels = [(names[0].as_str(), &panels[0][..]), (names[1].as_str(), &panels[1][..])];
     let title = "Shoots that meet a pole";
     let labels = ["radius of the pole (mm)", "distance of the pole (cm)"];
-    panels_figure(out.join("map.svg"), title, labels[0], labels[1], &panels, Axes::Linear)?;
+    Figure::new(out.join("map.svg"), title).panels(labels[0], labels[1], &panels, Axes::Linear)?;
     println!("wrote map.csv and map.svg to {}", out.display());
     Ok(())
 }

@@ -17,8 +17,6 @@
 //! - `--scene growing` computes one scene only.
 //! - `--write docs/accuracy.md` writes a summary into that chapter.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod measure;
 mod report;
 mod scenes;
@@ -26,7 +24,7 @@ mod scenes;
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Opt, Options, Progress};
+use morphorod_plot::{Opt, Options, Progress, println};
 use report::Scene;
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -65,5 +63,5 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    common::finish(run())
+    morphorod_plot::finish(run())
 }

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use crate::common::file::write_between_marks;
-use crate::common::table::duration;
-use crate::common::{Axes, Series, Style, lines_figure};
+use morphorod_plot::file::write_between_marks;
+use morphorod_plot::table::duration;
+use morphorod_plot::{Axes, Figure, Series, Style, println};
 
 /// Errors below this are rounding errors, which show no order of convergence.
 pub const ROUNDING: f64 = 2e-13;
@@ -70,7 +70,7 @@ impl Scene {
             .collect();
         let file = out.join(format!("{}.svg", self.name.replace(' ', "_")));
         let title = format!("Error against run time: {}", self.what);
-        lines_figure(file, &title, "run time (ms)", self.error, &series, Axes::LogLog)?;
+        Figure::new(file, &title).lines("run time (ms)", self.error, &series, Axes::LogLog)?;
         Ok(())
     }
 

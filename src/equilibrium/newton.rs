@@ -95,6 +95,7 @@ impl NewtonSolver {
     /// # Errors
     /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for
     /// a rod of more elements than fit in memory.
+    #[doc(alias = "self-buckling")]
     pub fn inertia(
         &mut self,
         rod: &Rod,

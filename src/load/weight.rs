@@ -32,6 +32,7 @@ impl Weight {
     ///
     /// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast
     /// can be made*, Proc. Camb. Phil. Soc. 4, 65–73 (1881).
+    #[doc(alias("Greenhill", "self-buckling", "critical length"))]
     pub const GREENHILL: f64 = 7.837_347_438_943_484;
 }
 

@@ -103,6 +103,7 @@ impl Track {
     /// # Errors
     /// A band out of range, whose shortest period is less than two sampling intervals, or whose longest is more
     /// than a third of the track; too few positions.
+    #[doc(alias = "circumnutation")]
     pub fn nutation(&self, band: [f64; 2]) -> Result<Nutation, TrackingError> {
         let [shortest, longest] = band;
         ParameterError::positive("shortest period of the band", shortest, "s")?;

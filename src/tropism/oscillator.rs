@@ -39,6 +39,7 @@ impl fmt::Display for Handedness {
 /// and τe = 20 to 24 min (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[doc(alias = "circumnutation")]
 pub struct Oscillator {
     /// Sensitivity α, without unit.
     pub sensitivity: f64,

@@ -72,3 +72,26 @@ fn no_file_has_more_than_400_lines_of_120_characters() {
         assert!(check_lengths(&root.join(folder)) > 5, "{folder} has few files");
     }
 }
+
+/// The macro of the standard library panics if the output is closed or full.
+#[test]
+fn examples_print_by_the_macro_of_morphorod_plot() {
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples")];
+    let mut files = 0;
+    while let Some(folder) = folders.pop() {
+        for (path, name) in entries(&folder).into_iter().filter(|(_, name)| name != "plot") {
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = fs::read_to_string(&path).unwrap();
+            let code: String = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+            let imports = code.split("use morphorod_plot::").skip(1).map(|rest| rest.split(';').next().unwrap());
+            let imported = imports.into_iter().any(|list| list.contains("println"));
+            assert!(imported || !code.contains("println!("), "{} does not import println", path.display());
+            assert!(!code.replace("println!(", "").contains("print!("), "{name} calls print!");
+            files += 1;
+        }
+    }
+    assert!(files > 50, "only {files} files were read");
+}

@@ -167,3 +167,20 @@ fn invalid_options_are_refused_by_name() {
     }
     assert_eq!(rows(&out), 0);
 }
+
+/// An output that nobody reads and one that is full.
+#[cfg(target_os = "linux")]
+#[test]
+fn closed_and_full_outputs_end_without_a_panic() {
+    let out = folder("outputs");
+    // The other end of the pipe is closed before the program writes.
+    let mut child = sweep(&out, &[]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let end = child.wait_with_output().unwrap();
+    assert!(end.status.success() && end.stderr.is_empty(), "{}", String::from_utf8_lossy(&end.stderr));
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let end = sweep(&out, &[]).stdout(full).stderr(Stdio::piped()).output().unwrap();
+    let message = String::from_utf8(end.stderr).unwrap();
+    assert!(!end.status.success() && message.lines().count() == 1, "{message}");
+    assert!(message.starts_with("error: the standard output"), "{message}");
+}

@@ -1,19 +1,11 @@
 //! Files of tracked positions and centre lines: accepted tables, messages for invalid tables, and
 //! curvature along the arc.
 
-// The readers belong to the examples; each test and each example uses a part of them.
-#[allow(dead_code)]
-#[path = "../../examples/common/centre_lines.rs"]
-mod centre_lines;
-#[allow(dead_code)]
-#[path = "../../examples/common/tracks.rs"]
-mod tracks;
-
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 
 use crate::fixtures::random::Draw;
-use centre_lines::{centre_lines, curvature};
-use tracks::{Layout, Missing, TrackError, read_tracks, tracks};
+use morphorod_plot::centre_lines::{centre_lines, curvature};
+use morphorod_plot::tracks::{Layout, Missing, TrackError, read_tracks, tracks};
 
 /// Layout of a table with frames of one minute and pixels of 0.1 mm. The axis y points down.
 fn pixels() -> Layout<'static> {

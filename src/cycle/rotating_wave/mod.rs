@@ -71,6 +71,7 @@ impl RotatingWave {
 
 /// Finds rotating waves of upright shoots by Newton's method for shape and rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[doc(alias = "circumnutation")]
 pub struct RotatingWaveSolver {
     /// Largest residual of the growth gradients, relative to the largest gradient, 1e-11 by default.
     pub tolerance: f64,

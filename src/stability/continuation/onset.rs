@@ -19,6 +19,7 @@ const ON_AXIS: f64 = 1e-11;
 ///
 /// # Errors
 /// Errors of `family`, a range without a crossing, or a root that is lost.
+#[doc(alias("critical length", "circumnutation"))]
 pub fn onset(
     mut family: impl FnMut(f64) -> Result<Linearisation, StabilityError>,
     from: f64,

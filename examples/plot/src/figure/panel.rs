@@ -71,7 +71,7 @@ impl Axis {
     /// Ticks of a horizontal axis.
     fn ticks_across(&self, pixels: f64) -> Ticks {
         match self.log {
-            true => log_ticks(self.range, ((pixels / 75.0) as usize).max(2)),
+            true => log_ticks(self.range, ((pixels / 60.0) as usize).max(2)),
             false => linear_ticks_across(self.range, pixels, TICK_SIZE),
         }
     }

@@ -1,13 +1,12 @@
 //! Strips: panels one below the other with a common horizontal axis.
 
 use std::io;
-use std::path::Path;
 
-use super::canvas::{Canvas, write_svg};
+use super::Figure;
+use super::canvas::Canvas;
 use super::legend::{draw_legend, legend_width};
 use super::lines::{Axes, Series, draw_series, fitted_axes};
 use super::panel::{ABOVE, BELOW, Panel, Rect};
-use super::{TITLE_BAND, WIDTH, draw_title};
 
 /// Height of the frame of a strip in pixels.
 const FRAME: f64 = 190.0;
@@ -23,13 +22,15 @@ pub struct Strip<'a> {
     pub series: &'a [Series],
 }
 
-/// Draws strips one below the other.
-pub fn strips_figure(file: impl AsRef<Path>, title: &str, x_label: &str, strips: &[Strip]) -> io::Result<()> {
-    let top = TITLE_BAND - ABOVE;
-    write_svg(file.as_ref(), WIDTH, top + strips_height(strips.len()), |canvas| {
-        draw_title(canvas, title);
-        draw_strips(canvas, top, x_label, strips);
-    })
+impl Figure {
+    /// Draws strips one below the other.
+    pub fn strips(&self, x_label: &str, strips: &[Strip]) -> io::Result<()> {
+        let band = self.band();
+        let top = band - ABOVE;
+        self.draw(1, top + strips_height(strips.len()), |canvas| {
+            draw_strips(canvas, self.wide(), top, x_label, strips);
+        })
+    }
 }
 
 /// Returns the height of `count` strips with their labels.
@@ -41,10 +42,10 @@ pub fn strips_height(count: usize) -> f64 {
 }
 
 /// Draws strips over the whole width, from `top` downwards.
-pub fn draw_strips(canvas: &mut Canvas, top: f64, x_label: &str, strips: &[Strip]) {
+pub fn draw_strips(canvas: &mut Canvas, wide: f64, top: f64, x_label: &str, strips: &[Strip]) {
     let all: Vec<&Series> = strips.iter().flat_map(|strip| strip.series).collect();
     let (x, _) = fitted_axes("", "", &all, Axes::Linear);
-    let right = WIDTH - legend_width(&all);
+    let right = wide - legend_width(&all);
     // Series with equal labels have one entry.
     let mut entered: Vec<&str> = vec![""];
     for (i, strip) in strips.iter().enumerate() {

@@ -1,17 +1,16 @@
 //! Lines and points over linear or logarithmic axes.
 
 use std::io;
-use std::path::Path;
 
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::HPos;
 
-use super::canvas::{Canvas, Label, Point, write_svg};
-use super::colour::{AREA, ordered, palette};
-use super::legend::{draw_badge, draw_legend, draw_marker, legend_height, legend_width};
-use super::panel::{Axis, Panel, Rect};
+use super::canvas::{Canvas, Label, Point};
+use super::colour::{AREA, ColourScale, ordered, palette};
+use super::legend::{draw_badge, draw_below, draw_legend, draw_marker, height_below, legend_width};
+use super::panel::{ABOVE, Axis, Panel, Rect};
 use super::range::Range;
-use super::{MERGED, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
+use super::{BAR_COLUMN, Figure, MERGED, TICK_SIZE};
 
 /// Kinds of series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +64,8 @@ pub struct Series {
     pub colour: usize,
     /// Position on the ordered colour scale, from 0 to 1; replaces the colour of the palette.
     pub rank: Option<f64>,
+    /// Time, h, which gives the colour on a colour bar; replaces the other colours.
+    pub time: Option<f64>,
     /// Text at the points; in the legend, text on the line sample.
     pub text: String,
 }
@@ -72,12 +73,12 @@ pub struct Series {
 impl Series {
     /// Returns a series with a colour of the palette.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: Style, colour: usize) -> Self {
-        Self { label: label.into(), points, style, colour, rank: None, text: String::new() }
+        Self { label: label.into(), points, style, colour, rank: None, time: None, text: String::new() }
     }
 
     /// Returns a text at one place.
     pub fn text(text: impl Into<String>, at: (f64, f64), style: Style, colour: usize) -> Self {
-        Self { label: String::new(), points: vec![at], style, colour, rank: None, text: text.into() }
+        Self { text: text.into(), ..Self::new("", vec![at], style, colour) }
     }
 
     /// Adds a badge to the line sample in the legend.
@@ -91,78 +92,87 @@ impl Series {
         Self { rank: Some(index as f64 / count.saturating_sub(1).max(1) as f64), ..self }
     }
 
+    /// Colours one of several series by its time, h, with a colour bar at the right of the figure.
+    pub fn at_time(self, hours: f64) -> Self {
+        Self { time: Some(hours), ..self }
+    }
+
     /// Returns the colour of the series.
-    pub fn paint(&self) -> RGBColor {
+    pub(super) fn paint(&self) -> RGBColor {
         self.rank.map_or_else(|| palette(self.colour), ordered)
     }
 }
 
-/// Draws several series in one panel with the legend at its right.
-pub fn lines_figure(
-    file: impl AsRef<Path>,
-    title: &str,
-    x_label: &str,
-    y_label: &str,
-    series: &[Series],
-    axes: Axes,
-) -> io::Result<()> {
-    panels_figure(file, title, x_label, y_label, &[("", series)], axes)
-}
-
-/// Draws several panels side by side with one legend. The legend is at the right of a single panel,
-/// or below several panels. Panels with [`Axes::Equal`] have their own ranges; other panels share
-/// theirs.
-pub fn panels_figure(
-    file: impl AsRef<Path>,
-    title: &str,
-    x_label: &str,
-    y_label: &str,
-    panels: &[(&str, &[Series])],
-    axes: Axes,
-) -> io::Result<()> {
-    let all: Vec<&Series> = panels.iter().flat_map(|(_, series)| series.iter()).collect();
-    // Series with equal labels have one entry.
-    let mut listed: Vec<&Series> = Vec::new();
-    for one in &all {
-        if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
-            listed.push(one);
-        }
+impl Figure {
+    /// Draws several series in one panel with the legend at its right, or below a narrow panel.
+    pub fn lines(&self, x_label: &str, y_label: &str, series: &[Series], axes: Axes) -> io::Result<()> {
+        self.panels(x_label, y_label, &[("", series)], axes)
     }
-    let common = fitted_axes(x_label, y_label, &all, axes);
-    let single = panels.len() == 1;
-    let beside = if single { legend_width(&listed) } else { 0.0 };
-    let width = (WIDTH - beside) / panels.len() as f64;
-    // A single panel has no title of its own.
-    let top = if single { TITLE_BAND - 34.0 } else { TITLE_BAND };
-    let bottom = 750.0;
-    let columns: Vec<&[&Series]> = listed.chunks(listed.len().div_ceil(3).max(1)).collect();
-    let below = columns.iter().map(|column| legend_height(column)).fold(0.0, f64::max);
-    let height = bottom + 10.0 + if single { 0.0 } else { below };
-    write_svg(file.as_ref(), WIDTH, height, |canvas| {
-        draw_title(canvas, title);
-        let mut frame_top = top;
-        for (i, (name, series)) in panels.iter().enumerate() {
-            let left = width * i as f64;
-            let cell = Rect { left, top, right: left + width, bottom };
-            let (x, y) = match axes {
-                Axes::Equal => fitted_axes(x_label, y_label, &series.iter().collect::<Vec<_>>(), axes),
-                _ => common.clone(),
-            };
-            let panel = Panel::new(cell, x, y, axes == Axes::Equal);
-            let (areas, rest): (Vec<&Series>, _) = series.iter().partition(|one| one.style == Style::Area);
-            areas.into_iter().for_each(|one| draw_series(canvas, &panel, one));
-            panel.draw(canvas, name);
-            rest.into_iter().for_each(|one| draw_series(canvas, &panel, one));
-            frame_top = panel.frame().top;
-        }
-        if single {
-            draw_legend(canvas, &listed, WIDTH - beside, frame_top);
-        } else {
-            for (i, column) in columns.iter().enumerate() {
-                draw_legend(canvas, column, 60.0 + (WIDTH - 60.0) / 3.0 * i as f64, bottom);
+
+    /// Draws several panels side by side with one legend. The legend is at the right of a single panel,
+    /// or below several panels and narrow ones. Panels with [`Axes::Equal`] have their own ranges; other panels share
+    /// theirs.
+    pub fn panels(&self, x_label: &str, y_label: &str, panels: &[(&str, &[Series])], axes: Axes) -> io::Result<()> {
+        let panels: Vec<_> = panels.iter().map(|(name, series)| (*name, [x_label, y_label], *series)).collect();
+        self.draw_panels(&panels, axes, axes == Axes::Equal)
+    }
+
+    /// Draws several panels side by side, each with the labels of its axes and with its own ranges.
+    pub fn separate_panels(&self, panels: &[([&str; 2], &[Series])], axes: Axes) -> io::Result<()> {
+        let panels: Vec<_> = panels.iter().map(|(labels, series)| ("", *labels, *series)).collect();
+        self.draw_panels(&panels, axes, true)
+    }
+
+    /// Draws panels with names and labels, and legend or colour bar.
+    fn draw_panels(&self, panels: &[(&str, [&str; 2], &[Series])], axes: Axes, own_ranges: bool) -> io::Result<()> {
+        let (wide, band) = (self.wide(), self.band());
+        let times = || panels.iter().flat_map(|(.., series)| *series).filter_map(|one| one.time);
+        let time = times().next().map(|_| ColourScale::time(times()));
+        let coloured = |one: &Series| match (&time, one.time) {
+            (Some(scale), Some(time)) => Series { rank: Some(scale.share(time)), ..one.clone() },
+            _ => one.clone(),
+        };
+        let panels: Vec<(&str, [&str; 2], Vec<Series>)> =
+            panels.iter().map(|(name, labels, all)| (*name, *labels, all.iter().map(coloured).collect())).collect();
+        let all: Vec<&Series> = panels.iter().flat_map(|(.., series)| series).collect();
+        // Series with equal labels have one entry.
+        let mut listed: Vec<&Series> = Vec::new();
+        for one in &all {
+            if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
+                listed.push(one);
             }
         }
-    })
+        let single = panels.len() == 1;
+        // In a narrow figure a legend at the right would leave no room for the panel.
+        let right = single && time.is_none() && legend_width(&listed) < 0.4 * wide;
+        let beside = if right { legend_width(&listed) } else { time.as_ref().map_or(0.0, |_| BAR_COLUMN) };
+        let width = (wide - beside) / panels.len() as f64;
+        // A panel without a name needs no space for it.
+        let top = if panels.iter().all(|(name, ..)| name.is_empty()) { band - ABOVE } else { band };
+        let bottom = self.tall();
+        let height = bottom + 10.0 + if right { 0.0 } else { height_below(&listed, wide) };
+        self.draw(panels.len().min(2), height, |canvas| {
+            let mut frame = Rect { left: 0.0, top, right: wide, bottom };
+            for (i, (name, labels, series)) in panels.iter().enumerate() {
+                let left = width * i as f64;
+                let cell = Rect { left, top, right: left + width, bottom };
+                let shown = if own_ranges { series.iter().collect() } else { all.clone() };
+                let (x, y) = fitted_axes(labels[0], labels[1], &shown, axes);
+                let panel = Panel::new(cell, x, y, axes == Axes::Equal);
+                let (areas, rest): (Vec<&Series>, _) = series.iter().partition(|one| one.style == Style::Area);
+                areas.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+                panel.draw(canvas, name);
+                rest.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+                frame = panel.frame();
+            }
+            time.iter().for_each(|time| time.draw_bar(canvas, frame.right + 38.0, frame.top, frame.bottom));
+            if right {
+                draw_legend(canvas, &listed, wide - beside, frame.top);
+            } else {
+                draw_below(canvas, &listed, wide, bottom);
+            }
+        })
+    }
 }
 
 /// Returns axes whose ranges contain all series.

@@ -10,6 +10,10 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use morphorod::nalgebra::Vector3;
+use morphorod::profile::Place;
+use morphorod::{Model, Shoot};
+
 use super::file::write_whole;
 
 /// Number of vertices around a tube.
@@ -26,33 +30,52 @@ pub struct Station {
     pub semi_axes: [f64; 2],
 }
 
-/// Time series of centre lines: one `.vtp` file for each time, and `shoot.pvd`, which lists them.
+/// Returns equally spaced cross-sections from base to apex, for three-dimensional rendering.
+pub fn stations(shoot: &Shoot<impl Model>, count: usize) -> Vec<Station> {
+    let section = |place: Place| Station {
+        position: place.position.into(),
+        directors: [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| (place.frame * axis).into()),
+        semi_axes: [place.tissue.section.along_d1, place.tissue.section.along_d2],
+    };
+    shoot.profile().sample(count).into_iter().map(section).collect()
+}
+
+/// Time series of shapes: a polyline (`.vtp`) and a tube (`.obj`) for each time, and `shoot.pvd`, which lists the
+/// polylines.
 #[derive(Debug)]
 pub struct VtkSeries {
     folder: PathBuf,
+    /// Time between two shapes, s.
+    interval: f64,
     /// Times (s) and file names.
     files: Vec<(f64, String)>,
 }
 
 impl VtkSeries {
-    /// Creates the folder of the series.
+    /// Creates the folder of a series with a shape after each interval (s).
     ///
     /// # Errors
     /// Errors of the file system.
-    pub fn create(folder: impl Into<PathBuf>) -> io::Result<Self> {
+    pub fn create(folder: impl Into<PathBuf>, interval: f64) -> io::Result<Self> {
         let folder = folder.into();
         std::fs::create_dir_all(&folder)?;
-        Ok(Self { folder, files: Vec::new() })
+        Ok(Self { folder, interval, files: Vec::new() })
     }
 
-    /// Writes the centre line at a time (s) and updates the list.
+    /// Writes the shape at a time (s) and updates the list, if no shape of this interval was written before.
     ///
     /// # Errors
     /// Errors of the file system.
-    pub fn push(&mut self, time: f64, stations: &[Station]) -> io::Result<()> {
-        let name = format!("shoot_{:04}.vtp", self.files.len());
-        write_whole(&self.folder.join(&name), polydata(stations))?;
-        self.files.push((time, name));
+    pub fn push(&mut self, time: f64, shape: impl FnOnce() -> Vec<Station>) -> io::Result<()> {
+        // Times that are multiples of the interval up to rounding belong to the later interval.
+        let number = |time: f64| (time / self.interval + 1e-9).floor();
+        if self.files.last().is_some_and(|(last, _)| number(*last) == number(time)) {
+            return Ok(());
+        }
+        let (shape, name) = (shape(), format!("shoot_{:04}", self.files.len()));
+        write_tube(self.folder.join(format!("{name}.obj")), &shape)?;
+        write_whole(&self.folder.join(format!("{name}.vtp")), polydata(&shape))?;
+        self.files.push((time, format!("{name}.vtp")));
         write_whole(&self.folder.join("shoot.pvd"), self.collection())
     }
 

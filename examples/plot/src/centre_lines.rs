@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Matrix4, Vector3, Vector4};
+use morphorod::nalgebra::{Matrix4, Vector3, Vector4};
 
 use super::tracks::{Layout, Row, TrackError, rows, text_of};
 

@@ -86,8 +86,12 @@ pub fn linear_ticks_across(range: Range, pixels: f64, size: f64) -> Ticks {
 pub fn log_ticks(range: Range, count: usize) -> Ticks {
     let (first, last) = (range.lo.ceil() as i32, range.hi.floor() as i32);
     let decades = (last - first + 1).max(0) as usize;
-    if decades < 2 {
-        return ticks_within_decade(range, count);
+    if decades < 3 {
+        let ticks = ticks_within_decade(range, count);
+        // Labels of one or two digits are narrower than the room on which the count rests.
+        if decades < 2 || ticks.values.len() <= 2 * count {
+            return ticks;
+        }
     }
     let every = decades.div_ceil(count.max(2)).max(1) as i32;
     let shown: Vec<i32> = (first..=last).filter(|e| e % every == 0).collect();
@@ -117,7 +121,7 @@ pub fn log_subticks(range: Range) -> Vec<f64> {
         .collect()
 }
 
-/// Returns ticks of a range with fewer than two powers of ten: multiples of powers of ten, or equal
+/// Returns ticks of a range with few powers of ten: multiples of powers of ten, or equal
 /// steps.
 fn ticks_within_decade(range: Range, count: usize) -> Ticks {
     let (lo, hi) = (10f64.powf(range.lo), 10f64.powf(range.hi));

@@ -8,6 +8,8 @@ use plotters::prelude::{DrawingBackend, FontTransform, IntoFont, SVGBackend, Sha
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, RGBColor, TextStyle};
 
+use crate::file::named;
+
 /// Position in pixels; y points down.
 pub type Point = (f64, f64);
 
@@ -64,12 +66,13 @@ pub fn text_width(text: &str, size: f64) -> f64 {
 /// A figure under construction.
 pub struct Canvas<'a> {
     backend: SVGBackend<'a>,
-    // First error of the backend. `write_svg` returns it after drawing.
+    // First error of the backend. `write` returns it after drawing.
     error: Option<io::Error>,
 }
 
-/// Draws a figure of the given size and writes it to `file`.
-pub fn write_svg(file: &Path, width: f64, height: f64, draw: impl FnOnce(&mut Canvas)) -> io::Result<()> {
+/// Draws a figure of the given width and height and writes it to a file. One pixel of them is `scale` pixels of the
+/// file.
+pub fn write(file: &Path, [width, height]: [f64; 2], scale: f64, draw: impl FnOnce(&mut Canvas)) -> io::Result<()> {
     let size = (units(width) as u32, units(height) as u32);
     let mut svg = String::new();
     {
@@ -88,14 +91,45 @@ pub fn write_svg(file: &Path, width: f64, height: f64, draw: impl FnOnce(&mut Ca
     // The view box remains in backend units. Round caps close the joints of lines that are drawn
     // piecewise in several colours.
     let fine = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
+    let [width, height] = [width, height].map(|pixels| (pixels * scale).round());
     let shown = format!(
-        "width=\"{width:.0}\" height=\"{height:.0}\" fill=\"none\" \
-         stroke-linecap=\"round\" stroke-linejoin=\"round\""
+        "width=\"{width}\" height=\"{height}\" fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\""
     );
-    fs::write(file, svg.replacen(&fine, &shown, 1)).map_err(|error| {
-        // The message of the system does not contain the file name.
-        io::Error::new(error.kind(), format!("{}: {error}", file.display()))
-    })
+    let svg = svg.replacen(&fine, &shown, 1);
+    let content = match file.extension().and_then(|ending| ending.to_str()) {
+        Some("png") => png(&svg),
+        Some("svg") => Ok(svg.into_bytes()),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "the name of a figure must end with .svg or .png")),
+    };
+    content.and_then(|content| fs::write(file, content)).map_err(|error| named(file, &error))
+}
+
+/// Converts a figure to PNG with 300 dots per inch.
+#[cfg(feature = "png")]
+fn png(svg: &str) -> io::Result<Vec<u8>> {
+    use resvg::{tiny_skia, usvg};
+    /// Dots per pixel.
+    const DOTS: f32 = 300.0 / 96.0;
+    /// Families that stand for "sans-serif", the first that is installed; otherwise any family.
+    const FAMILIES: [&str; 5] = ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans", "Noto Sans"];
+    let mut options = usvg::Options::default();
+    let fonts = options.fontdb_mut();
+    fonts.load_system_fonts();
+    let names: Vec<String> = fonts.faces().flat_map(|face| &face.families).map(|(name, _)| name.clone()).collect();
+    let known = FAMILIES.into_iter().find(|family| names.iter().any(|name| name == family));
+    let family = known.or(names.first().map(String::as_str));
+    fonts.set_sans_serif_family(family.ok_or_else(|| io::Error::other("PNG needs a font, and none is installed"))?);
+    let tree = usvg::Tree::from_str(svg, &options).map_err(io::Error::other)?;
+    let [width, height] = [tree.size().width(), tree.size().height()].map(|pixels| (pixels * DOTS).ceil() as u32);
+    let mut dots = tiny_skia::Pixmap::new(width, height).ok_or_else(|| io::Error::other("the figure is too large"))?;
+    resvg::render(&tree, tiny_skia::Transform::from_scale(DOTS, DOTS), &mut dots.as_mut());
+    dots.encode_png().map_err(io::Error::other)
+}
+
+/// Reports that the package was compiled without PNG.
+#[cfg(not(feature = "png"))]
+fn png(_: &str) -> io::Result<Vec<u8>> {
+    Err(io::Error::new(io::ErrorKind::Unsupported, "PNG needs the feature `png` of morphorod-plot"))
 }
 
 impl Canvas<'_> {

@@ -75,6 +75,11 @@ impl ColourScale {
         Self { axis: Axis::linear("time (h)", range) }
     }
 
+    /// Returns a scale of the share of an interval.
+    pub fn share_of(label: &str) -> Self {
+        Self { axis: Axis::linear(label, Range { lo: 0.0, hi: 1.0 }) }
+    }
+
     /// Returns a logarithmic scale. Values outside have the colour of the nearer end.
     pub fn logarithmic(label: &str, lo: f64, hi: f64) -> Self {
         let range = Range { lo: lo.log10(), hi: hi.log10() };
@@ -86,10 +91,14 @@ impl ColourScale {
         step_colour(self.step(value))
     }
 
-    fn step(&self, value: f64) -> usize {
+    /// Returns the place of a value on the scale, from 0 to 1 inside it.
+    pub fn share(&self, value: f64) -> f64 {
         let place = if self.axis.log { value.log10() } else { value };
-        let fraction = (place - self.axis.range.lo) / self.axis.range.length();
-        ((fraction * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
+        (place - self.axis.range.lo) / self.axis.range.length()
+    }
+
+    fn step(&self, value: f64) -> usize {
+        ((self.share(value) * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
     }
 
     /// Draws a line coloured by a value at each point; `None` is a gap.

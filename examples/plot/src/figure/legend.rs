@@ -14,11 +14,32 @@ const TEXT: f64 = 300.0;
 /// Height of a line of text.
 const LINE: f64 = 23.0;
 
+/// Least width of a column of a legend below the panels, and the margin at its left.
+const COLUMN: f64 = 370.0;
+const MARGIN: f64 = 60.0;
+
 /// Space between two entries.
 const GAP: f64 = 7.0;
 
+/// Returns the columns of a legend below the panels, each with its left edge.
+fn columns<'a, 'b>(series: &'a [&'b Series], wide: f64) -> impl Iterator<Item = (f64, &'a [&'b Series])> {
+    let count = ((wide / COLUMN) as usize).max(1);
+    let place = move |i: usize| MARGIN + (wide - MARGIN) / count as f64 * i as f64;
+    series.chunks(series.len().div_ceil(count).max(1)).enumerate().map(move |(i, column)| (place(i), column))
+}
+
+/// Returns the height of a legend below the panels.
+pub fn height_below(series: &[&Series], wide: f64) -> f64 {
+    columns(series, wide).map(|(_, column)| legend_height(column)).fold(0.0, f64::max)
+}
+
+/// Draws a legend in columns below the panels.
+pub fn draw_below(canvas: &mut Canvas, series: &[&Series], wide: f64, top: f64) {
+    columns(series, wide).for_each(|(left, column)| draw_legend(canvas, column, left, top));
+}
+
 /// Returns the height of a legend.
-pub fn legend_height(series: &[&Series]) -> f64 {
+fn legend_height(series: &[&Series]) -> f64 {
     series.iter().map(|s| LINE * wrapped(&s.label).len() as f64 + GAP).sum()
 }
 

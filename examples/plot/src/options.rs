@@ -216,6 +216,6 @@ impl Options {
 }
 
 fn fail(message: &str) -> ! {
-    eprintln!("error: {message}");
+    let _ = writeln!(std::io::stderr(), "error: {message}");
     exit(2)
 }

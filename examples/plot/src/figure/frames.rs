@@ -1,0 +1,96 @@
+//! Centre lines in space with their directors, superposed, and the track of the tip.
+
+use std::io;
+
+use plotters::style::RGBColor;
+use plotters::style::text_anchor::HPos;
+
+use super::canvas::{Label, Point};
+use super::colour::{ColourScale, palette};
+use super::panel::{ABOVE, BELOW, Rect};
+use super::path::{NAMES, space_ranges};
+use super::view::{View, extent};
+use super::{BAR_COLUMN, Figure, MM_PER_M, TICK_SIZE};
+
+/// Length of a director in the figure, relative to the largest extent of the shapes.
+const LENGTH: f64 = 0.11;
+/// Colours of the tip track and of its projection onto the floor.
+const TRACK: [RGBColor; 2] = [RGBColor(0x77, 0x77, 0x77), RGBColor(0xCC, 0xCC, 0xCC)];
+
+/// Centre line with directors.
+#[derive(Clone, Debug)]
+pub struct FramedShape {
+    /// Time, h.
+    pub hours: f64,
+    /// Points of the centre line, m.
+    pub line: Vec<[f64; 3]>,
+    /// Positions on the centre line (m), each with the unit directors d1 and d2.
+    pub directors: Vec<[[f64; 3]; 3]>,
+}
+
+/// One panel of [`Figure::frames`](super::Figure::frames).
+pub struct FramedPanel<'a> {
+    /// Title of the panel.
+    pub name: &'a str,
+    /// Shapes of the shoot.
+    pub shapes: Vec<FramedShape>,
+    /// Positions of the tip, m.
+    pub track: Vec<[f64; 3]>,
+}
+
+impl Figure {
+    /// Draws shapes with their directors, coloured by time, and tip tracks. The panels are side by
+    /// side.
+    pub fn frames(&self, panels: &[FramedPanel]) -> io::Result<()> {
+        let (wide, band) = (self.wide(), self.band());
+        let all = || panels.iter().flat_map(|panel| panel.shapes.iter());
+        let mm = |p: &[f64; 3]| p.map(|c| c * MM_PER_M);
+        let points = all().flat_map(|shape| shape.line.iter().map(|p| p.map(|c| c * MM_PER_M)));
+        let ranges = space_ranges(points).map(|range| range.padded(LENGTH));
+        let director = LENGTH * ranges.iter().map(|range| range.length()).fold(0.0, f64::max);
+        let time = ColourScale::time(all().map(|shape| shape.hours));
+        let column = (wide - BAR_COLUMN) / panels.len().max(2) as f64;
+        let (width, height) = extent(ranges);
+        let row = ABOVE + (column - 167.0) * height / width + BELOW;
+        self.draw(2, band + row + 40.0, |canvas| {
+            for (i, FramedPanel { name, shapes, track }) in panels.iter().enumerate() {
+                let left = column * i as f64;
+                let view = View::new(Rect { left, top: band, right: left + column, bottom: band + row }, ranges);
+                view.draw(canvas, NAMES);
+                canvas.text(name, Label::new(left + 0.5 * column, band + 14.0));
+                let projection: Vec<Point> = track.iter().filter_map(|p| view.foot(mm(p))).collect();
+                canvas.line(&projection, TRACK[1], 1.6);
+                let tip: Vec<Point> = track.iter().filter_map(|p| view.at(mm(p))).collect();
+                canvas.line(&tip, TRACK[0], 1.6);
+                for shape in shapes {
+                    let line: Vec<(f64, Option<Point>)> =
+                        shape.line.iter().map(|p| (shape.hours, view.at(mm(p)))).collect();
+                    time.line(canvas, &line, 2.6);
+                    for [position, directors @ ..] in &shape.directors {
+                        let from = mm(position);
+                        for (d, colour) in directors.iter().zip([0, 1]) {
+                            let to = [0, 1, 2].map(|axis| from[axis] + director * d[axis]);
+                            if let (Some(from), Some(to)) = (view.at(from), view.at(to)) {
+                                canvas.line(&[from, to], palette(colour), 2.2);
+                            }
+                        }
+                    }
+                }
+            }
+            time.draw_bar(canvas, wide - BAR_COLUMN + 12.0, band + ABOVE, band + row - BELOW);
+            let y = band + row + 14.0;
+            let projection = "its projection onto the floor";
+            let samples = [
+                ("director d1", palette(0)),
+                ("director d2", palette(1)),
+                ("tip track", TRACK[0]),
+                (projection, TRACK[1]),
+            ];
+            for (i, (name, colour)) in samples.into_iter().enumerate() {
+                let x = 92.0 + 190.0 * i as f64;
+                canvas.line(&[(x, y), (x + 34.0, y)], colour, 2.4);
+                canvas.text(name, Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(x + 44.0, y) });
+            }
+        })
+    }
+}
