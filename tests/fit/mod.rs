@@ -10,3 +10,4 @@ mod oscillator;
 mod plants;
 mod recovery;
 mod structure;
+mod verdicts;
