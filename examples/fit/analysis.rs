@@ -50,6 +50,10 @@ impl Analysis {
                 [MINUTE * minutes(shortest)?, MINUTE * minutes(longest)?]
             }
         };
+        if periods[0] >= periods[1] {
+            println!("conclusion: the frames are too few for a scan for an internal oscillator{}", but(&found));
+            return Ok((setting.plant, found));
+        }
         let progress = Progress::counting("scan");
         let build = |p: &[f64], oscillator| {
             progress.count();
@@ -90,7 +94,7 @@ impl Analysis {
         Ok((plant, self.fitted(&family)?))
     }
 
-    /// Estimates of a family, also if the search did not converge, with a message.
+    /// Estimates of a family.
     fn fitted(
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync>,
@@ -100,18 +104,9 @@ impl Analysis {
             progress.count();
             (family.build)(p)
         };
-        let result = self.fit.run(&Family { parameters: family.parameters.clone(), build }, &self.series);
+        let found = self.fit.run(&Family { parameters: family.parameters.clone(), build }, &self.series);
         progress.clear();
-        match result {
-            Err(FitError::NotConverged { iterations, estimates }) => {
-                println!(
-                    "the search did not converge in {iterations} iterations; its last point is not a minimum. Repeat \
-                     with --iterations, or with --set and these values"
-                );
-                Ok(*estimates)
-            }
-            result => result,
-        }
+        found
     }
 
     /// Prints estimates, with their dependence on given values.

@@ -26,8 +26,9 @@
 //!   beta,eta,tau_m,tau_r,l_0`. The initial curvature, `bend_x` and `bend_y`, is among the free parameters of tips from
 //!   above by default.
 //! - `--set E=8e6,push_x=2e-5,push_y=1e-5,tau_l=4e5`: given values, here of the modulus, of a push in the first
-//!   12 min and of the time of lignification, and initial values of free parameters. `--bounds tau_r=300:1500` limits them.
-//!   `--start-time 0` sets the time of the table at which the shoot starts, and `--omit 2` omits the first two hours.
+//!   12 min and of the time of lignification, and initial values of free parameters. `--bounds tau_r=300:1500` limits
+//!   them. `--start-time 0` sets the time of the table at which the shoot starts, and `--omit 2` omits the first two
+//!   hours.
 //! - Tables of trackers: `--time FRAME --columns POSITION_X,POSITION_Y --tracks TRACK_ID` for TrackMate, `--time frame
 //!   --columns tip_x,tip_y` for a point `tip` of DeepLabCut, and `--time frame_idx --columns tip.x,tip.y` for SLEAP.
 

@@ -127,7 +127,7 @@ impl Plant {
         free: &[&str],
         factor: f64,
         more: Vec<Parameter>,
-    ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync> {
+    ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync + use<>> {
         let parameter = |((name, _, range), value): (&(&str, f64, f64), &f64)| match *name {
             name if !free.contains(&name) => Parameter::fixed(name, *value),
             "bend_x" | "bend_y" => Parameter::linear(name, [-MOST_BENT, MOST_BENT]).starting(*value),

@@ -111,7 +111,7 @@ impl Setting {
     pub fn family(
         &self,
         cameras: &[Parameter],
-    ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync> {
+    ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync + use<>> {
         let mut values = self.values.clone();
         if !self.own && !self.free.contains(&"alpha") {
             values[OSCILLATOR.start] = 0.0;

@@ -76,7 +76,13 @@ pub(super) fn estimates(
             without_effect,
         },
     };
-    Ok(Estimates { warnings: warnings(&estimates, data), ..estimates })
+    let mut warnings = warnings(data, &estimates.residuals, estimates.lag_one);
+    let at_bound = estimates.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
+    warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));
+    if !reached.converged {
+        warnings.insert(0, Warning::NotConverged { iterations: reached.iterations });
+    }
+    Ok(Estimates { warnings, ..estimates })
 }
 
 /// Estimates of all parameters.

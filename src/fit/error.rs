@@ -1,6 +1,5 @@
 //! Errors of fits.
 
-use super::Estimates;
 use crate::error::{Number, ParameterError, debug_by_display};
 use crate::integrator::IntegrationError;
 
@@ -100,18 +99,6 @@ pub enum FitError {
     /// Two fits cannot be compared.
     #[error("the fits have different data, noise or losses, so that they cannot be compared")]
     OtherData,
-    /// The search did not converge. Its last point may be the initial guess of another fit.
-    #[error(
-        "the search did not converge in {iterations} iterations, which reached {}: permit more iterations, or begin \
-         another fit there",
-        describe(&estimates.named_values())
-    )]
-    NotConverged {
-        /// Number of iterations of the search.
-        iterations: usize,
-        /// Estimates where the search ended, which is not a minimum.
-        estimates: Box<Estimates>,
-    },
     /// The searches of a profile did not find an end of the interval.
     #[error("{searches} searches did not find the end of an interval, and reached {}", describe(values))]
     NoInterval {

@@ -217,11 +217,6 @@ impl Estimates {
         self.parameters.iter().map(|parameter| parameter.value).collect()
     }
 
-    /// Names and values of all parameters.
-    pub(super) fn named_values(&self) -> Vec<(String, f64)> {
-        self.parameters.iter().map(|parameter| (parameter.name.clone(), parameter.value)).collect()
-    }
-
     /// Estimate of the parameter with the given name; `None` if there is no such parameter.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Estimate> {

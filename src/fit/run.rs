@@ -32,7 +32,8 @@ impl Fit {
     ///
     /// # Errors
     /// Settings, parameters or data that are invalid; the error of the family or of a simulation at the initial values,
-    /// or where such errors prevent any further step; [`NotConverged`](FitError::NotConverged) otherwise.
+    /// or where such errors prevent any further step. A search that does not converge is a
+    /// [`Warning`](super::Warning::NotConverged).
     pub fn run<M: Model, E: Display>(
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
@@ -57,11 +58,7 @@ impl Fit {
             return Err(FitError::NoEffect { duration });
         }
         found.warnings.extend(ambiguous_frames(&shoot, data)?);
-        if reached.converged {
-            Ok(found)
-        } else {
-            Err(FitError::NotConverged { iterations: reached.iterations, estimates: Box::new(found) })
-        }
+        Ok(found)
     }
 
     /// Least-squares problem of all data for the given values of all parameters, with the rough noise of each series

@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use super::estimate::{Estimates, Verdict};
 use super::series::{Kind, MAD, Series};
 use crate::tracking::median;
 
@@ -39,6 +38,12 @@ const LISTED: usize = 8;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
+    /// The last search did not converge. The estimates are those of its last point, which is not a minimum. They may be
+    /// the initial guess of another fit.
+    NotConverged {
+        /// Number of iterations of the search.
+        iterations: usize,
+    },
     /// The residuals are larger than the scatter of neighbouring frames. The model does not explain the data, the
     /// search has ended in a local minimum, or the noise is slow.
     Unexplained {
@@ -110,6 +115,11 @@ impl fmt::Display for Warning {
             format!("{}{}", first.join(", "), if frames.len() > LISTED { ", …" } else { "" })
         };
         match self {
+            Self::NotConverged { iterations } => write!(
+                f,
+                "the search did not converge in {iterations} iterations, and its last point is not a minimum: permit \
+                 more iterations, or begin another fit at these values"
+            ),
             Self::Unexplained { series, residuals, scatter } => write!(
                 f,
                 "the residuals of series {series}, {residuals:.2e}, are {:.1} times the scatter of successive frames: \
@@ -159,11 +169,12 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Warnings about the data and the estimates of a fit.
-pub(super) fn warnings(found: &Estimates, data: &[Series]) -> Vec<Warning> {
+/// Warnings about the data and their residuals: index of the series, time and value. `lag_one` is the correlation of
+/// the noise in successive frames.
+pub(super) fn warnings(data: &[Series], all: &[(usize, f64, f64)], lag_one: f64) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (index, series) in data.iter().enumerate() {
-        let residuals: Vec<f64> = found.residuals.iter().filter(|(of, ..)| *of == index).map(|(.., r)| *r).collect();
+        let residuals: Vec<f64> = all.iter().filter(|(of, ..)| *of == index).map(|(.., r)| *r).collect();
         warnings.extend(of_residuals(index, series, &residuals));
         let frames = series.repeated_frames();
         if !frames.is_empty() {
@@ -177,11 +188,9 @@ pub(super) fn warnings(found: &Estimates, data: &[Series]) -> Vec<Warning> {
             warnings.push(Warning::NoMotion { series: index, ratio });
         }
     }
-    if found.lag_one > CORRELATED + SIGNIFICANT / (found.residuals.len().max(1) as f64).sqrt() {
-        warnings.push(Warning::Correlated { lag_one: found.lag_one });
+    if lag_one > CORRELATED + SIGNIFICANT / (all.len().max(1) as f64).sqrt() {
+        warnings.push(Warning::Correlated { lag_one });
     }
-    let at_bound = found.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
-    warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));
     warnings
 }
 

@@ -84,11 +84,11 @@ fn a_search_that_does_not_converge_returns_its_last_point() {
     let (times, positions) = tips(NOISE, 5);
     let data = [Series::tips(times, &positions).with_noise(NOISE)];
     let names = ["beta", "eta", "tau_r"];
-    let converged = fit().run(&family(&names, 2.5), &data).unwrap();
-    let error = Fit { iterations: 1, ..fit() }.run(&family(&names, 2.5), &data).unwrap_err();
-    let FitError::NotConverged { iterations: 1, estimates } = error else { panic!("{error}") };
+    let converged = fit().run(&family(&names, 1.6), &data).unwrap();
+    let estimates = Fit { iterations: 1, ..fit() }.run(&family(&names, 1.6), &data).unwrap();
+    assert_eq!(estimates.warnings[0], Warning::NotConverged { iterations: 1 });
     assert!(estimates.chi_squared > 2.0 * converged.chi_squared, "{estimates}");
-    let Family { mut parameters, build } = family(&names, 2.5);
+    let Family { mut parameters, build } = family(&names, 1.6);
     for (parameter, value) in parameters.iter_mut().zip(estimates.values()) {
         parameter.start = value;
     }
