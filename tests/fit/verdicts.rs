@@ -85,7 +85,8 @@ fn a_search_that_does_not_converge_returns_its_last_point() {
     let data = [Series::tips(times, &positions).with_noise(NOISE)];
     let names = ["beta", "eta", "tau_r"];
     let converged = fit().run(&family(&names, 1.6), &data).unwrap();
-    let estimates = Fit { iterations: 1, ..fit() }.run(&family(&names, 1.6), &data).unwrap();
+    // There is no earlier search in a part of the data.
+    let estimates = Fit { iterations: 1, windows: vec![], ..fit() }.run(&family(&names, 1.6), &data).unwrap();
     assert_eq!(estimates.warnings[0], Warning::NotConverged { iterations: 1 });
     assert!(estimates.chi_squared > 2.0 * converged.chi_squared, "{estimates}");
     let Family { mut parameters, build } = family(&names, 1.6);
