@@ -46,8 +46,9 @@ macro_rules! chapter {
                     "PeriodicSolver" "PeriodicSolver::forced" "RotatingWaveSolver" "WaveRoots::line"]
                 ["crate::equilibrium": "EquilibriumSolver::hold" "NewtonSolver" "NewtonSolver::solve_held"
                     "RodEnergy" "Unloaded"]
-                ["crate::fit": "Estimates::compare" "Estimates::singular_values" "Fit::profile"
-                    "Fit::scan_oscillator" "Fit::widest" "Series"]
+                ["crate::fit": "Estimates::compare" "Estimates::resolved_periods" "Estimates::singular_values"
+                    "Estimates::warnings" "Fit::dependences" "Fit::profile" "Fit::scan_oscillator" "Fit::starts"
+                    "Fit::widest" "Scan::periods" "Series" "Warning::NotConverged"]
                 ["crate::growth": "Ongoing"]
                 ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "Statistics"
                     "TimeStepper"]

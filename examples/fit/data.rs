@@ -40,8 +40,6 @@ pub struct Points {
     pub axes: [&'static str; 2],
     /// Whether the data are centre lines.
     pub lines: bool,
-    /// Mean time from one frame to the next, s; zero for a single frame.
-    pub interval: f64,
     shown: Shown,
 }
 
@@ -54,9 +52,7 @@ impl Points {
             Shown::Angle => ["time (h)", "angle (degrees)"],
         };
         let times = series.times().to_vec();
-        let interval =
-            if times.len() > 1 { (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64 } else { 0.0 };
-        let mut points = Self { times, points: Vec::new(), axes, lines, interval, shown };
+        let mut points = Self { times, points: Vec::new(), axes, lines, shown };
         for (index, (time, frame)) in series.times().iter().zip(series.frames()).enumerate() {
             // The data of a view with fewer than three coordinates are the first coordinates of a point.
             let point = |p: &Vector3<f64>| match shown {
@@ -130,7 +126,7 @@ pub fn synthetic(
     Ok((series, points, Vec::new()))
 }
 
-/// Data of the tables that the options name. The first time becomes zero.
+/// Data of the tables that the options name. The time of the start of the shoot becomes zero.
 pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
     let mut layout = track_options::layout(options)?;
     let (shown, view) = view(options, &layout)?;
@@ -146,8 +142,21 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
         let track = track_options::chosen(&tracks, options.text("track"))?;
         (track.times.clone(), track.positions.iter().map(|p| vec![*p]).collect())
     };
-    let start = times.first().copied().unwrap_or(0.0);
-    let times: Vec<f64> = times.iter().map(|time| time - start).collect();
+    let start = if options.flag("start-time") {
+        layout.seconds.unwrap_or(1.0) * options.get::<f64>("start-time")
+    } else {
+        times.first().copied().unwrap_or(0.0)
+    };
+    let omitted = HOUR * options.get_if("omit", "0 or larger", |hours: &f64| *hours >= 0.0);
+    let count = times.len();
+    let keep = |k: &usize| {
+        times[*k] - start >= omitted && !(options.flag("omit-repeated") && *k > 0 && frames[*k] == frames[*k - 1])
+    };
+    let kept: Vec<usize> = (0..times.len()).filter(keep).collect();
+    let (times, frames): (Vec<f64>, Vec<_>) = kept.iter().map(|k| (times[*k] - start, frames[*k].clone())).unzip();
+    if kept.len() < count {
+        println!("{} of {count} frames are omitted", count - kept.len());
+    }
     let first_coordinates = || frames.iter().flatten().map(|p| p[0]).collect::<Vec<_>>();
     let series = match shown {
         Shown::Angle => Series::angles(times, &first_coordinates(), view),

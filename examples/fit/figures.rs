@@ -50,10 +50,10 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
     let has_error = |k: &usize| matches!(found.parameters[*k].verdict, Verdict::Identifiable | Verdict::PracticallyNot);
     let known: Vec<usize> =
         (0..found.parameters.len()).filter(has_error).filter(|k| found.parameters[*k].relative).collect();
-    let mut panels = Vec::new();
+    let (mut panels, correlations) = (Vec::new(), found.correlations());
     for pair in known.chunks_exact(2).take(3) {
         let [a, b] = [&found.parameters[pair[0]], &found.parameters[pair[1]]];
-        let correlation = found.correlations[pair[0]][pair[1]];
+        let correlation = correlations[pair[0]][pair[1]];
         let rest = (1.0 - correlation * correlation).max(0.0).sqrt();
         let point = |k: u32| {
             let (sine, cosine) = (TAU * f64::from(k) / 100.0).sin_cos();

@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 const HOUR: f64 = 3600.0;
 
 /// Names of the parameters, their values in SI units, and the ratio of their bounds to these values.
-pub const PARAMETERS: [(&str, f64, f64); 13] = [
+pub const PARAMETERS: [(&str, f64, f64); 22] = [
     ("beta", 0.8, 10.0),
     ("eta", 20.0, 10.0),
     ("tau_m", 720.0, 5.0),
@@ -30,13 +30,36 @@ pub const PARAMETERS: [(&str, f64, f64); 13] = [
     ("l_0", 0.068, 2.0),
     ("bend_x", 0.0, 1.0),
     ("bend_y", 0.0, 1.0),
+    ("r", 5e-4, 3.0),
+    ("rho", 1000.0, 2.0),
+    ("stiffening", 200.0, 10.0),
+    ("tau_l", 144.0 * HOUR, 10.0),
+    ("tilt", 0.0, 1.0),
+    ("push_x", 0.0, 1.0),
+    ("push_y", 0.0, 1.0),
+    ("push_z", 0.0, 1.0),
+    ("push_time", 720.0, 2.0),
 ];
+
+/// Text of `--help` about the names in [`PARAMETERS`].
+pub const NAMES: &str = "names, in SI units: beta, eta, tau_m, tau_r, tau_g, l_g, E, l_0; oscillator alpha, tau_e, \
+                         phase; initial curvature bend_x, bend_y; radius r; density rho; stiffening, the modulus of \
+                         mature tissue over E, and its time tau_l; tilt of the base; largest force at the tip during \
+                         the first push_time, push_x, push_y, push_z";
+
+/// Index in [`PARAMETERS`] of the parameter with a name.
+pub fn index(name: &str) -> Option<usize> {
+    PARAMETERS.iter().position(|(other, ..)| *other == name)
+}
 
 /// Indices in [`PARAMETERS`] of the sensitivity, period and phase of the oscillator.
 pub const OSCILLATOR: Range<usize> = 6..9;
 
 /// Largest initial curvature of a fit, 1/m, which is that of a circle with a radius of 2 cm.
 const MOST_BENT: f64 = 50.0;
+
+/// Largest force of a push in a fit, N, ten times the weight of the default shoot.
+const HARDEST: f64 = 5e-3;
 
 /// Part of the shoot that a camera shows, and the view.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -54,14 +77,7 @@ pub enum Seen {
 pub struct Plant {
     /// Whether the length is constant while differential growth continues.
     pub constant: bool,
-    /// Angle of the base from the vertical, rad.
-    pub tilt: f64,
-    /// Size of a push at the tip in the first twelve minutes, N. The force is this size times (2, 1, 0) times half a
-    /// sine in time.
-    pub push: f64,
-    /// Radius, m.
-    pub radius: f64,
-    /// Young's modulus of mature tissue, Pa. For `None` it is 200 times that of young tissue.
+    /// Young's modulus of mature tissue, Pa. For `None` it is that of young tissue times the stiffening.
     pub mature_modulus: Option<f64>,
     /// Memory and delay of proprioception. For `None` they are those of gravitropism.
     pub proprioceptive: Option<Memory>,
@@ -73,14 +89,14 @@ impl Plant {
     /// Shoot with the given values of [`PARAMETERS`] and an oscillator.
     pub fn build(self, p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, ParameterError> {
         let memory = Memory { time: p[2], delay: p[3] };
-        let push = Pulse { peak: self.push * Vector3::new(2.0, 1.0, 0.0), start: 0.0, duration: 720.0 };
+        let push = Pulse { peak: Vector3::new(p[18], p[19], p[20]), start: 0.0, duration: p[21] };
         let young = LinearElastic { youngs_modulus: p[9], poissons_ratio: 0.5 };
-        let mature_modulus = self.mature_modulus.unwrap_or(200.0 * p[9]);
-        let shoot = Shoot::builder(Lignifying { young, mature_modulus, time: 144.0 * HOUR })
+        let mature_modulus = self.mature_modulus.unwrap_or(p[15] * p[9]);
+        let shoot = Shoot::builder(Lignifying { young, mature_modulus, time: p[16] })
             .length(p[10])
-            .radius(self.radius)
-            .load((Weight { density: 1000.0 }, push))
-            .scene(Still::tilted(self.tilt));
+            .radius(p[13])
+            .load((Weight { density: p[14] }, push))
+            .scene(Still::tilted(p[17]));
         let growth = UniformGrowth { zone_length: p[5], time: p[4] };
         let proprioception = Proprioception { sensitivity: p[1] }.remembered(self.proprioceptive.unwrap_or(memory));
         let gravitropism = Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory);
@@ -111,11 +127,13 @@ impl Plant {
         free: &[&str],
         factor: f64,
         more: Vec<Parameter>,
-    ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync> {
+    ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync + use<>> {
         let parameter = |((name, _, range), value): (&(&str, f64, f64), &f64)| match *name {
             name if !free.contains(&name) => Parameter::fixed(name, *value),
-            "bend_x" | "bend_y" => Parameter::linear(name, [-MOST_BENT, MOST_BENT]),
+            "bend_x" | "bend_y" => Parameter::linear(name, [-MOST_BENT, MOST_BENT]).starting(*value),
             "phase" => Parameter::linear(name, [value - PI, value + PI]),
+            "tilt" => Parameter::linear(name, [-PI, PI]).starting(*value),
+            "push_x" | "push_y" | "push_z" => Parameter::linear(name, [-HARDEST, HARDEST]).starting(*value),
             "alpha" if *value == 0.0 => Parameter::linear(name, [0.0, 1.0]).starting(factor * value),
             name => Parameter::positive(name, [value / range, value * range])
                 .starting(value * if name == "tau_e" { 1.0 } else { factor }),

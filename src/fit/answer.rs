@@ -1,15 +1,16 @@
 //! Assembly of the result of a fit at the point that its search has reached.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::confidence::{Confidence, uncertain};
-use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, deviation};
+use super::estimate::{Estimate, Estimates, Input, Linear, Verdict, WeakDirection, deviation};
 use super::jacobian::Jacobian;
 use super::problem::Problem;
 use super::search::{Loss, Reached, priors};
 use super::series::Series;
 use super::singular::Singular;
-use super::{FitError, Parameter};
+use super::warning::warnings;
+use super::{FitError, Parameter, Warning};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
@@ -18,7 +19,7 @@ use crate::shoot::Shoot;
 /// Component of a weak combination, relative to the largest, above which the combination names the parameter.
 const NAMED: f64 = 0.1;
 
-/// Estimates at the point that a search has reached, without the ambiguous frames.
+/// Estimates at the point that a search has reached, without warnings about ambiguous frames.
 pub(super) fn estimates(
     problem: &Problem,
     data: &[Series],
@@ -55,31 +56,33 @@ pub(super) fn estimates(
     let without_effect = singular.as_ref().map_or(vec![], Singular::without_effect);
     let values_of =
         |singular: &Option<Singular>| singular.as_ref().map_or(vec![], |one| one.values.as_slice().to_vec());
-    let (n, k) = (reached.at.residuals.len(), free.len());
-    let logarithms = reached.at.rows.iter().map(|row| problem.noise[row.series].ln()).sum::<f64>();
-    Ok(Estimates {
+    let estimates = Estimates {
         parameters: parameter_estimates(parameters, &values, &free, (&found, &without_effect), (widest, enough_frames)),
-        correlations: correlations(parameters.len(), &free, &found.covariance),
         weak: weak_directions(&problem, (&found, &without_effect), (widest, enough_frames)),
+        warnings: Vec::new(),
         chi_squared: 2.0 * reached.objective,
-        degrees_of_freedom: n.saturating_sub(k),
+        degrees_of_freedom: reached.at.residuals.len().saturating_sub(free.len()),
         noise: problem.noise.clone(),
         lag_one: found.lag_one,
         residuals: residuals(&problem, &reached),
-        repeated_frames: data.iter().map(Series::repeated_frames).collect(),
-        ambiguous_frames: vec![vec![]; data.len()],
         objectives,
-        deviance: 2.0 * (reached.objective + logarithms),
         singular_values: [&coarse, &singular].map(values_of),
-        family: parameters.to_vec(),
-        data: data.to_vec(),
-        loss,
-        free,
-        covariance: found.covariance,
-        white: found.white,
-        redundancy: found.redundancy,
-        without_effect,
-    })
+        input: Input { family: parameters.to_vec(), data: data.to_vec(), loss },
+        linear: Linear {
+            free,
+            covariance: found.covariance,
+            white: found.white,
+            redundancy: found.redundancy,
+            without_effect,
+        },
+    };
+    let mut warnings = warnings(data, &estimates.residuals, estimates.lag_one);
+    let at_bound = estimates.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
+    warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));
+    if !reached.converged {
+        warnings.insert(0, Warning::NotConverged { iterations: reached.iterations });
+    }
+    Ok(Estimates { warnings, ..estimates })
 }
 
 /// Estimates of all parameters.
@@ -110,9 +113,9 @@ fn parameter_estimates(
     parameters.iter().enumerate().map(estimate).collect()
 }
 
-/// Indices of the frames of each series whose times are, up to rounding, those of a discontinuity of the laws. The
-/// shoot is at its start.
-pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Vec<usize>>, ParameterError> {
+/// Warnings about frames whose times are, up to rounding, those of a discontinuity of the laws. The shoot is at its
+/// start.
+pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Warning>, ParameterError> {
     let last = data.iter().filter_map(|series| series.times.last()).copied().fold(f64::NEG_INFINITY, f64::max);
     let mut frames = vec![Vec::new(); data.len()];
     let mut time = next_discontinuity(shoot.model(), before(shoot.time()))?;
@@ -123,28 +126,14 @@ pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Re
         }
         time = next_discontinuity(shoot.model(), after(time))?;
     }
-    Ok(frames)
+    let warning = |(series, frames)| Warning::AmbiguousFrames { series, frames };
+    Ok(frames.into_iter().enumerate().filter(|(_, frames)| !frames.is_empty()).map(warning).collect())
 }
 
 /// Residuals with the index of their series and their time (s), in the unit of the data, or rad.
 fn residuals(problem: &Problem, reached: &Reached) -> Vec<(usize, f64, f64)> {
     let rows = reached.at.rows.iter().zip(reached.at.residuals.iter());
     rows.map(|(row, r)| (row.series, row.time, r * problem.noise[row.series])).collect()
-}
-
-/// Correlations of all parameters. Parameters without a covariance have the correlation one with themselves.
-fn correlations(count: usize, free: &[usize], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let mut matrix = vec![vec![0.0; count]; count];
-    for k in 0..count {
-        matrix[k][k] = 1.0;
-    }
-    for (i, k) in free.iter().enumerate() {
-        for (j, l) in free.iter().enumerate().filter(|(j, _)| *j != i) {
-            let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-            matrix[*k][*l] = if size > 0.0 && size.is_finite() { covariance[(i, j)] / size } else { 0.0 };
-        }
-    }
-    matrix
 }
 
 /// Combinations without effect, and then those with a standard error above `widest`, the largest error first.

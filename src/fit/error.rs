@@ -99,12 +99,12 @@ pub enum FitError {
     /// Two fits cannot be compared.
     #[error("the fits have different data, noise or losses, so that they cannot be compared")]
     OtherData,
-    /// A search did not converge.
-    #[error("the search did not converge in {iterations} iterations, which reached {}", describe(values))]
-    NotConverged {
-        /// Number of iterations of the search; for a profile, number of searches for an end of the interval.
-        iterations: usize,
-        /// Names and values of all parameters where the search ended.
+    /// The searches of a profile did not find an end of the interval.
+    #[error("{searches} searches did not find the end of an interval, and reached {}", describe(values))]
+    NoInterval {
+        /// Number of searches for an end of the interval.
+        searches: usize,
+        /// Names and values of all parameters where the last search ended.
         values: Vec<(String, f64)>,
     },
 }

@@ -4,10 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::jacobian::DIFFERENCE;
 use super::series::Series;
-use super::{FitError, Loss, Parameter};
-
-/// Ratio of an estimated noise to the scatter of successive frames above which the model does not explain the data.
-const UNEXPLAINED: f64 = 10.0;
+use super::warning::root_mean_square;
+use super::{FitError, Loss, Parameter, Warning};
 
 /// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
 pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;
@@ -102,17 +100,16 @@ impl std::fmt::Display for WeakDirection {
     }
 }
 
-/// Result of a fit: estimates of all parameters with their uncertainty, noise and residuals.
+/// Result of a fit: estimates of all parameters with their uncertainty, noise, residuals and warnings.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Estimates {
     /// All parameters in the order of the family.
     pub parameters: Vec<Estimate>,
-    /// Correlations of the estimates, in the order of the parameters. Those of parameters without a standard error are
-    /// zero outside the diagonal.
-    pub correlations: Vec<Vec<f64>>,
     /// Combinations that the data do not determine.
     pub weak: Vec<WeakDirection>,
+    /// Reasons to doubt the estimates; empty if the model explains the data up to their scatter.
+    pub warnings: Vec<Warning>,
     /// Twice the loss of all residuals and priors at the estimates.
     pub chi_squared: f64,
     /// Number of residuals minus number of free parameters that are not at a bound.
@@ -124,35 +121,39 @@ pub struct Estimates {
     /// Residuals (simulated minus measured) in the order of time: index of the series, time (s), and value in the unit
     /// of the data, or rad for angles.
     pub residuals: Vec<(usize, f64, f64)>,
-    /// Indices of the frames of each series that are equal to the frame before them, such as duplicated frames of a
-    /// video. They are used like all others.
-    pub repeated_frames: Vec<Vec<usize>>,
-    /// Indices of the frames of each series at a discontinuity of the laws of the shoot. Such a frame is ambiguous: it
-    /// is compared with the shoot just before the discontinuity.
-    pub ambiguous_frames: Vec<Vec<usize>>,
     /// Objectives that the remaining searches reached in the last of [`Fit::windows`](super::Fit::windows), the
     /// smallest first. An objective is the loss of all residuals and priors, half of `chi_squared`. If a noise is
     /// estimated, the objectives belong to its first rough estimate, and `chi_squared` to the last one.
     pub objectives: Vec<f64>,
-    /// Minus twice the logarithm of the likelihood and the priors, up to a constant that depends on the data only.
-    pub deviance: f64,
     /// Singular values, the largest first, of the Jacobian of the residuals over the noise, whose columns are divided
     /// by their norms. The first list is that of a Jacobian by differences with one step, the second that of a
     /// Jacobian extrapolated from two steps.
     pub singular_values: [Vec<f64>; 2],
-    pub(super) family: Vec<Parameter>,
-    pub(super) data: Vec<Series>,
-    pub(super) loss: Loss,
+    pub(super) input: Input,
+    pub(super) linear: Linear,
+}
+
+/// Parameters, data and loss of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Input {
+    pub family: Vec<Parameter>,
+    pub data: Vec<Series>,
+    pub loss: Loss,
+}
+
+/// Linearised problem at the estimates.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Linear {
     /// Indices of the parameters with a standard error.
-    pub(super) free: Vec<usize>,
+    pub free: Vec<usize>,
     /// Covariance of the coordinates of these parameters.
-    pub(super) covariance: DMatrix<f64>,
+    pub covariance: DMatrix<f64>,
     /// The same covariance for the loss of squares and white noise of the size in `noise`.
-    pub(super) white: DMatrix<f64>,
+    pub white: DMatrix<f64>,
     /// Number of successive residuals that contain the information of one.
-    pub(super) redundancy: f64,
+    pub redundancy: f64,
     /// Combinations without effect on the data: changes of the coordinates of these parameters.
-    pub(super) without_effect: Vec<DVector<f64>>,
+    pub without_effect: Vec<DVector<f64>>,
 }
 
 impl Estimates {
@@ -175,39 +176,38 @@ impl Estimates {
     /// # Errors
     /// [`OtherData`](FitError::OtherData) if data, noise or loss differ.
     pub fn compare(&self, other: &Self) -> Result<f64, FitError> {
-        let same = self.data.len() == other.data.len() && self.loss == other.loss;
-        let same = same && self.data.iter().zip(&other.data).all(|(a, b)| a.equals(b));
-        if !same {
+        let (a, b) = (&self.input, &other.input);
+        let same = a.data.len() == b.data.len() && a.loss == b.loss;
+        if !(same && a.data.iter().zip(&b.data).all(|(a, b)| a.equals(b))) {
             return Err(FitError::OtherData);
         }
-        let redundancy = self.redundancy.max(other.redundancy);
+        let redundancy = self.linear.redundancy.max(other.linear.redundancy);
         let n = self.residuals.len() as f64 / redundancy;
         // A parameter at a bound was free to be elsewhere.
-        let parameters = |found: &Self| found.family.iter().filter(|one| !one.is_fixed()).count() as f64;
-        Ok((other.deviance - self.deviance) / redundancy + (parameters(other) - parameters(self)) * n.max(1.0).ln())
+        let parameters = |found: &Self| found.input.family.iter().filter(|one| !one.is_fixed()).count() as f64;
+        Ok((other.deviance() - self.deviance()) / redundancy + (parameters(other) - parameters(self)) * n.max(1.0).ln())
     }
 
     /// Value of a function of the parameter values (in the order of the family), and its standard error by linear
     /// propagation, both in the unit of the function. The error is infinite if the function changes along a combination
     /// without effect on the data.
     pub fn derived(&self, function: impl Fn(&[f64]) -> f64) -> [f64; 2] {
-        let values = self.values();
-        let gradient = DVector::from_iterator(
-            self.free.len(),
-            self.free.iter().map(|k| {
-                let at = |change: f64| {
-                    let mut values = values.clone();
-                    values[*k] = self.family[*k].value(self.family[*k].coordinate(values[*k]) + change);
-                    function(&values)
-                };
-                (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
-            }),
-        );
-        let is_undetermined = self.without_effect.iter().any(|change| {
+        let (values, linear) = (self.values(), &self.linear);
+        let slope = |k: &usize| {
+            let parameter = &self.input.family[*k];
+            let at = |change: f64| {
+                let mut values = values.clone();
+                values[*k] = parameter.value(parameter.coordinate(values[*k]) + change);
+                function(&values)
+            };
+            (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
+        };
+        let gradient = DVector::from_iterator(linear.free.len(), linear.free.iter().map(slope));
+        let is_undetermined = linear.without_effect.iter().any(|change| {
             let parts = gradient.component_mul(change);
             parts.sum().abs() > CANCELLED * parts.abs().sum()
         });
-        let variance = gradient.dot(&(&self.covariance * &gradient));
+        let variance = gradient.dot(&(&linear.covariance * &gradient));
         [function(&values), if is_undetermined { f64::INFINITY } else { deviation(variance) }]
     }
 
@@ -223,11 +223,28 @@ impl Estimates {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
-    /// Root mean square of the residuals of a series, in the unit of the data, or rad.
-    fn size_of_residuals(&self, series: usize) -> f64 {
-        let of_series = || self.residuals.iter().filter(|(index, ..)| *index == series);
-        let (sum, count) = of_series().fold((0.0, 0.0), |(sum, n), (_, _, value)| (sum + value * value, n + 1.0));
-        (sum / count).sqrt()
+    /// Correlations of the estimates, in the order of the parameters. Those of parameters without a standard error are
+    /// zero outside the diagonal.
+    #[must_use]
+    pub fn correlations(&self) -> Vec<Vec<f64>> {
+        let (count, Linear { free, covariance, .. }) = (self.parameters.len(), &self.linear);
+        let mut matrix = vec![vec![0.0; count]; count];
+        for k in 0..count {
+            matrix[k][k] = 1.0;
+        }
+        for (i, k) in free.iter().enumerate() {
+            for (j, l) in free.iter().enumerate().filter(|(j, _)| *j != i) {
+                let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+                matrix[*k][*l] = if size > 0.0 && size.is_finite() { covariance[(i, j)] / size } else { 0.0 };
+            }
+        }
+        matrix
+    }
+
+    /// Minus twice the logarithm of the likelihood and the priors, up to a constant that depends on the data only.
+    #[must_use]
+    pub fn deviance(&self) -> f64 {
+        self.chi_squared + 2.0 * self.residuals.iter().map(|(series, ..)| self.noise[*series].ln()).sum::<f64>()
     }
 }
 
@@ -247,24 +264,26 @@ impl std::fmt::Display for Estimates {
             writeln!(f, "{name:>12} = {value:.6e} {known}")?;
         }
         self.weak.iter().try_for_each(|weak| writeln!(f, "{weak}"))?;
-        for (index, (series, noise)) in self.data.iter().zip(&self.noise).enumerate() {
-            let ratio = noise / series.rough_noise();
-            if series.noise.is_none() && ratio > UNEXPLAINED {
-                writeln!(
-                    f,
-                    "the noise of series {index} is {ratio:.0} times the scatter of its frames: is the model right?"
-                )?;
-            }
+        let Input { data, .. } = &self.input;
+        for (index, (series, noise)) in data.iter().zip(&self.noise).enumerate() {
+            let of_series = self.residuals.iter().filter(|(of, ..)| *of == index).map(|(.., r)| *r);
+            let (size, scatter) = (root_mean_square(&of_series.collect::<Vec<_>>()), series.rough_noise());
+            let origin = if series.noise.is_some() { "given" } else { "estimated" };
+            writeln!(
+                f,
+                "series {index}: residuals {size:.3e}, scatter of neighbouring frames {scatter:.3e}, noise {noise:.3e} \
+                 ({origin})"
+            )?;
         }
-        for (index, (series, noise)) in self.data.iter().zip(&self.noise).enumerate() {
-            let ratio = self.size_of_residuals(index) / noise;
-            if series.noise.is_some() && !(1.0 / UNEXPLAINED..=UNEXPLAINED).contains(&ratio) {
-                let question = "is the noise right, and the model?";
-                writeln!(f, "the residuals of series {index} are {ratio:.2e} times the given noise: {question}")?;
-            }
+        if data.iter().any(|series| series.noise.is_some()) {
+            writeln!(f, "χ² per degree of freedom {:.3}", self.reduced_chi_squared())?;
         }
-        let (chi, lag) = (self.reduced_chi_squared(), self.lag_one);
-        write!(f, "χ² per degree of freedom {chi:.3}, correlation of successive residuals {lag:.2}")
+        writeln!(f, "correlation of successive residuals {:.2}", self.lag_one)?;
+        if self.warnings.is_empty() {
+            return write!(f, "verdict: the model explains the data up to their scatter");
+        }
+        write!(f, "verdict: do not rely on these estimates before the following is explained:")?;
+        self.warnings.iter().try_for_each(|warning| write!(f, "\n- {warning}"))
     }
 }
 

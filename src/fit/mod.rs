@@ -62,6 +62,7 @@
 
 mod answer;
 mod confidence;
+mod dependence;
 mod error;
 mod estimate;
 mod family;
@@ -71,13 +72,16 @@ mod parameter;
 mod problem;
 mod profile;
 mod residuals;
+mod run;
 mod scan;
 mod search;
 mod series;
 mod settings;
 mod singular;
 mod starts;
+mod warning;
 
+pub use dependence::Dependence;
 pub use error::FitError;
 pub use estimate::{Estimate, Estimates, Verdict, WeakDirection};
 pub use family::Family;
@@ -86,3 +90,4 @@ pub use scan::{Scan, ScanLine};
 pub use search::Loss;
 pub use series::{Series, View};
 pub use settings::Fit;
+pub use warning::Warning;

@@ -32,7 +32,7 @@ impl Fit {
     ///
     /// # Errors
     /// [`Parameter`](FitError::Parameter) for a name without a finite standard error in the estimates;
-    /// [`NotConverged`](FitError::NotConverged) if ten searches do not find an end; and the errors of
+    /// [`NoInterval`](FitError::NoInterval) if ten searches do not find an end; and the errors of
     /// [`run`](Self::run).
     pub fn profile<M: Model, E: Display>(
         &self,
@@ -40,16 +40,16 @@ impl Fit {
         estimates: &Estimates,
         name: &str,
     ) -> Result<[f64; 2], FitError> {
-        let (family, data) = (&Family { parameters: estimates.family.clone(), build }, &estimates.data[..]);
+        let (family, data) = (&Family { parameters: estimates.input.family.clone(), build }, &estimates.input.data[..]);
         self.check(family, data)?;
         let run =
             |values: &[f64], until: f64, steps: Steps<'_>| simulate(family, data, self.step, (values, until), steps);
-        let free = &estimates.free;
+        let free = &estimates.linear.free;
         let Some(i) = free.iter().position(|k| family.parameters[*k].name == name) else {
             let problem = "is not among the estimates that have an error";
             return Err(FitError::Parameter { name: name.to_owned(), problem });
         };
-        let (k, covariance) = (free[i], &estimates.covariance);
+        let (k, covariance) = (free[i], &estimates.linear.covariance);
         if estimates.parameters[k].error.is_infinite() {
             let problem = "belongs to a combination without effect on the data, so that its interval has no end";
             return Err(FitError::Parameter { name: name.to_owned(), problem });
@@ -63,7 +63,11 @@ impl Fit {
         let least = 0.5 * estimates.chi_squared;
         let centre = parameter.coordinate(estimates.parameters[k].value);
         // Correlated noise and outliers widen the interval by the same factor as the standard error.
-        let wider = if estimates.white[(i, i)] > 0.0 { covariance[(i, i)] / estimates.white[(i, i)] } else { 1.0 };
+        let wider = if estimates.linear.white[(i, i)] > 0.0 {
+            covariance[(i, i)] / estimates.linear.white[(i, i)]
+        } else {
+            1.0
+        };
         let target = QUANTILE_95 * wider.max(f64::MIN_POSITIVE).sqrt();
         let [low, high] = parameter.limits();
         let error = covariance[(i, i)].max(0.0).sqrt();
@@ -74,7 +78,7 @@ impl Fit {
             for _ in 0..SEARCHES {
                 values[k] = parameter.value(centre + sign * distance);
                 let problem = Problem { values: values.clone(), ..full.clone() };
-                let reached = search(&problem, estimates.loss, problem.coordinates(&values), SEARCH)?;
+                let reached = search(&problem, estimates.input.loss, problem.coordinates(&values), SEARCH)?;
                 let prior = parameter.prior_residual(centre + sign * distance).map_or(0.0, |[r, _]| 0.5 * r * r);
                 let rise = (2.0 * (reached.objective + prior - least)).max(0.0).sqrt();
                 values = problem.values_at(&reached.x);
@@ -87,7 +91,7 @@ impl Fit {
                 }
                 distance = (distance * ratio.clamp(0.3, 3.0)).min(room);
             }
-            Err(FitError::NotConverged { iterations: SEARCHES, values: family.named(&values) })
+            Err(FitError::NoInterval { searches: SEARCHES, values: family.named(&values) })
         };
         Ok([end(-1.0)?, end(1.0)?])
     }

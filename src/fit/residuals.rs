@@ -10,6 +10,7 @@ use super::{Family, FitError};
 use crate::equilibrium::NewtonSolver;
 use crate::integrator::{Grid, Integrator, MethodOfSteps};
 use crate::model::Model;
+use crate::numerics::interpolation::lagrange;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
@@ -26,6 +27,12 @@ const NEAREST: f64 = 1e-8;
 
 /// Largest number of iterations for the arc length of the nearest point.
 const ITERATIONS: usize = 20;
+
+/// Interval of the frames of a tip over the time step below which the tip is interpolated between the steps.
+const DENSE: f64 = 0.5;
+
+/// Number of points of an interpolation. With a tenth of a period between them, its error is 4e-4 of the amplitude.
+const NODES: usize = 6;
 
 /// Time steps and elements of a run.
 pub(super) enum Steps<'a> {
@@ -72,10 +79,16 @@ pub(super) fn simulate<M: Model, E: Display>(
         Steps::Record => integrator.record(),
         Steps::Follow(grid) => integrator.follow(grid.clone()),
     }
+    let dense: Vec<bool> = data.iter().map(|series| is_dense(series, step)).collect();
+    let dense_times = data.iter().zip(&dense).filter(|(_, dense)| **dense).flat_map(|(series, _)| &series.times);
+    let last = dense_times.copied().filter(|time| *time <= until).fold(f64::NEG_INFINITY, f64::max);
+    let mut path = Path::until(shoot.time(), last, step);
+    let cameras: Vec<_> = data.iter().map(|series| Camera::of(series, family, values)).collect();
     let mut next = vec![0; data.len()];
     let (mut residuals, mut rows) = (Vec::new(), Vec::new());
     loop {
-        let times = data.iter().zip(&next).filter_map(|(series, next)| series.times.get(*next));
+        let frames = data.iter().zip(&next).zip(&dense).filter(|(_, dense)| !**dense);
+        let times = frames.filter_map(|((series, next), _)| series.times.get(*next)).chain(path.next_time());
         let time = times.copied().fold(f64::INFINITY, f64::min);
         if !(time <= until && time.is_finite()) {
             break;
@@ -83,18 +96,81 @@ pub(super) fn simulate<M: Model, E: Display>(
         integrator
             .advance(&mut shoot, time)
             .map_err(|error| FitError::Run { values: family.named(values), error: Box::new(error) })?;
-        for (index, series) in data.iter().enumerate() {
+        path.record(time, shoot.rod());
+        for (index, series) in data.iter().enumerate().filter(|(index, _)| !dense[*index]) {
             if series.times.get(next[index]) == Some(&time) {
-                let camera = Camera::of(series, family, values);
                 let before = residuals.len();
-                camera.compare(shoot.rod(), series.kind, &series.frames[next[index]], &mut residuals);
+                cameras[index].compare(shoot.rod(), series.kind, &series.frames[next[index]], &mut residuals);
                 let count = residuals.len() - before;
                 rows.extend((0..count).map(|coordinate| Row { series: index, coordinate, time }));
                 next[index] += 1;
             }
         }
     }
-    Ok(Output { residuals, rows, grid: integrator.take_grid() })
+    for (index, series) in data.iter().enumerate().filter(|(index, _)| dense[*index]) {
+        for (time, frame) in series.times.iter().zip(&series.frames).take_while(|(time, _)| **time <= last) {
+            let Some(measured) = frame.last() else { continue };
+            let before = residuals.len();
+            cameras[index].compare_tip(path.at(*time), series.kind, measured, &mut residuals);
+            let count = residuals.len() - before;
+            rows.extend((0..count).map(|coordinate| Row { series: index, coordinate, time: *time }));
+        }
+    }
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|i, k| rows[*i].time.total_cmp(&rows[*k].time));
+    let residuals = order.iter().map(|i| residuals[*i]).collect();
+    Ok(Output { residuals, rows: order.iter().map(|i| rows[*i]).collect(), grid: integrator.take_grid() })
+}
+
+/// Whether the frames of a series are so close that steps to each of them would be far shorter than necessary.
+fn is_dense(series: &Series, step: f64) -> bool {
+    series.kind != Kind::CentreLine && series.spacing() < DENSE * step
+}
+
+/// Path of the tip at equal intervals of about a time step, for frames between them.
+struct Path {
+    /// Times, s.
+    times: Vec<f64>,
+    /// Position of the tip (m) and unit tangent there, at the first of the times.
+    tips: Vec<[Vector3<f64>; 2]>,
+}
+
+impl Path {
+    /// Path without points, from a start (s) to the last time (s). It has no times if the last time is not finite.
+    fn until(start: f64, last: f64, step: f64) -> Self {
+        let count = if last.is_finite() { ((last - start) / step).ceil().max(1.0) as usize } else { 0 };
+        let time = |k: usize| if k == count { last } else { start + (last - start) * k as f64 / count as f64 };
+        let times = if count == 0 { Vec::new() } else { (0..=count).map(time).collect() };
+        Self { times, tips: Vec::new() }
+    }
+
+    /// Next time at which the path needs the shoot, s.
+    fn next_time(&self) -> Option<&f64> {
+        self.times.get(self.tips.len())
+    }
+
+    /// Appends the tip of a rod if the time is the next one of the path.
+    fn record(&mut self, time: f64, rod: &Rod) {
+        if self.next_time() == Some(&time) {
+            self.tips.push(tip(rod));
+        }
+    }
+
+    /// Tip and tangent at a time (s) by interpolation.
+    fn at(&self, time: f64) -> [Vector3<f64>; 2] {
+        let count = NODES.min(self.times.len());
+        let after = self.times.partition_point(|other| *other < time);
+        let first = after.saturating_sub(count / 2).min(self.times.len() - count);
+        let mut weights = [0.0; NODES];
+        lagrange(&self.times[first..first + count], time, &mut weights[..count]);
+        let sum = |i: usize| (0..count).map(|k| self.tips[first + k][i] * weights[k]).sum();
+        [sum(0), sum(1)]
+    }
+}
+
+/// Position of the tip (m), and unit tangent there.
+fn tip(rod: &Rod) -> [Vector3<f64>; 2] {
+    [rod.tip(), rod.apex_frame() * Vector3::z()]
 }
 
 /// View with the values of its scale and offset.
@@ -131,20 +207,30 @@ impl<'a> Camera<'a> {
 
     /// Appends the residuals of a frame, in the unit of the data, or rad. Those of the tip are the last.
     fn compare(&self, rod: &Rod, kind: Kind, frame: &[Vector3<f64>], residuals: &mut Vec<f64>) {
-        let d = self.rows.len();
-        let Some((tip, inner)) = frame.split_last() else { return };
-        if kind == Kind::Angle {
-            let tangent = self.direction(&(rod.apex_frame() * Vector3::z()));
-            let difference = tangent.y.atan2(tangent.x) - tip.x;
-            residuals.push((difference + PI).rem_euclid(TAU) - PI);
-            return;
-        }
+        let Some((last, inner)) = frame.split_last() else { return };
         // The tip is first: its coordinates have the same indices in all frames, whatever the number of points.
-        residuals.extend((self.point(&rod.tip()) - tip).iter().take(d));
+        self.compare_tip(tip(rod), kind, last, residuals);
         if kind == Kind::CentreLine && !inner.is_empty() {
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
             let nodes = rod.centre_line();
             inner.iter().for_each(|point| self.compare_inner((rod, &nodes), &samples, point, residuals));
+        }
+    }
+
+    /// Appends the residuals of the tip, or of its angle, for a simulated position and tangent.
+    fn compare_tip(
+        &self,
+        [tip, tangent]: [Vector3<f64>; 2],
+        kind: Kind,
+        measured: &Vector3<f64>,
+        residuals: &mut Vec<f64>,
+    ) {
+        if kind == Kind::Angle {
+            let tangent = self.direction(&tangent);
+            let difference = tangent.y.atan2(tangent.x) - measured.x;
+            residuals.push((difference + PI).rem_euclid(TAU) - PI);
+        } else {
+            residuals.extend((self.point(&tip) - measured).iter().take(self.rows.len()));
         }
     }
 

@@ -7,9 +7,9 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use super::noise::Noise;
 use super::problem::Problem;
-use super::residuals::{Steps, simulate};
+use super::residuals::{Row, Steps, simulate};
 use super::series::Series;
-use super::{Estimates, Family, Fit, FitError};
+use super::{Estimates, Family, Fit, FitError, Verdict, Warning};
 use crate::ensemble;
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -18,6 +18,10 @@ use crate::tropism::{Handedness, Oscillator};
 
 /// Number of periods in a scan over the number of periods that the duration of the data resolves.
 const OVERSAMPLING: f64 = 2.0;
+
+/// Number of the longest and of the shortest period in the duration of the data, by default. Fewer periods resemble a
+/// drift. The effect of an oscillator decreases with its period.
+const PERIODS: [f64; 2] = [2.0, 100.0];
 
 /// Sensitivity of the trial oscillators of a scan. Effects of second order are far below the noise.
 const SENSITIVITY: f64 = 1e-4;
@@ -28,8 +32,9 @@ const SENSITIVITY: f64 = 1e-4;
 pub struct ScanLine {
     /// Oscillator of this period and handedness that explains the residuals best, to first order in the sensitivity.
     pub oscillator: Oscillator,
-    /// Score S: the decrease of χ² due to the oscillator, to first order in the sensitivity and with the correlations
-    /// of the noise. For data without an oscillator S has the distribution of χ² with two degrees of freedom.
+    /// Score S: the decrease of −2 ln L due to the oscillator, to first order in the sensitivity and with the size and
+    /// the correlations of the noise that the oscillator leaves. For data without an oscillator S has the distribution
+    /// of χ² with two degrees of freedom.
     pub score: f64,
 }
 
@@ -45,19 +50,57 @@ pub struct Scan {
     /// for N lines. The periods are twice as dense as those that the duration of the data resolves. Therefore fewer
     /// than N lines are independent.
     pub false_alarm: f64,
+    /// Shortest and longest period of the scan, s. The scan does not exclude oscillators with other periods.
+    pub periods: [f64; 2],
+    /// Reasons to doubt the probability: properties of the data or of the fit that create or hide an oscillator.
+    pub warnings: Vec<Warning>,
+}
+
+impl std::fmt::Display for Scan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ([shortest, longest], ScanLine { oscillator, score }) =
+            (self.periods.map(|period| period / 60.0), self.best);
+        let (period, sense) = (oscillator.period / 60.0, oscillator.handedness);
+        write!(
+            f,
+            "oscillators with periods from {shortest:.1} to {longest:.1} min in both senses: the best has a period of \
+             {period:.1} min ({sense:?}), a sensitivity of {:.2e} and a score of {score:.1}; probability of such a \
+             score without an oscillator {:.1e}",
+            oscillator.sensitivity, self.false_alarm
+        )?;
+        self.warnings.iter().try_for_each(|warning| write!(f, "\n- {warning}"))
+    }
+}
+
+impl Estimates {
+    /// Shortest and longest period (s) of an oscillator that the data resolve: two median times between frames, or a
+    /// hundredth of the duration if this is longer, and half of the duration.
+    #[must_use]
+    pub fn resolved_periods(&self) -> [f64; 2] {
+        let data = &self.input.data;
+        let duration = data.iter().map(Series::duration).fold(0.0, f64::max);
+        // A period shorter than two frames is an alias of a longer period in the opposite sense.
+        [(2.0 * least_spacing(data)).max(duration / PERIODS[1]), duration / PERIODS[0]]
+    }
 }
 
 impl Fit {
     /// Scores of internal oscillators with periods between two limits (s), in both senses of rotation, at the estimates
-    /// of a family without an oscillator. The data, the noise and the loss are those of the estimates. `oscillating`
-    /// returns the shoot of the family, for the values of its parameters, with an additional oscillator.
+    /// of a family without an oscillator. [`Estimates::resolved_periods`] returns the limits that the data resolve.
+    /// The data and the loss are those of the estimates. `oscillating` returns the shoot of the family, for the values
+    /// of its parameters, with an additional oscillator.
     ///
     /// The period and the phase of an absent oscillator have no meaning. The difference of χ² of two fits therefore
     /// does not have a known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has
     /// one. It is computed from the projection of the residuals onto the part of the effect of an oscillator that no
-    /// change of the other parameters explains. A small [`false_alarm`](Scan::false_alarm) is evidence of an
-    /// oscillator. Then fit a family with an oscillator, from the values of the [`best`](Scan::best) line, and
-    /// [`compare`](Estimates::compare) both.
+    /// change of the other parameters explains. The noise is that of the residuals without this projection, because
+    /// a strong oscillator would otherwise be taken for slow noise. A small [`false_alarm`](Scan::false_alarm) is
+    /// evidence of an oscillator. Then fit a family with an oscillator, from the values of the [`best`](Scan::best)
+    /// line, and [`compare`](Estimates::compare) both.
+    ///
+    /// A parameter at a bound means that the family without an oscillator has imitated one by parameters that are far
+    /// from those of the plant. Scores are then also computed at the initial values of the family, and each line
+    /// has the larger score of both.
     ///
     /// # Errors
     /// Limits that are not positive, finite and increasing; a shortest period below twice the median time between
@@ -66,37 +109,60 @@ impl Fit {
         &self,
         oscillating: impl Fn(&[f64], Oscillator) -> Result<Shoot<M>, E> + Sync,
         estimates: &Estimates,
-        [shortest, longest]: [f64; 2],
+        periods: [f64; 2],
     ) -> Result<Scan, FitError> {
-        let data = &estimates.data[..];
+        let ([shortest, longest], parameters) = (periods, &estimates.input.family);
         ParameterError::positive("shortest period of a scan", shortest, "s")?;
-        // A period shorter than two frames is an alias of a longer period in the opposite sense.
-        let frames = data.iter().map(Series::spacing).fold(f64::INFINITY, f64::min);
         let requirement = "at least twice the median time between frames (s)";
-        ParameterError::unless(shortest >= 2.0 * frames, "shortest period of a scan", shortest, requirement)?;
+        let ok = shortest >= 2.0 * least_spacing(&estimates.input.data);
+        ParameterError::unless(ok, "shortest period of a scan", shortest, requirement)?;
         let ok = longest > shortest && longest.is_finite();
         ParameterError::unless(ok, "longest period of a scan", longest, "longer than the shortest (s)")?;
+        let mut points = vec![(estimates.values(), estimates.linear.free.clone())];
+        let is_at_bound = |one: &super::Estimate| one.verdict == Verdict::AtBound;
+        if estimates.parameters.iter().any(is_at_bound) {
+            let free = (0..parameters.len()).filter(|k| !parameters[*k].is_fixed()).collect();
+            points.push((parameters.iter().map(|parameter| parameter.start).collect(), free));
+        }
+        let scans = points.into_iter().map(|point| self.scan_at(&oscillating, estimates, periods, point));
+        let scans = scans.collect::<Result<Vec<_>, _>>()?;
+        let count: usize = scans.iter().map(Vec::len).sum();
+        let larger = |a: ScanLine, b: ScanLine| if b.score > a.score { b } else { a };
+        let mut lines = scans[0].clone();
+        for other in &scans[1..] {
+            lines = lines.into_iter().zip(other).map(|(a, b)| larger(a, *b)).collect();
+        }
+        let best = lines.iter().fold(lines[0], |best, line| larger(best, *line));
+        let false_alarm = -f64::exp_m1(count as f64 * f64::ln_1p(-(-0.5 * best.score).exp()));
+        Ok(Scan { lines, best, false_alarm, periods, warnings: estimates.warnings.clone() })
+    }
+
+    /// Scores of all lines at a point: values of all parameters, and the indices of those whose changes explain
+    /// residuals.
+    fn scan_at<M: Model, E: Display>(
+        &self,
+        oscillating: &(impl Fn(&[f64], Oscillator) -> Result<Shoot<M>, E> + Sync),
+        estimates: &Estimates,
+        [shortest, longest]: [f64; 2],
+        (values, free): (Vec<f64>, Vec<usize>),
+    ) -> Result<Vec<ScanLine>, FitError> {
+        let (data, loss) = (&estimates.input.data[..], estimates.input.loss);
         let oscillator = |sensitivity, period, phase, handedness| Oscillator { sensitivity, period, phase, handedness };
-        let silent = oscillator(0.0, longest, 0.0, Handedness::Counterclockwise);
-        let oscillating = &oscillating;
         let family = |oscillator| Family {
-            parameters: estimates.family.clone(),
+            parameters: estimates.input.family.clone(),
             build: move |values: &[f64]| oscillating(values, oscillator),
         };
-        let null = family(silent);
+        let null = family(oscillator(0.0, longest, 0.0, Handedness::Counterclockwise));
         self.check(&null, data)?;
         let run =
             |values: &[f64], until: f64, steps: Steps<'_>| simulate(&null, data, self.step, (values, until), steps);
-        let (values, free) = (estimates.values(), estimates.free.clone());
-        let problem = self.problem(&estimates.family, data, values.clone(), &run);
+        let problem = self.problem(&estimates.input.family, data, values.clone(), &run);
         let problem = Problem { noise: estimates.noise.clone(), free, ..problem };
         let x = problem.coordinates(&values);
         let at = problem.evaluate(&x)?;
-        let jacobian = problem.one_sided_jacobian(&x, &at)?;
-        let slopes = at.residuals.map(|r| estimates.loss.slope(r));
-        let explained = orthonormal_basis(&jacobian);
-        let identity = DMatrix::identity(explained.ncols(), explained.ncols());
-        let noise = Noise::of(&slopes, &at.rows, &explained, &identity);
+        let explained = orthonormal_basis(&problem.one_sided_jacobian(&x, &at)?);
+        let unexplained = |vector: DVector<f64>| &vector - &explained * explained.tr_mul(&vector);
+        let slopes = unexplained(at.residuals.map(|r| loss.slope(r)));
 
         let duration = at.rows.last().map_or(0.0, |last| last.time - at.rows[0].time);
         let resolved = duration * (shortest.recip() - longest.recip());
@@ -109,26 +175,41 @@ impl Fit {
                 let trial = oscillator(SENSITIVITY, period, phase, handedness);
                 let all_data = (&values[..], f64::INFINITY);
                 let output = simulate(&family(trial), data, self.step, all_data, Steps::Follow(&at.grid))?;
-                let column = (problem.over_noise(&output.residuals, &output.rows) - &at.residuals) / SENSITIVITY;
-                Ok(&column - &explained * explained.tr_mul(&column))
+                Ok(unexplained((problem.over_noise(&output.residuals, &output.rows) - &at.residuals) / SENSITIVITY))
             };
             let columns = DMatrix::from_columns(&[column(0.0)?, column(FRAC_PI_2)?]);
-            let score = columns.tr_mul(&slopes);
-            let score = Vector2::new(score[0], score[1]);
-            let square = |matrix: DMatrix<f64>| Matrix2::from_fn(|i, j| matrix[(i, j)]);
-            let expected = square(noise.covariance(&columns, 0.0));
-            let inverse = |matrix: Matrix2<f64>| matrix.try_inverse().unwrap_or_else(Matrix2::zeros);
-            let amplitudes = inverse(square(columns.tr_mul(&columns))) * -score;
+            let (amplitudes, score) = score(&columns, &slopes, &explained, &at.rows);
             let (sensitivity, phase) = (amplitudes.norm(), amplitudes.y.atan2(amplitudes.x));
-            let value = score.dot(&(inverse(expected) * score)).max(0.0);
-            Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score: value })
+            Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score })
         };
-        let lines =
-            ensemble::collect(2 * (count + 1), self.threads, line).into_iter().collect::<Result<Vec<_>, _>>()?;
-        let best = lines.iter().fold(lines[0], |best, line| if line.score > best.score { *line } else { best });
-        let false_alarm = -f64::exp_m1(lines.len() as f64 * f64::ln_1p(-(-0.5 * best.score).exp()));
-        Ok(Scan { lines, best, false_alarm })
+        ensemble::collect(2 * (count + 1), self.threads, line).into_iter().collect()
     }
+}
+
+/// Amplitudes of two columns that explain the residuals best, and their score. The residuals and the columns are
+/// orthogonal to the space of the other parameters, whose basis is `explained`.
+///
+/// The noise is that of the residuals without the part that the columns explain. With n residuals that have the
+/// information of ν, the quadratic form q of the score has, over ν, the distribution of F with 2 and ν degrees of
+/// freedom. The probability of a larger value is (1 + q/ν)^(−ν/2) = exp(−S/2).
+fn score(columns: &DMatrix<f64>, slopes: &DVector<f64>, explained: &DMatrix<f64>, rows: &[Row]) -> (Vector2<f64>, f64) {
+    let square = |matrix: DMatrix<f64>| Matrix2::from_fn(|i, j| matrix[(i, j)]);
+    let inverse = |matrix: Matrix2<f64>| matrix.try_inverse().unwrap_or_else(Matrix2::zeros);
+    let gradient = columns.tr_mul(slopes);
+    let gradient = Vector2::new(gradient[0], gradient[1]);
+    let amplitudes = inverse(square(columns.tr_mul(columns))) * -gradient;
+    let rest = slopes + columns * amplitudes;
+    let basis = DMatrix::from_columns(&explained.column_iter().chain(columns.column_iter()).collect::<Vec<_>>());
+    let basis = orthonormal_basis(&basis);
+    let noise = Noise::of(&rest, rows, &basis, &DMatrix::identity(basis.ncols(), basis.ncols()));
+    let form = gradient.dot(&(inverse(square(noise.covariance(columns, 0.0))) * gradient)).max(0.0);
+    let freedom = (slopes.len() as f64 / noise.redundancy() - basis.ncols() as f64).max(1.0);
+    (amplitudes, freedom * (form / freedom).ln_1p())
+}
+
+/// Smallest median time between the frames of a series, s.
+fn least_spacing(data: &[Series]) -> f64 {
+    data.iter().map(Series::spacing).fold(f64::INFINITY, f64::min)
 }
 
 /// Orthonormal basis of the space of the columns of a Jacobian.

@@ -25,6 +25,10 @@ const MOST_NOISE: f64 = 1e3;
 /// Rough noise of an exact track, relative to its largest coordinate.
 const EXACT: f64 = 1e-6;
 
+/// Distance of neighbouring points of a centre line over the median distance, and over the sum of all others, above
+/// which it is not a part of the line. Distances by unequal digitisation differ less.
+const JUMP: [f64; 2] = [5.0, 0.25];
+
 /// Standard deviation of a normal distribution over its median absolute deviation.
 pub(super) const MAD: f64 = 1.482_602_218_505_602;
 
@@ -187,6 +191,13 @@ impl Series {
         if self.kind == Kind::Angle { 1 } else { self.view.0.len() }
     }
 
+    /// The same data in units of length and time that are smaller by two factors. Angles have no length.
+    pub(super) fn scaled(&self, [length, time]: [f64; 2]) -> Self {
+        let length = if self.kind == Kind::Angle { 1.0 } else { length };
+        let frames = self.frames.iter().map(|frame| frame.iter().map(|point| point * length).collect()).collect();
+        Self { times: self.times.iter().map(|t| t * time).collect(), frames, ..self.clone() }
+    }
+
     /// Whether another series has the same data and the same noise.
     pub(super) fn equals(&self, other: &Self) -> bool {
         let same = (self.kind, &self.times, &self.frames) == (other.kind, &other.times, &other.frames);
@@ -196,12 +207,25 @@ impl Series {
     /// Number of residuals: all coordinates of a tip, and one fewer for a point of a centre line, whose residual is
     /// across the tangent.
     pub(super) fn residuals(&self) -> usize {
+        self.frames.iter().map(|frame| self.residuals_of(frame)).sum()
+    }
+
+    /// Number of residuals of a frame. Those of the tip are the first.
+    pub(super) fn residuals_of(&self, frame: &[Vector3<f64>]) -> usize {
         let d = self.dimension();
-        let of_frame = |frame: &Vec<Vector3<f64>>| match self.kind {
+        match self.kind {
+            _ if frame.is_empty() => 0,
             Kind::Tip | Kind::Angle => d,
             Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
-        };
-        self.frames.iter().filter(|frame| !frame.is_empty()).map(of_frame).sum()
+        }
+    }
+
+    /// Standard deviation of the coordinates of the last points of all frames, in the unit of the data, or rad.
+    pub(super) fn deviation(&self) -> f64 {
+        let points = || self.frames.iter().filter_map(|frame| frame.last());
+        let count = points().count().max(1) as f64;
+        let mean = points().sum::<Vector3<f64>>() / count;
+        (points().map(|point| (point - mean).norm_squared()).sum::<f64>() / (count * self.dimension() as f64)).sqrt()
     }
 
     /// Number of residuals without those of coordinates of a tip that are zero in all frames, as those across the plane
@@ -210,6 +234,11 @@ impl Series {
         let zero = |k: &usize| self.frames.iter().flatten().all(|point| point[*k] == 0.0);
         let constant = if self.kind == Kind::Tip { (0..self.dimension()).filter(zero).count() } else { 0 };
         self.residuals() - constant * self.frames.len()
+    }
+
+    /// Time from the first to the last frame, s; zero without frames.
+    pub(super) fn duration(&self) -> f64 {
+        self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first)
     }
 
     /// Median time between frames, s; infinite for a single frame.
@@ -225,6 +254,15 @@ impl Series {
     /// Largest distance of a point from the origin of the view, in the unit of the data; a radian for angles.
     pub(super) fn size(&self) -> f64 {
         if self.kind == Kind::Angle { 1.0 } else { self.extent() }
+    }
+
+    /// Whether one distance of neighbouring points of a frame is far above the others, as between the tip of a plant
+    /// and the base of the next one. Four distances show what is normal.
+    fn has_jump(&self, frame: usize) -> bool {
+        let chords: Vec<f64> = self.frames[frame].windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
+        let (longest, sum) =
+            chords.iter().fold((0.0_f64, 0.0), |(longest, sum), chord| (longest.max(*chord), sum + chord));
+        chords.len() >= 4 && longest > JUMP[0] * median(chords) && longest > JUMP[1] * (sum - longest)
     }
 
     /// Returns an error unless the series is valid, and begins at the `start` (s) of the shoot or later. `series` is
@@ -266,6 +304,8 @@ impl Series {
                 "has no points"
             } else if !frames[frame].iter().flatten().all(|x| x.abs() <= LARGEST) {
                 "has a coordinate that is not finite or beyond 1e9"
+            } else if self.has_jump(frame) {
+                "has neighbouring points at a large distance: are they of one plant, in order from the base?"
             } else {
                 continue;
             };

@@ -6,7 +6,7 @@ use morphorod::fit::{Estimates, Family, Fit, Parameter, Series, Verdict};
 use morphorod::tropism::Oscillator;
 
 fn fit() -> Fit {
-    Fit { step: 200.0, windows: vec![1.0], ..Fit::default() }
+    Fit { step: 200.0, starts: 1, windows: vec![1.0], ..Fit::default() }
 }
 
 /// Fit of the named parameters to centre lines of eight points.

@@ -29,7 +29,7 @@ fn assert_coverage(
         let (mut draw, mut last) = (Draw::new(1000 + seed), Vector3::zeros());
         let positions: Vec<_> = exact.iter().map(|p| p + noise(&mut draw, &mut last)).collect();
         let data = [Series::tips(times.clone(), &positions)];
-        let fit = Fit { step: 200.0, loss, windows: vec![1.0], ..Fit::default() };
+        let fit = Fit { step: 200.0, loss, starts: 1, windows: vec![1.0], ..Fit::default() };
         let found = fit.run(&family(&FREE, 1.1), &data).unwrap();
         correlation += found.lag_one / draws as f64;
         for name in FREE {

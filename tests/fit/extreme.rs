@@ -12,7 +12,7 @@ use morphorod::{DynLaws, Shoot};
 use nalgebra::{Vector2, Vector3};
 
 fn fit() -> Fit {
-    Fit { step: 200.0, windows: vec![1.0], ..Fit::default() }
+    Fit { step: 200.0, starts: 1, windows: vec![1.0], ..Fit::default() }
 }
 
 /// Exact tips of the true shoot.

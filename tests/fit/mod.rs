@@ -10,3 +10,5 @@ mod oscillator;
 mod plants;
 mod recovery;
 mod structure;
+mod tables;
+mod verdicts;

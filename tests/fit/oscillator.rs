@@ -14,7 +14,7 @@ fn null(sensitivity: f64, handedness: Handedness, seed: u64) -> (Fit, Estimates)
     let (times, frames) = measured_of(oscillating(&TRUTH, oscillator).unwrap(), 1, NOISE, seed);
     let tips: Vec<_> = frames.iter().map(|frame| frame[0]).collect();
     let data = [Series::tips(times, &tips)];
-    let fit = Fit { step: 300.0, windows: vec![1.0], ..Fit::default() };
+    let fit = Fit { step: 300.0, starts: 1, windows: vec![1.0], ..Fit::default() };
     let null = fit.run(&family(&["beta", "eta", "tau_r"], 1.0), &data).unwrap();
     (fit, null)
 }
@@ -60,6 +60,26 @@ fn shoots_without_an_oscillator_give_no_more_alarms_than_stated() {
     assert!(alarms <= stated + 3.0 * stated.sqrt(), "{alarms} of {draws}");
 }
 
+/// A strong oscillator with four periods in the record is no slow noise, and the range of periods is that of the data.
+#[test]
+fn a_strong_slow_oscillator_is_found_among_the_periods_that_the_data_resolve() {
+    let truth = Oscillator { sensitivity: 0.05, period: 5400.0, phase: 1.0, handedness: Handedness::Clockwise };
+    let (times, frames) = measured_of(oscillating(&TRUTH, truth).unwrap(), 1, NOISE, 1);
+    let tips: Vec<_> = frames.iter().map(|frame| frame[0]).collect();
+    let fit = Fit { step: 300.0, starts: 1, windows: vec![1.0], ..Fit::default() };
+    let null = fit.run(&family(&["beta", "eta", "tau_r"], 1.0), &[Series::tips(times, &tips)]).unwrap();
+    let periods = null.resolved_periods();
+    // Two frames of 10 min, and half of the time from the first to the last of 36 frames.
+    assert_eq!(periods, [1200.0, 10_500.0]);
+    let found = fit.scan_oscillator(oscillating, &null, periods).unwrap();
+    assert!(found.false_alarm < 1e-6 && found.periods == periods, "{found}");
+    assert_eq!(found.best.oscillator.handedness, Handedness::Clockwise, "{found}");
+    // Near this period T the periods of the scan differ by T²/(2 · 6 h) = 675 s.
+    assert_abs_diff_eq!(found.best.oscillator.period, 5400.0, epsilon = 700.0);
+    // The fit without an oscillator does not explain the data.
+    assert!(!found.warnings.is_empty(), "{found}");
+}
+
 /// The model of the fit without an oscillator is wrong. Its parameters are uncertain, but each has an effect.
 #[test]
 fn a_strong_oscillator_makes_no_other_parameter_structurally_unidentifiable() {
@@ -74,7 +94,7 @@ fn a_strong_oscillator_makes_no_other_parameter_structurally_unidentifiable() {
 fn periods_shorter_than_two_frames_are_refused() {
     let (times, frames) = measured_of(oscillating(&TRUTH, Oscillator::new(0.0, 1500.0)).unwrap(), 1, NOISE, 1);
     let data = [Series::tips(times, &frames.iter().map(|frame| frame[0]).collect::<Vec<_>>())];
-    let fit = Fit { step: 300.0, windows: vec![1.0], ..Fit::default() };
+    let fit = Fit { step: 300.0, starts: 1, windows: vec![1.0], ..Fit::default() };
     let null = fit.run(&family(&["beta"], 1.0), &data).unwrap();
     let error = fit.scan_oscillator(oscillating, &null, [1000.0, 3600.0]).unwrap_err();
     assert!(error.to_string().contains("shortest period of a scan is 1000"), "{error}");

@@ -3,6 +3,7 @@
 use super::plants::{NAMES, NOISE, TRUTH, family, measured, righting, tips};
 use approx::assert_relative_eq;
 use morphorod::fit::{Family, Fit, Loss, Parameter, Series, Verdict, View};
+use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tracking::Track;
 use nalgebra::{Vector2, Vector3};
 
@@ -10,7 +11,7 @@ const FREE: [&str; 4] = ["beta", "eta", "tau_m", "tau_r"];
 
 /// Settings with a time step whose error, 3e-7 m, is far below the noise.
 fn fit() -> Fit {
-    Fit { step: 200.0, ..Fit::default() }
+    Fit { step: 200.0, starts: 1, ..Fit::default() }
 }
 
 #[test]
@@ -78,4 +79,25 @@ fn scale_and_offset_of_a_camera_are_estimated_with_the_parameters() {
         // Four standard errors: one draw in 4000 fails.
         assert_relative_eq!(estimate.value, truth, epsilon = 0.0, max_relative = 4.0 * estimate.error);
     }
+}
+
+/// A frame every 5 s. The same noise-free shoot in frames every 10 min has the same minimum.
+#[test]
+fn parameters_are_recovered_from_frames_that_are_far_closer_than_the_steps() {
+    let mut shoot = righting(&TRUTH).unwrap();
+    let mut integrator = MethodOfSteps::new(5.0);
+    let times: Vec<f64> = (1..=2000).map(|k| 5.0 * f64::from(k)).collect();
+    let mut tip = |time: &f64| {
+        integrator.advance(&mut shoot, *time).unwrap();
+        shoot.tip()
+    };
+    let exact: Vec<_> = times.iter().map(&mut tip).collect();
+    let found = fit().run(&family(&FREE, 1.3), &[Series::tips(times.clone(), &exact).with_noise(NOISE)]).unwrap();
+    for name in FREE {
+        let truth = TRUTH[NAMES.iter().position(|n| *n == name).unwrap()];
+        // Interpolation at a third of the memory time has an error of 1e-4 of the motion.
+        assert_relative_eq!(found.get(name).unwrap().value, truth, epsilon = 0.0, max_relative = 2e-3);
+    }
+    assert_eq!(found.residuals.len(), 6000);
+    assert!(found.residuals.windows(2).all(|pair| pair[0].1 <= pair[1].1));
 }

@@ -63,7 +63,7 @@ fn fitted(free: &[&str], force: f64) -> Estimates {
         }
     };
     let parameters = NAMES.iter().zip(&truth).map(parameter).collect();
-    let fit = Fit { step: STEP, windows: vec![1.0], ..Fit::default() };
+    let fit = Fit { step: STEP, starts: 1, windows: vec![1.0], ..Fit::default() };
     fit.run(&Family { parameters, build }, &[series]).unwrap()
 }
 

@@ -73,8 +73,9 @@ fn invalid_tables_are_refused_with_line_and_column() {
     let head = "frame,x,y\n";
     assert_eq!(message(""), "the table has no rows below a header");
     assert_eq!(message(head), message("# only\n"));
-    assert!(message("frame;x;y\n0;1;2\n").contains("';'"), "{}", message("frame;x;y\n0;1;2\n"));
-    assert!(message("frame\tx\ty\n0\t1\t2\n").contains("commas"));
+    assert_eq!(message("frame|x|y\n0|1|2\n"), "there is no column 'frame'; the columns are 'frame|x|y'");
+    // Decimal commas between separating commas.
+    assert_eq!(message(&format!("{head}0,1,5,2,5\n")), "line 2 has 5 fields, but the header has 3");
     assert_eq!(message("frame,x,z\n0,1,2\n"), "there is no column 'y'; the columns are 'frame', 'x', 'z'");
     assert_eq!(message("frame,x,y,x\n0,1,2,3\n"), "there are two columns 'x'");
     assert_eq!(message(&format!("# r\n{head}0,1,2\n1,2\n")), "line 4 has 2 fields, but the header has 3");
@@ -93,6 +94,42 @@ fn invalid_tables_are_refused_with_line_and_column() {
     }
     let missing = read_tracks("no/such/file.csv", &pixels()).unwrap_err();
     assert!(matches!(&missing, TrackError::File(message) if message.starts_with("no/such/file.csv: ")), "{missing}");
+}
+
+/// Headers and rows as TrackMate (all spots), DeepLabCut, SLEAP (analysis as CSV) and a spreadsheet with decimal commas
+/// write them. The second frame is lost, except in the spreadsheet.
+#[test]
+fn tables_of_trackers_and_spreadsheets_are_read() {
+    let with =
+        |time: &'static str, x: &'static str, y: &'static str| Layout { time, coordinates: vec![x, y], ..pixels() };
+    let track_mate = "LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME\n\
+        Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame\nLabel,Spot ID,Track ID,Quality,X,Y,Z,T,Frame\n\
+        ,,,(quality),(pixel),(pixel),(pixel),(sec),\nID1,1,0,5.1,10.5,20,0,0,0\nID2,2,0,5.2,NaN,NaN,0,1,1\n\
+        ID3,3,0,5.3,11.5,21,0,2,2\n";
+    let deep_lab_cut = "scorer,DLC_resnet50,DLC_resnet50,DLC_resnet50,DLC_resnet50,DLC_resnet50,DLC_resnet50\n\
+        bodyparts,base,base,base,tip,tip,tip\ncoords,x,y,likelihood,x,y,likelihood\n0,1,2,0.99,10.5,20,0.98\n\
+        1,1,2,0.99,,,\n2,1,2,0.99,11.5,21,0.97\n";
+    let sleap = "track,frame_idx,instance.score,base.x,base.y,base.score,tip.x,tip.y,tip.score\n\
+        ,0,0.9,1,2,0.9,10.5,20,0.9\n,1,0.9,1,2,0.9,,,\n,2,0.9,1,2,0.9,11.5,21,0.9\n";
+    let sheet = "frame;x;y\r\n0;10,5;20,0\r\n2;11,5;21\r\n";
+    for (text, layout) in [
+        (track_mate.to_owned(), with("FRAME", "POSITION_X", "POSITION_Y")),
+        (deep_lab_cut.to_owned(), with("frame", "tip_x", "tip_y")),
+        (sleap.to_owned(), with("frame_idx", "tip.x", "tip.y")),
+        (sheet.to_owned(), pixels()),
+        (sheet.replace(';', "\t"), pixels()),
+    ] {
+        let found = tracks(&text, &layout).unwrap();
+        assert_eq!((found.len(), &found[0].times[..]), (1, &[0.0, 120.0][..]), "{text}");
+        for (p, q) in found[0].positions.iter().flatten().zip([1.05e-3, -2e-3, 0.0, 1.15e-3, -2.1e-3, 0.0]) {
+            assert_abs_diff_eq!(*p, q, epsilon = 1e-17);
+        }
+    }
+    // Half of a position is no lost frame, and a text in a later row is refused with its line.
+    let error = tracks(&sleap.replace(",11.5,21,", ",11.5,,"), &with("frame_idx", "tip.x", "tip.y")).unwrap_err();
+    assert_eq!(error, TrackError::NoNumber { line: 4, column: "tip.y".into(), text: String::new() });
+    let error = tracks(&track_mate.replace("21,0,2,2", "2l,0,2,2"), &with("FRAME", "POSITION_X", "POSITION_Y"));
+    assert!(error.unwrap_err().to_string().starts_with("line 7, column 'POSITION_Y': '2l' is not a finite number"));
 }
 
 #[test]

@@ -28,6 +28,25 @@ impl Progress {
         Self { bar }
     }
 
+    /// Starts a line with a label that counts simulations, whose total number is unknown.
+    pub fn counting(label: &str) -> Self {
+        let progress = Self::new(label);
+        if let Ok(style) = ProgressStyle::with_template("{prefix}: {pos} simulations in {elapsed}") {
+            progress.bar.set_style(style);
+        }
+        progress
+    }
+
+    /// Counts a simulation.
+    pub fn count(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Removes the bar.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
     /// Sets the simulated fraction of the time, from 0 to 1.
     pub fn set(&self, fraction: f64) {
         self.bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);

@@ -1,5 +1,11 @@
-//! Readers of tracked positions: comma-separated tables as trackers write them, one position in a
+//! Readers of tracked positions: tables as trackers and spreadsheets write them, one position in a
 //! row.
+//!
+//! Columns are separated by commas, semicolons or tabs. With semicolons and tabs, decimals may have
+//! commas. The names of the columns are those of the first row, with two exceptions: DeepLabCut
+//! writes several rows, whose last two give names such as `tip_x`, and the first column is `frame`;
+//! TrackMate writes three rows of descriptions below the names, which are skipped. A row without any
+//! coordinate is a lost frame, and is skipped.
 //!
 //! The unit of length, the unit of time and the directions of the axes are not part of such a table
 //! and are required.
@@ -7,6 +13,9 @@
 use std::error::Error;
 use std::fmt;
 use std::path::Path;
+
+/// Texts of the coordinates of a lost frame, in lower case.
+const LOST: [&str; 3] = ["", "nan", "na"];
 
 /// Description of a table.
 #[derive(Clone, Debug)]
@@ -44,6 +53,38 @@ pub struct Track {
     pub lengths: Vec<f64>,
     /// Level of gravity, in multiples of 9.81 m/s²; `None` without such a column.
     pub gravity: Option<f64>,
+}
+
+/// A header: the separator of columns, the names of the columns, and the number of further rows
+/// that belong to it.
+struct Header {
+    separator: char,
+    names: Vec<String>,
+    further: usize,
+}
+
+impl Header {
+    /// Reads the header from the lines that are not empty or comments.
+    fn read(lines: &[(usize, &str)], layout: &Layout) -> Result<Self, TrackError> {
+        let (_, first) = lines.first().ok_or(TrackError::Empty)?;
+        let fields =
+            |line: &str, separator: char| line.split(separator).map(|f| bare(f).to_owned()).collect::<Vec<_>>();
+        // The separator is that for which the column of times exists. DeepLabCut always writes commas.
+        let has_time = |separator: &char| fields(first, *separator).iter().any(|name| name == layout.time);
+        let separator = [',', ';', '\t'].into_iter().find(has_time).unwrap_or(',');
+        let mut names = fields(first, separator);
+        if names[0] == "scorer" {
+            let rows: Vec<_> = lines.iter().map(|(_, line)| fields(line, separator)).take(4).collect();
+            let further = rows.iter().position(|row| row[0] == "coords").ok_or(TrackError::Empty)?;
+            let (parts, coordinates) = (&rows[further - 1], &rows[further]);
+            names = parts.iter().zip(coordinates).map(|(part, name)| format!("{part}_{name}")).collect();
+            names[0] = "frame".into();
+            return Ok(Self { separator, names, further: further + 1 });
+        }
+        // The second row of a table of TrackMate has texts in the columns of numbers, as `X` in `POSITION_X`.
+        let is_track_mate = names[0] == "LABEL" && names.iter().any(|name| name == "POSITION_X");
+        Ok(Self { separator, names, further: if is_track_mate { 4 } else { 1 } })
+    }
 }
 
 /// A row of a table in SI units.
@@ -85,8 +126,6 @@ pub enum TrackError {
     File(String),
     /// There is no header, or no row below it.
     Empty,
-    /// Columns are separated by another character than a comma.
-    Separator(char),
     /// A column does not exist: its name, and the names of all columns.
     NoColumn(String, Vec<String>),
     /// Two columns have the same name.
@@ -133,11 +172,6 @@ impl fmt::Display for TrackError {
         match self {
             Self::File(message) => write!(f, "{message}"),
             Self::Empty => write!(f, "the table has no rows below a header"),
-            Self::Separator(found) => write!(
-                f,
-                "the header contains '{}' and no comma: columns must be separated by commas, decimals by points",
-                found.escape_default()
-            ),
             Self::NoColumn(name, all) => {
                 write!(f, "there is no column '{name}'; the columns are '{}'", all.join("', '"))
             }
@@ -147,7 +181,8 @@ impl fmt::Display for TrackError {
             }
             Self::NoNumber { line, column, text } => write!(
                 f,
-                "line {line}, column '{column}': '{text}' is not a finite number; omit the lines of lost frames"
+                "line {line}, column '{column}': '{text}' is not a finite number (decimal commas need columns \
+                 that are separated by semicolons or tabs)"
             ),
             Self::NotLater { line, track, time, before } => {
                 let of = if track.is_empty() { String::new() } else { format!(" of track '{track}'") };
@@ -220,16 +255,13 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
     }
     // Some programs write a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line));
-    let mut lines = lines.by_ref().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let (_, header) = lines.next().ok_or(TrackError::Empty)?;
-    if let Some(other) = header.chars().find(|c| matches!(c, ';' | '\t' | '|')).filter(|_| !header.contains(',')) {
-        return Err(TrackError::Separator(other));
-    }
-    let names: Vec<&str> = header.split(',').map(bare).collect();
+    let lines: Vec<(usize, &str)> = text.lines().enumerate().map(|(k, line)| (k + 1, line)).collect();
+    let used = |(_, line): &(usize, &str)| !line.trim().is_empty() && !line.starts_with('#');
+    let lines: Vec<(usize, &str)> = lines.into_iter().filter(used).collect();
+    let Header { separator, names, further } = Header::read(&lines, layout)?;
     let place = |name: &str| {
         let mut places = (0..names.len()).filter(|k| names[*k] == name);
-        let there = || names.iter().map(|name| (*name).to_owned()).collect();
+        let there = || names.clone();
         let first = places.next().ok_or_else(|| TrackError::NoColumn(name.to_owned(), there()))?;
         if places.next().is_some() { Err(TrackError::TwoColumns(name.to_owned())) } else { Ok(first) }
     };
@@ -238,15 +270,20 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
     let track = layout.track.map(place).transpose()?;
     let length = layout.length.map(|(name, unit)| Ok((place(name)?, unit))).transpose()?;
     let gravity = layout.gravity.map(place).transpose()?;
-    let found = lines.map(|(line, text)| {
-        let fields: Vec<&str> = text.split(',').map(bare).collect();
+    let mut found = Vec::new();
+    for (line, text) in lines.into_iter().skip(further) {
+        let fields: Vec<&str> = text.split(separator).map(bare).collect();
         if fields.len() != names.len() {
             return Err(TrackError::Fields { line, found: fields.len(), expected: names.len() });
         }
+        if coordinates.iter().all(|column| LOST.contains(&fields[*column].to_ascii_lowercase().as_str())) {
+            continue;
+        }
         // The product with the unit may overflow.
         let number = |column: usize, unit: f64| {
-            let value = fields[column].parse::<f64>().map(|value| value * unit).ok().filter(|value| value.is_finite());
-            let error = || TrackError::NoNumber { line, column: names[column].into(), text: fields[column].into() };
+            let text = if separator == ',' { fields[column].to_owned() } else { fields[column].replace(',', ".") };
+            let value = text.parse::<f64>().map(|value| value * unit).ok().filter(|value| value.is_finite());
+            let error = || TrackError::NoNumber { line, column: names[column].clone(), text: fields[column].into() };
             value.ok_or_else(error)
         };
         let mut position = [0.0; 3];
@@ -259,9 +296,8 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
             return Err(TrackError::Invalid("a length of the shoot (m)", length));
         }
         let gravity = gravity.map(|column| number(column, 1.0)).transpose()?;
-        Ok(Row { line, track, time: number(time, seconds)?, position, length, gravity })
-    });
-    let found = found.collect::<Result<Vec<Row>, TrackError>>()?;
+        found.push(Row { line, track, time: number(time, seconds)?, position, length, gravity });
+    }
     if found.is_empty() { Err(TrackError::Empty) } else { Ok(found) }
 }
 

@@ -1,0 +1,105 @@
+//! Dependence of the estimates on the values that are given.
+
+use std::fmt::Display;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::problem::Problem;
+use super::residuals::{Steps, simulate};
+use super::search::priors;
+use super::singular::Singular;
+use super::{Estimates, Family, Fit, FitError, Parameter};
+use crate::model::Model;
+use crate::shoot::Shoot;
+
+/// Relative change of the unit of the data in a difference quotient. The steps of both runs differ if the times differ,
+/// and the error of the path, 1e-6, causes an error of 1e-3.
+const CHANGE: f64 = 1e-3;
+
+/// Dependence of the estimates on a given value.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Dependence {
+    /// Name of a fixed parameter, `unit of length` or `unit of time` of the data.
+    pub given: String,
+    /// Names of the estimated parameters with the derivative of the estimate with respect to the logarithm of the given
+    /// value: that of ln estimate for a logarithmic parameter, otherwise that of the estimate, in its unit.
+    pub slopes: Vec<(String, f64)>,
+}
+
+impl Fit {
+    /// Dependence of the estimates on every fixed parameter that is not zero, and on the units of the data. The slope 1
+    /// means that an error of 1 % of the given value causes an error of 1 % of the estimate, however small its standard
+    /// error. `build` is the function of the family.
+    ///
+    /// The slopes are those of the linearised problem. Combinations without effect on the data do not change.
+    ///
+    /// # Errors
+    /// The errors of [`run`](Self::run) for the shoot at the estimates and close to them.
+    pub fn dependences<M: Model, E: Display>(
+        &self,
+        build: impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync,
+        estimates: &Estimates,
+    ) -> Result<Vec<Dependence>, FitError> {
+        let (input, free) = (&estimates.input, &estimates.linear.free);
+        let is_given = |k: &usize| input.family[*k].is_fixed() && input.family[*k].start != 0.0;
+        let given: Vec<usize> = (0..input.family.len()).filter(is_given).collect();
+        let mut parameters = input.family.clone();
+        for k in &given {
+            // The coordinate of this parameter is its value over the size of its value.
+            let (value, size) = (parameters[*k].start, parameters[*k].start.abs());
+            parameters[*k].bounds = [value - 0.5 * size, value + 0.5 * size];
+        }
+        let family = Family { parameters, build };
+        let values = estimates.values();
+        let run = |values: &[f64], until: f64, steps: Steps<'_>| {
+            simulate(&family, &input.data, self.step, (values, until), steps)
+        };
+        let problem = self.problem(&family.parameters, &input.data, values.clone(), &run);
+        let all = free.iter().chain(&given).copied().collect();
+        let problem = Problem { noise: estimates.noise.clone(), free: all, ..problem };
+        let x = problem.coordinates(&values);
+        let at = problem.evaluate(&x)?;
+        let jacobian = problem.one_sided_jacobian(&x, &at)?;
+        let unit = |[length, time]: [f64; 2]| -> Result<DVector<f64>, FitError> {
+            let side = |sign: f64| {
+                let factors = [length, time].map(|change| 1.0 + sign * change);
+                let data: Vec<_> = input.data.iter().map(|series| series.scaled(factors)).collect();
+                let output = simulate(&family, &data, self.step, (&values, f64::INFINITY), Steps::Record)?;
+                Ok::<_, FitError>(problem.over_noise(&output.residuals, &output.rows))
+            };
+            Ok((side(1.0)? - side(-1.0)?) / (2.0 * CHANGE))
+        };
+        let units = [unit([CHANGE, 0.0])?, unit([0.0, CHANGE])?];
+        let units = units.iter().map(|unit| unit.column(0));
+        let mut columns = DMatrix::from_columns(&jacobian.column_iter().chain(units).collect::<Vec<_>>());
+        // Residuals in the linear part of Huber's loss have no influence on the change.
+        for i in (0..at.residuals.len()).filter(|i| !input.loss.is_inside(at.residuals[*i])) {
+            columns.row_mut(i).fill(0.0);
+        }
+        let slopes = slopes(&problem, &x, columns, free.len());
+        let names = given.iter().map(|k| (input.family[*k].name.as_str(), input.family[*k].start.signum()));
+        let names = names.chain([("unit of length", 1.0), ("unit of time", 1.0)]);
+        let of = |(j, (name, sign)): (usize, (&str, f64))| {
+            let slope = |(i, k): (usize, &usize)| {
+                let parameter: &Parameter = &input.family[*k];
+                let unit = if parameter.logarithmic { 1.0 } else { parameter.slope(values[*k]) };
+                (parameter.name.clone(), sign * unit * slopes[(i, j)])
+            };
+            Dependence { given: name.to_owned(), slopes: free.iter().enumerate().map(slope).collect() }
+        };
+        Ok(names.enumerate().map(of).collect())
+    }
+}
+
+/// Changes of the first `free` coordinates that compensate changes of the others, whose effects are the remaining
+/// columns.
+fn slopes(problem: &Problem, x: &DVector<f64>, columns: DMatrix<f64>, free: usize) -> DMatrix<f64> {
+    let (jacobian, others) = columns.columns_range_pair(..free, free..);
+    let (jacobian, others) = (jacobian.into_owned(), others.into_owned());
+    let priors: Vec<_> = priors(problem, x).filter(|(i, _)| *i < free).map(|(i, [_, slope])| (i, slope)).collect();
+    match Singular::of(&jacobian, &vec![false; free], &priors) {
+        Some(singular) => -singular.inverse() * jacobian.tr_mul(&others),
+        None => DMatrix::zeros(free, others.ncols()),
+    }
+}

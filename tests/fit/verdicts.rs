@@ -1,0 +1,155 @@
+//! Warnings of fits, searches that do not converge, and dependence on given values.
+
+use super::plants::{NAMES, NOISE, TRUTH, family, measured, righting, tips};
+use crate::fixtures::random::Draw;
+use crate::fixtures::shoots::HOUR;
+use approx::assert_abs_diff_eq;
+use morphorod::fit::{Estimates, Family, Fit, FitError, Series, Warning};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use nalgebra::Vector3;
+
+fn fit() -> Fit {
+    Fit { step: 200.0, starts: 1, windows: vec![1.0], ..Fit::default() }
+}
+
+/// Warnings of a fit of β and τr to tips.
+fn warnings(times: &[f64], positions: &[Vector3<f64>]) -> Vec<Warning> {
+    fit().run(&family(&["beta", "tau_r"], 1.0), &[Series::tips(times.to_vec(), positions)]).unwrap().warnings
+}
+
+#[test]
+fn a_fit_of_the_true_model_to_white_noise_has_no_warnings() {
+    for seed in 1..=5 {
+        let (times, positions) = tips(NOISE, seed);
+        let found = warnings(&times, &positions);
+        assert!(found.is_empty(), "{found:?}");
+    }
+}
+
+/// The delay is fixed at twice its true value.
+#[test]
+fn a_wrong_model_is_reported_from_the_scatter_of_the_data() {
+    let (times, positions) = tips(NOISE, 1);
+    let mut wrong = family(&["beta"], 1.0);
+    let k = NAMES.iter().position(|name| *name == "tau_r").unwrap();
+    (wrong.parameters[k].start, wrong.parameters[k].bounds) = (2.0 * TRUTH[k], [2.0 * TRUTH[k]; 2]);
+    let found = fit().run(&wrong, &[Series::tips(times, &positions)]).unwrap();
+    let unexplained = |one: &Warning| matches!(one, Warning::Unexplained { series: 0, .. });
+    assert!(found.warnings.iter().any(unexplained), "{found}");
+    assert!(found.to_string().contains("do not rely on these estimates"), "{found}");
+}
+
+#[test]
+fn outliers_are_named_as_the_cause_of_large_residuals() {
+    let (times, mut positions) = tips(NOISE, 2);
+    positions[3] += Vector3::new(5e-3, 0.0, -5e-3);
+    positions[20] -= Vector3::new(5e-3, 0.0, 5e-3);
+    let found = warnings(&times, &positions);
+    assert!(found.contains(&Warning::Outliers { series: 0, count: 4 }), "{found:?}");
+}
+
+/// The frames are taken at times that differ from the stated ones by 3 min.
+#[test]
+fn uncertain_times_are_named_as_the_cause_of_residuals_along_the_motion() {
+    let (mut shoot, mut draw) = (righting(&TRUTH).unwrap(), Draw::new(3));
+    let mut integrator = MethodOfSteps::new(120.0);
+    let times: Vec<f64> = (1..=72).map(|k| HOUR / 12.0 * f64::from(k)).collect();
+    let mut tip = |time: &f64| {
+        let jitter = 60.0 * if draw.chance(0.5) { 1.0 } else { -1.0 };
+        integrator.advance(&mut shoot, time + jitter).unwrap();
+        shoot.tip() + Vector3::from_fn(|_, _| 0.2 * NOISE * draw.normal().x)
+    };
+    let positions: Vec<_> = times.iter().map(&mut tip).collect();
+    let found = warnings(&times, &positions);
+    let deviation = found.iter().find_map(|one| match one {
+        Warning::UncertainTimes { deviation, .. } => Some(*deviation),
+        _ => None,
+    });
+    // The standard error of a deviation from the frames in motion, about twenty, is 20 %.
+    assert_abs_diff_eq!(deviation.expect("a warning"), 60.0, epsilon = 40.0);
+}
+
+#[test]
+fn data_without_motion_are_reported() {
+    let mut draw = Draw::new(4);
+    let times: Vec<f64> = (1..=30).map(|k| 600.0 * f64::from(k)).collect();
+    let base = Vector3::new(0.04, 0.0, 0.01);
+    let positions: Vec<_> = times.iter().map(|_| base + Vector3::from_fn(|_, _| NOISE * draw.normal().x)).collect();
+    let found = warnings(&times, &positions);
+    assert!(found.iter().any(|one| matches!(one, Warning::NoMotion { series: 0, .. })), "{found:?}");
+}
+
+#[test]
+fn a_search_that_does_not_converge_returns_its_last_point() {
+    let (times, positions) = tips(NOISE, 5);
+    let data = [Series::tips(times, &positions).with_noise(NOISE)];
+    let names = ["beta", "eta", "tau_r"];
+    let converged = fit().run(&family(&names, 1.6), &data).unwrap();
+    // There is no earlier search in a part of the data.
+    let estimates = Fit { iterations: 1, windows: vec![], ..fit() }.run(&family(&names, 1.6), &data).unwrap();
+    assert_eq!(estimates.warnings[0], Warning::NotConverged { iterations: 1 });
+    assert!(estimates.chi_squared > 2.0 * converged.chi_squared, "{estimates}");
+    let Family { mut parameters, build } = family(&names, 1.6);
+    for (parameter, value) in parameters.iter_mut().zip(estimates.values()) {
+        parameter.start = value;
+    }
+    let again = fit().run(&Family { parameters, build }, &data).unwrap();
+    for name in names {
+        let [a, b] = [&converged, &again].map(|found| found.get(name).unwrap());
+        // Both searches end within 1e-3 standard errors of the minimum.
+        assert_abs_diff_eq!(a.value.ln(), b.value.ln(), epsilon = 4e-3 * a.error);
+    }
+}
+
+/// Slope of an estimate with respect to a given value.
+fn slope(found: &Estimates, given: &str, name: &str) -> f64 {
+    let all = fit().dependences(righting, found).unwrap();
+    let of = &all.iter().find(|one| one.given == given).unwrap().slopes;
+    of.iter().find(|(other, _)| other == name).unwrap().1
+}
+
+/// In the model of constant length, β and η appear only over τg. Time and length have the exponents of their units,
+/// because the weight, which fixes a unit of force per length, balances the free modulus.
+#[test]
+fn dependence_on_given_values_follows_from_scaling() {
+    let (times, positions) = tips(0.0, 0);
+    let data = [Series::tips(times, &positions).with_noise(NOISE)];
+    let found = fit().run(&family(&["beta", "eta", "tau_m", "tau_r", "E", "l_0"], 1.0), &data).unwrap();
+    for (given, name, exponent) in [
+        ("tau_g", "beta", 1.0),
+        ("tau_g", "eta", 1.0),
+        ("tau_g", "tau_r", 0.0),
+        ("unit of time", "tau_m", 1.0),
+        ("unit of time", "tau_r", 1.0),
+        ("unit of time", "beta", -1.0),
+        ("unit of time", "eta", -1.0),
+        ("unit of length", "l_0", 1.0),
+        ("unit of length", "beta", -1.0),
+        ("unit of length", "E", 3.0),
+        ("unit of length", "eta", 0.0),
+    ] {
+        // The error of a path with other steps, 1e-6, is divided by the change of the unit, 1e-3, and by the smallest
+        // relative singular value, about 1e-1.
+        assert_abs_diff_eq!(slope(&found, given, name), exponent, epsilon = 0.03);
+    }
+}
+
+#[test]
+fn two_plants_in_one_centre_line_are_refused() {
+    let (times, mut frames) = measured(8, NOISE, 4);
+    let first = frames[5].clone();
+    frames[5].extend(first);
+    let found = fit().run(&family(&["beta"], 1.0), &[Series::centre_lines(times, frames)]).unwrap_err();
+    assert!(matches!(found, FitError::Frame { series: 0, frame: 5, .. }), "{found}");
+    assert!(found.to_string().contains("are they of one plant"), "{found}");
+}
+
+#[test]
+fn lengths_in_centimetres_are_recognised() {
+    let (times, positions) = tips(NOISE, 9);
+    for factor in [10.0, 0.1] {
+        let scaled: Vec<_> = positions.iter().map(|p| p * factor).collect();
+        let found = fit().run(&family(&["beta"], 1.0), &[Series::tips(times.clone(), &scaled)]).unwrap_err();
+        assert!(matches!(found, FitError::Unit { .. }), "{found}");
+    }
+}
