@@ -36,7 +36,8 @@ const WRONG_UNIT: f64 = 7.0;
 pub struct Fit {
     /// Longest time step of the simulations, s; 120 s by default, and at most a tenth of the shortest period in the
     /// motion. Steps end at the times of the data, except for tips in frames closer than half a step: the path is then
-    /// interpolated between the steps.
+    /// interpolated between the steps. The interpolation is inaccurate within three steps of a discontinuity of the
+    /// laws, such as the end of a push.
     pub step: f64,
     /// Loss of residuals; [`Loss::Squares`] by default.
     pub loss: Loss,
