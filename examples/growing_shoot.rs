@@ -195,9 +195,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     let curves = oscillations::curves(&shares);
     let strip = Strip { label: "share (1)", series: &curves };
     let strips = if shares.is_empty() { &[][..] } else { &[strip] };
-    Figure::new(out.join("tip.svg"), &format!("Tip track of a growing shoot, α = {alpha}")).path(&path, strips)?;
+    Figure::new(out.join("tip.svg"), format!("Tip track of a growing shoot, α = {alpha}")).path(&path, strips)?;
     let title = format!("Centre lines of a growing shoot every {} h, α = {alpha}", record.interval / HOUR);
-    Figure::new(out.join("shapes.svg"), &title).shapes(&record.shapes)?;
+    Figure::new(out.join("shapes.svg"), title).shapes(&record.shapes)?;
     println!("length after {} h: {:.2} cm; run time {wall:.3} s", end / HOUR, 100.0 * shoot.rod().length());
     if by_tolerance {
         println!("  {} time steps, and {} in trial runs", cost.steps, cost.trial_steps);

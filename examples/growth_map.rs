@@ -76,7 +76,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     series[0].label = format!("{POINTS} material points from base to apex");
     series.push(Series::new("lower end of the growth zone", boundary, Style::Dashed, 1));
     let title = format!("Growth map, {name} profile of the growth rate");
-    Figure::new(out.join("growth_map.svg"), &title).lines("time (h)", "arc length (cm)", &series, Axes::Linear)?;
+    Figure::new(out.join("growth_map.svg"), title).lines("time (h)", "arc length (cm)", &series, Axes::Linear)?;
 
     println!(
         "{name} profile: length {:.1} cm at 0 h, {:.6} cm at {hours} h",

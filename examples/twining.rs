@@ -218,7 +218,7 @@ impl Record {
                 series.push(Series::new(if i == 0 { "pole" } else { "" }, edge, Style::Line, 6));
             }
             let title = format!("Circumnutating shoot and a pole, seen from {}", ["the side", "above"][view]);
-            Figure::new(out.join(format!("{name}.svg")), &title).lines("x (cm)", label, &series, Axes::Equal)?;
+            Figure::new(out.join(format!("{name}.svg")), title).lines("x (cm)", label, &series, Axes::Equal)?;
         }
         Ok(())
     }

@@ -40,7 +40,7 @@ pub fn draw(out: &Path, data: &Points, paths: &[Timed], found: &Estimates) -> Re
     let residuals = found.residuals.iter().map(residual).collect();
     let residuals = [Series::new("simulated minus measured", residuals, Style::Points, 5)];
     let title = format!("Residuals: correlation of successive values {:.2}", found.lag_one);
-    Figure::new(out.join("residuals.svg"), &title).lines("time (h)", y, &residuals, Axes::Linear)?;
+    Figure::new(out.join("residuals.svg"), title).lines("time (h)", y, &residuals, Axes::Linear)?;
     ellipses(out, found)
 }
 

@@ -138,7 +138,7 @@ fn draw_tracks(out: &Path, record: &Record, scene: &Centrifuge) -> io::Result<()
     };
     let tracks: Vec<Orbit> = scene.levels.iter().enumerate().map(track).collect();
     let title = format!("Tip tracks in the last {} h at each level, top view", 2.0 * WINDOW / HOUR);
-    Figure::new(out.join("tracks.svg"), &title).orbits(&tracks)
+    Figure::new(out.join("tracks.svg"), title).orbits(&tracks)
 }
 
 /// Draws amplitudes and periods against gravity, and writes them to a table.

@@ -57,5 +57,5 @@ pub fn draw(file: &Path, grid: &Grid, rows: &[Vec<Numbers>], onsets: &[Option<f6
         label: &format!("amplitude of the tip in the last {} h (mm)", LAST.min(grid.time) / HOUR),
         limits: LIMITS,
     };
-    Figure::new(file, &format!("Oscillation amplitude {hours} h after a small perturbation")).map(&map, &over)
+    Figure::new(file, format!("Oscillation amplitude {hours} h after a small perturbation")).map(&map, &over)
 }

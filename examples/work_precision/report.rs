@@ -70,7 +70,7 @@ impl Scene {
             .collect();
         let file = out.join(format!("{}.svg", self.name.replace(' ', "_")));
         let title = format!("Error against run time: {}", self.what);
-        Figure::new(file, &title).lines("run time (ms)", self.error, &series, Axes::LogLog)?;
+        Figure::new(file, title).lines("run time (ms)", self.error, &series, Axes::LogLog)?;
         Ok(())
     }
 
