@@ -247,7 +247,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let (tissue, intrinsic) = (self.tissue(&point), point.intrinsic);
         let couple = frame.inverse_transform_vector(&beyond.couple);
         let force = self.force((e, x), &point, &beyond);
-        // The strain follows from the couple; the differentiated strain is the initial guess for a law that is not linear.
+        // The strain follows from the couple. For a law that is not linear the differentiated strain is the guess.
         let near = || rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);
         let zone = self.growth.zone_length();

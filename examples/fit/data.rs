@@ -8,7 +8,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::plants::{Draw, Plant, Seen};
 use morphorod_plot::tracks::Layout;
-use morphorod_plot::{Options, track_options};
+use morphorod_plot::{Options, println, track_options};
 
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;

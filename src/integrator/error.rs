@@ -75,11 +75,11 @@ pub enum IntegrationError {
         /// Length of the step, s.
         step: f64,
     },
-    /// The shoot would grow by more than 1000 lengths of its growth zone in a call. The work increases with the square of
-    /// this number.
+    /// The shoot would grow by more than 1000 lengths of its growth zone in a call. The work increases with the square
+    /// of this number.
     #[error(
-        "from {} s to {} s the shoot would grow by {:.4} lengths of its growth zone, and a call permits {MAX_ZONES}: check the \
-         unit of the growth time (s), or advance in several calls",
+        "from {} s to {} s the shoot would grow by {:.4} lengths of its growth zone, and a call permits {MAX_ZONES}: \
+         check the unit of the growth time (s), or advance in several calls",
         Number(*from), Number(*until), Number(*zones)
     )]
     GrowsTooFar {
@@ -145,23 +145,6 @@ pub enum IntegrationError {
         /// Arc length of the place from the base, m.
         arc_length: f64,
         /// Intrinsic curvature of the centre line, 1/m.
-        curvature: f64,
-        /// Distance of the surface from the centre line on the inner side of the bend, m.
-        radius: f64,
-    },
-    /// The load bends the rod so sharply that it is not slender: the radius of curvature is not larger than that of the
-    /// section. The shapes at the start and at the end of a call are examined.
-    #[error(
-        "at {} s the curvature under the load is {:.4} 1/m at {:.4} m from the base, and the radius {:.4} m: the rod is \
-         not slender there. Check the units of forces (N), stiffness (Pa), density (kg/m³), radius and length (m)",
-        Number(*time), Number(*curvature), Number(*arc_length), Number(*radius)
-    )]
-    BentTooSharply {
-        /// Time of the shape, s.
-        time: f64,
-        /// Arc length of the place from the base, m.
-        arc_length: f64,
-        /// Visible curvature, 1/m.
         curvature: f64,
         /// Distance of the surface from the centre line on the inner side of the bend, m.
         radius: f64,
@@ -269,7 +252,6 @@ impl IntegrationError {
             | Self::GrowsTooFar { .. }
             | Self::WorkLimit { .. }
             | Self::NotSlender { .. }
-            | Self::BentTooSharply { .. }
             | Self::ToleranceNotMet { .. } => false,
         }
     }

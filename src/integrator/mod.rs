@@ -52,7 +52,6 @@ pub trait Integrator {
     ///   memory are not those of a memory.
     /// - [`Equilibrium`](IntegrationError::Equilibrium): the equilibrium was not found.
     /// - [`NotFinite`](IntegrationError::NotFinite): a law, the scene or the history returned NaN or infinity.
-    /// - [`BentTooSharply`](IntegrationError::BentTooSharply): the load bends the rod to the radius of its section.
     /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would need too many elements.
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics>;
 

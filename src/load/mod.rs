@@ -119,8 +119,8 @@ pub trait Load {
         f64::INFINITY
     }
 
-    /// Shortest period (s) of the load as a function of time after `t` (s), as that of a force that rotates; infinite by
-    /// default. A time step of more than half of it is an error of
+    /// Shortest period (s) of the load as a function of time after `t` (s), as that of a force that rotates; infinite
+    /// by default. A time step of more than half of it is an error of
     /// [`MethodOfSteps`](crate::integrator::MethodOfSteps), since it does not distinguish this period from longer ones.
     /// [`Adaptive`](crate::integrator::Adaptive) begins with at most such steps.
     fn shortest_period(&self, _t: f64) -> f64 {

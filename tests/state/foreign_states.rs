@@ -216,8 +216,8 @@ mod written {
 
     #[test]
     fn messages_name_the_damaged_part() {
-        let message = refusal(|state| state["format"] = 14.into());
-        assert!(message.contains("format 14; this version reads format 13"), "{message}");
+        let message = refusal(|state| state["format"] = 99.into());
+        assert!(message.contains("format 99; this version reads format 14"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());

@@ -87,13 +87,13 @@ fn all_positions_are_in_the_fixed_frame() {
 
 #[test]
 fn state_contains_the_position_of_the_base() {
-    let scene = Along { scene: Still::tilted(0.3), path: |t: f64| OFFSET + Vector3::x() * (1e-6 * t) };
-    let mut shoot = righting().scene(scene).into_dyn().build().unwrap();
+    let scene = || Along { scene: Still::tilted(0.3), path: |t: f64| OFFSET + Vector3::x() * (1e-6 * t) };
+    let mut shoot = righting().scene(scene()).into_dyn().build().unwrap();
     MethodOfSteps::new(180.0).advance(&mut shoot, HOUR).unwrap();
     assert_eq!(shoot.rod().base_position(), OFFSET + Vector3::x() * 3.6e-3);
     let read: State = from_bytes(&to_bytes(shoot.state()).unwrap()).unwrap();
     assert!(&read == shoot.state());
-    let mut restored = righting().into_dyn().build().unwrap();
+    let mut restored = righting().scene(scene()).into_dyn().build().unwrap();
     restored.restore(&read).unwrap();
     assert_eq!(restored.tip(), shoot.tip());
 }

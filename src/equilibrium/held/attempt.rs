@@ -208,8 +208,9 @@ impl HeldSearch<'_> {
             if !trial.solved {
                 factor = factor.min(0.0);
             }
-            // After a shorter step chords return the rod to its conditions.
-            if factor >= 1.0 && trial.turn >= SETTINGS.chord_turn {
+            // With obstacles, chords return the rod to its conditions after a shorter step.
+            let short = trial.turn < SETTINGS.chord_turn && !self.obstacles.contacts.is_empty();
+            if factor >= 1.0 && !short {
                 self.correct(rod, start, trial);
                 // The linear rod holds where corrections lead to the conditions.
                 let permitted = SETTINGS.permitted * self.length + before * (1.0 - 0.5 * trial.linear.share);

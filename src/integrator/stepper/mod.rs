@@ -13,7 +13,6 @@ mod phases;
 mod picard;
 mod point_step;
 mod relaxation;
-mod slender;
 mod start;
 mod step_end;
 mod time_step;
@@ -44,7 +43,6 @@ pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth};
 use part::Part;
 pub use point_step::PointStep;
-use slender::check_bent;
 use step_end::EQUAL_STEPS;
 pub(super) use step_end::{StepEnd, next_discontinuity_ahead, permitted_step};
 pub use time_step::TimeStep;
@@ -107,7 +105,6 @@ impl Stepper {
     ) -> Outcome<Statistics> {
         self.prepare(shoot, usize::MAX)?;
         self.begin(shoot, solver, history, known)?;
-        check_bent(shoot, &self.force)?;
         Ok(self.statistics())
     }
 
@@ -133,7 +130,6 @@ impl Stepper {
             let end = self.next_step(shoot, solver, &options, &mut retries_left)?;
             observe(shoot, Some(end));
         }
-        check_bent(shoot, &self.force)?;
         Ok(self.statistics())
     }
 

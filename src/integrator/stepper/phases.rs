@@ -365,3 +365,25 @@ fn not_finite(shoot: &Shoot<impl Model>, undefined: Option<Undefined>, time: f64
     };
     IntegrationError::Undefined { what, law, arc_length: shoot.state.rod.length() - apex_distance, time }
 }
+
+/// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of
+/// the section, at `time` (s). In an elliptic section the distance of the surface on the inner side of the bend
+/// counts.
+pub(super) fn check_slender(shoot: &Shoot<impl Model>, time: f64) -> Outcome {
+    let rod = &shoot.state.rod;
+    for point in &rod.points()[rod.zone()] {
+        let (u, section) = (&point.intrinsic, &point.section);
+        // The square costs less than its root, and this is examined in every step.
+        let square = (u.x * section.along_d2).powi(2) + (u.y * section.along_d1).powi(2);
+        if square >= 1.0 {
+            let (curvature, arc_length) = (u.xy().norm(), rod.length() - point.apex_distance);
+            return Err(IntegrationError::NotSlender {
+                time,
+                arc_length,
+                curvature,
+                radius: square.sqrt() / curvature,
+            });
+        }
+    }
+    Ok(())
+}

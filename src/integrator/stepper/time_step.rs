@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::slender::check_slender;
+use super::phases::check_slender;
 use super::step_end::StepEnd;
 use super::{IntegrationError, Outcome, Part, PointStep, Statistics, Step, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver};
