@@ -14,8 +14,8 @@ use super::trial::{Attempt, Course, Reach, Step};
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
 
-/// Rotation in a step that is due to rounding in any case, rad. In a neutral direction, as of a ring about its tangent
-/// at the base, rounding causes rotations of 1e-5 rad.
+/// Largest rotation in a step that may be due to rounding, rad, and one that always is.
+const STAGNANT: f64 = 1e-6;
 const ROUNDING: f64 = 1e-13;
 /// Rotation in a step after which the shape does not change any more, rad, and the largest violation of a condition
 /// that is accepted then, relative to the length.
@@ -255,7 +255,7 @@ impl HeldSearch<'_> {
         });
         // Conditions at places that move together are violated by rounding of their differences.
         let violation = self.largest_violation() / self.length;
-        let stagnates = (SETTINGS.slow * turn..SETTINGS.small_turn).contains(&last);
+        let stagnates = turn < STAGNANT && (SETTINGS.slow * turn..STAGNANT).contains(&last);
         let rests = stagnates && turn < RESTING && turn >= SETTINGS.slow * last;
         let apart = skew || found || !(violation <= if rests { RESTING } else { SETTINGS.rounding });
         // Close to a loss of stability rounding rotates the frames in every iteration.
