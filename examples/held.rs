@@ -211,8 +211,8 @@ fn twisted_ring(tissue: LinearElastic, out: &Path) -> Result<(), Box<dyn Error>>
     let offsets = (0..6).map(|i| -0.06 + 0.01 * f64::from(i)).chain((0..6).map(|i| -0.06 - 0.02 * f64::from(i)));
     for (index, offset) in offsets.enumerate() {
         let turns = critical + offset;
-        // If there is no solution at one twist, the next search begins at the last shape found. In its neutral direction,
-        // the rotation about the tangent at the base, rounding may prevent convergence, and the ring becomes a circle.
+        // If there is no solution at one twist, the next search begins at the last shape found. The ring rotates freely
+        // about its tangent at the base. Rounding in this direction may prevent convergence. It becomes a circle then.
         let last = setup.rod.clone();
         let Ok((found, _)) = setup.hold(&(), &closed(turns)) else { continue };
         let excess = (found.energy - circle_energy(turns)) / unit;
