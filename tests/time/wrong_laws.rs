@@ -13,7 +13,7 @@ use morphorod::load::{ApicalForce, Cut, Load, Whirl};
 use morphorod::rod::Rod;
 use morphorod::support::{Hold, Support};
 use morphorod::tropism::{Declaration, Growing, Oscillator, Proprioception, Response, TropismLaw};
-use morphorod::{DynLaws, Environment, Model, Order, ParameterError, Shoot, ShootBuilder, Still};
+use morphorod::{DynLaws, Environment, Model, Order, ParameterError, Shoot, ShootBuilder};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::wrong_methods::{GROWTH, plain};
@@ -105,18 +105,6 @@ fn growth_time_in_hours_ends_at_once() {
     let mut year = MethodOfSteps { max_work: 50, ..MethodOfSteps::new(60.0) };
     let error = year.advance(&mut build(20.0 * HOUR), 365.0 * 24.0 * HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::WorkLimit { .. }), "{error}");
-}
-
-#[test]
-fn load_that_bends_a_rod_to_its_radius_is_refused() {
-    // A force in N instead of mN, on a mesh that resolves the bend at the base.
-    let pulled = |force: f64| {
-        let load = ApicalForce(move |_: f64| Vector3::x() * force);
-        run(plain().elements(200).load(load).scene(Still::weightless()).into_dyn(), |_| ())
-    };
-    // The largest curvature is √(2 F/(E I)): 202 1/m of 2000 1/m, and 2854 1/m.
-    pulled(1e-2).unwrap();
-    assert_clear(vec![("1/m at 0 m from the base, and the radius 0.0005 m", pulled(2.0))]);
 }
 
 /// A load by its force on the part beyond a cut.
