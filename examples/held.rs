@@ -209,8 +209,12 @@ fn twisted_ring(tissue: LinearElastic, out: &Path) -> Result<(), Box<dyn Error>>
     let mut views: [Vec<Series>; 2] = [Vec::new(), Vec::new()];
     // The twists increase to the critical one and then decrease from the same start.
     let offsets = (0..6).map(|i| -0.06 + 0.01 * f64::from(i)).chain((0..6).map(|i| -0.06 - 0.02 * f64::from(i)));
+    let first = setup.rod.clone();
     for (index, offset) in offsets.enumerate() {
         let turns = critical + offset;
+        if index == 6 {
+            setup.rod.clone_from(&first);
+        }
         // If there is no solution at one twist, the next search begins at the last shape found. The ring rotates freely
         // about its tangent at the base. Rounding in this direction may prevent convergence. It becomes a circle then.
         let last = setup.rod.clone();
