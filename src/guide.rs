@@ -36,8 +36,8 @@ macro_rules! chapter {
                 "stability": "stability",
                 "supports": "supports",
                 "the balance of energy": "recipes#the-balance-of-energy",
-                ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::reactions" "Shoot::with_model"
-                    "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check" "check::elastic_law"
+                ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::growth_power" "Shoot::reactions"
+                    "Shoot::with_model" "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check" "check::elastic_law"
                     "check::growth_law" "check::obstacle" "check::perception" "check::response"
                     "check::tropism_law" "cycle" "ensemble::run" "fit" "stability"]
                 ["crate::constitutive": "Constitutive::line_response" "Timoshenko"]

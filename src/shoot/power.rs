@@ -20,8 +20,7 @@ impl<M: Model> Shoot<M> {
     /// constant.
     ///
     /// In equilibrium the motion of the frames changes this sum by the work of the reactions on their places. Loads and
-    /// a base that change in time do further work. The [recipe](crate::guide::recipes#the-balance-of-energy) integrates
-    /// power and work between two times.
+    /// a base that change in time do further work ([recipe](crate::guide::recipes#the-balance-of-energy)).
     ///
     /// With the growth rate r = REGR, the strain u, the force n, the couple m, the tangent t of the centre line and the
     /// elastic energy w per length, the power is
@@ -49,6 +48,81 @@ impl<M: Model> Shoot<M> {
     /// let (weight, speed) = (1000.0 * 9.81 * shoot.rod().volume(), 0.04 / 72e3);
     /// assert!((shoot.growth_power() / (weight * speed) - 1.0).abs() < 1e-9);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// The balance of energy of a shoot that grows over a pole in a changing wind, with Simpson's rule over three
+    /// shapes:
+    ///
+    /// ```
+    /// use morphorod::constitutive::LinearElastic;
+    /// use morphorod::growth::UniformGrowth;
+    /// use morphorod::integrator::{Integrator, MethodOfSteps};
+    /// use morphorod::load::{ApicalForce, Weight};
+    /// use morphorod::nalgebra::Vector3;
+    /// use morphorod::support::{Contact, Cylinder};
+    /// use morphorod::{Model, Shoot, Still};
+    ///
+    /// const LENGTH: f64 = 0.05;
+    /// const WEIGHT: Weight = Weight { density: 1000.0 };
+    ///
+    /// /// The force of the wind on the apex, N.
+    /// fn wind(t: f64) -> Vector3<f64> {
+    ///     Vector3::y() * (2e-6 * (t / 3600.0).sin())
+    /// }
+    ///
+    /// /// The works of growth, wind and friction, J, between the first and the last of three equidistant shapes.
+    /// fn works(shapes: &[Shoot<impl Model>]) -> [f64; 3] {
+    ///     let interval = shapes[1].time() - shapes[0].time();
+    ///     let [mut growth, mut wind_work, mut friction] = [0.0; 3];
+    ///     // Weights of the power at each time, and factors of F · x for F at this time and x at all three.
+    ///     let rule = [(1.0, [-3.0, 4.0, -1.0]), (4.0, [-4.0, 0.0, 4.0]), (1.0, [1.0, -4.0, 3.0])];
+    ///     for (shoot, (weight, factors)) in shapes.iter().zip(rule) {
+    ///         growth += shoot.growth_power() * weight * interval / 3.0;
+    ///         // The work of a force on the tissue at a distance from the apex at t = 0.
+    ///         let work = |force: Vector3<f64>, initial_apex_distance: f64| -> f64 {
+    ///             let each = shapes.iter().zip(factors).map(|(shoot, factor)| {
+    ///                 let place = shoot.rod().arc_length_of(LENGTH - initial_apex_distance).expect("a number");
+    ///                 shoot.profile().at(place).expect("a number").position.dot(&force) * factor / 6.0
+    ///             });
+    ///             each.sum()
+    ///         };
+    ///         wind_work += work(wind(shoot.time()), 0.0);
+    ///         friction += shoot.reactions().iter().map(|at| work(at.force, at.initial_apex_distance)).sum::<f64>();
+    ///     }
+    ///     [growth, wind_work, friction]
+    /// }
+    ///
+    /// fn main() -> Result<(), Box<dyn std::error::Error>> {
+    ///     let pole = Cylinder { through: Vector3::new(0.035, 0.0, -0.0065), along: Vector3::y(), radius: 5e-3 };
+    ///     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    ///         .length(LENGTH)
+    ///         .radius(5e-4)
+    ///         .growth(UniformGrowth { zone_length: 0.04, time: 72e3 })
+    ///         .load((WEIGHT, ApicalForce(wind)))
+    ///         .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
+    ///         .support(Contact { obstacle: pole, radius: 5e-4, friction: 0.3 })
+    ///         .merge_tolerance(0.0)
+    ///         .build()?;
+    ///     let step = 300.0;
+    ///     let mut steps = MethodOfSteps::new(step);
+    ///     let energy = |shoot: &Shoot<_>| shoot.energies().elastic + shoot.load_energy(&WEIGHT);
+    ///     steps.advance(&mut shoot, 3600.0)?;
+    ///     let (before, mut sums) = (energy(&shoot), [0.0; 3]);
+    ///     for _ in 0..6 {
+    ///         let mut shapes = vec![shoot.clone()];
+    ///         for _ in 0..2 {
+    ///             let next = shoot.time() + step;
+    ///             steps.advance(&mut shoot, next)?;
+    ///             shapes.push(shoot.clone());
+    ///         }
+    ///         sums.iter_mut().zip(works(&shapes)).for_each(|(sum, work)| *sum += work);
+    ///     }
+    ///     let [growth, wind_work, friction] = sums;
+    ///     println!("work of growth {growth:.3e} J, of wind {wind_work:.1e} J, of friction {friction:.3e} J");
+    ///     let error = energy(&shoot) - before - sums.iter().sum::<f64>();
+    ///     assert!(friction < 0.0 && error.abs() < 1e-6 * growth.abs(), "{sums:?} {error}");
+    ///     Ok(())
+    /// }
     /// ```
     #[must_use]
     pub fn growth_power(&self) -> f64 {
