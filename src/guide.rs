@@ -44,7 +44,7 @@ macro_rules! chapter {
                 ["crate::cycle": "Bifurcation" "Continuation" "Disturbances" "Eigenvalue::residual"
                     "Multipliers::radius" "Multipliers::trivial" "PeriodicOrbit::enter" "PeriodicOrbit::error"
                     "PeriodicSolver" "PeriodicSolver::forced" "RotatingWaveSolver" "WaveRoots::line"]
-                ["crate::equilibrium": "EquilibriumSolver::hold" "EquilibriumSolver::is_trusted" "NewtonSolver"
+                ["crate::equilibrium": "EquilibriumSolver" "EquilibriumSolver::hold" "EquilibriumSolver::is_trusted" "NewtonSolver"
                     "NewtonSolver::solve_held" "RodEnergy" "Unloaded"]
                 ["crate::fit": "Estimates::compare" "Estimates::resolved_periods" "Estimates::singular_values"
                     "Estimates::warnings" "Fit::dependences" "Fit::profile" "Fit::scan_oscillator" "Fit::starts"

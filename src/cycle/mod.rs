@@ -19,6 +19,69 @@
 //! | `periodic` | fixed points of the return map, and their Floquet multipliers |
 //! | `rotating_wave` | relative equilibria in the corotating frame, and their characteristic roots |
 //! | `continuation` | pseudo-arclength continuation with the secant as predictor, and bifurcations |
+//!
+//! Orbits of an upright shoot of constant length:
+//!
+//! ```
+//! use std::f64::consts::PI;
+//!
+//! use morphorod::constitutive::LinearElastic;
+//! use morphorod::cycle::{Continuation, CycleError, PeriodicSolver, RotatingWaveSolver};
+//! use morphorod::growth::{Ongoing, UniformGrowth};
+//! use morphorod::integrator::{Integrator, MethodOfSteps};
+//! use morphorod::load::Weight;
+//! use morphorod::nalgebra::Vector3;
+//! use morphorod::stability::{Linearisation, StabilityError, onset};
+//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+//! use morphorod::Shoot;
+//!
+//! let upright = |length: f64| {
+//!     let memory = Memory { time: 720.0, delay: 720.0 };
+//!     let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+//!         .length(length)
+//!         .radius(0.5e-3)
+//!         .elements(4)
+//!         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72_000.0 }))
+//!         .tropism((
+//!             Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+//!             Proprioception { sensitivity: 20.0 }.remembered(memory),
+//!         ))
+//!         .load(Weight { density: 1000.0 })
+//!         .build()?;
+//!     Ok::<_, StabilityError>(shoot)
+//! };
+//! let family = |length: f64| Ok::<_, CycleError>(upright(length)?);
+//! let mut shoot = family(0.067)?;
+//! // Initial guess: the unstable mode of the upright shoot, with the tip 2 cm from the axis.
+//! let root = Linearisation::about(&shoot)?.rightmost()?;
+//! let wave = RotatingWaveSolver::default().from_mode(&shoot, &root, 0.02)?;
+//! assert!((wave.radius() - 0.0305997760).abs() < 1e-9);
+//! assert_eq!(wave.roots(&shoot, 2)?.unstable(), 0, "stable");
+//!
+//! let swing = PeriodicSolver::default().from_mode(&shoot, &root, 0.02)?;
+//! assert!((swing.period / 60.0 - 87.661715).abs() < 1e-5);
+//! assert_eq!(swing.multipliers(&shoot, 2)?.unstable(), 1, "unstable");
+//!
+//! // After half the period of a swing the shoot has rotated by π. This takes half the intervals.
+//! let solver = PeriodicSolver { intervals: 8, angle: Some(PI), ..PeriodicSolver::default() };
+//! let half = solver.from_mode(&shoot, &root, 0.02)?;
+//! assert!((2.0 * half.period / swing.period - 1.0).abs() < 1e-8);
+//!
+//! // Initial guess from a simulation, here five hours after the shoot was bent.
+//! shoot.set_intrinsic(|_| Vector3::new(3.0, 8.0, 0.0));
+//! MethodOfSteps::new(120.0).advance(&mut shoot, 18_000.0)?;
+//! let again = PeriodicSolver::default().from_run(&shoot, 88.0 * 60.0)?;
+//! assert!((again.period / swing.period - 1.0).abs() < 1e-6);
+//!
+//! // The branch of circles from the onset at 6.56 cm to 6.6 cm, first radius 1 cm.
+//! let found = onset(|length| Linearisation::about(&upright(length)?), 0.065, 0.066)?;
+//! let branch = Continuation::from_onset(RotatingWaveSolver::default(), family, &found, 0.01, 0.065..=0.066)?;
+//! for point in branch.largest_step(0.2)? {
+//!     let point = point?;
+//!     assert_eq!(point.unstable(), 0, "{} m: the circle of {} m is stable", point.parameter, point.excursion);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod continuation;
 mod corrector;

@@ -215,6 +215,63 @@ pub(crate) trait NearbyEquilibria {
 }
 
 /// A solver for the equilibrium of a rod.
+///
+/// Steepest descent, with steps that the tangent scales:
+///
+/// ```
+/// use morphorod::constitutive::{Constitutive, LinearElastic};
+/// use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver, RodEnergy};
+/// use morphorod::load::{InternalForce, Weight};
+/// use morphorod::nalgebra::{UnitQuaternion, Vector3};
+/// use morphorod::rod::Rod;
+/// use morphorod::{Order, Scene, Still};
+///
+/// struct Descent {
+///     /// Couple at which the search ends, N m.
+///     couple: f64,
+/// }
+///
+/// impl EquilibriumSolver for Descent {
+///     fn equilibrate(
+///         &mut self,
+///         rod: &mut Rod,
+///         material: &impl Constitutive,
+///         force: &InternalForce,
+///     ) -> Result<Equilibrium, EquilibriumError> {
+///         let energy = RodEnergy::new(material, force);
+///         // The sum of a row bounds the eigenvalues of the tangent (Gershgorin).
+///         let stiffness = energy.tangent(rod)?.to_dense().row_iter().map(|row| row.abs().sum()).fold(0.0, f64::max);
+///         let (mut shape, mut frames) = (rod.clone(), rod.node_frames());
+///         let (mut found, mut largest) = (Equilibrium::default(), f64::INFINITY);
+///         for evaluation in 1..=100_000 {
+///             let (value, couples) = energy.couples(&shape)?;
+///             (found.evaluations, found.energy) = (evaluation, value);
+///             largest = couples[1..].iter().map(|couple| couple.norm()).fold(0.0, f64::max);
+///             if largest <= self.couple {
+///                 // The rod changes only now: after an error it is the one before the call.
+///                 rod.set_shape(&frames, &energy.line_strains(&shape)?)?;
+///                 return Ok(found);
+///             }
+///             for (frame, couple) in frames.iter_mut().zip(&couples).skip(1) {
+///                 *frame *= UnitQuaternion::from_scaled_axis(couple / stiffness);
+///             }
+///             shape.set_shape(&frames, &[])?;
+///         }
+///         let (step, residual, force) = (largest / stiffness, largest, force.largest());
+///         Err(EquilibriumError::NoConvergence { iterations: 100_000, step, residual, force, contact: None })
+///     }
+/// }
+///
+/// let scene = Still::tilted(1.0);
+/// let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+/// let (weight, now) = (Weight { density: 1000.0 }, scene.environment(0.0));
+/// let rod = Rod::uniform(0.04, 0.5e-3, scene.base, 2, Order::Four)?;
+/// let (mut descended, mut exact) = (rod.clone(), rod);
+/// let _ = Descent { couple: 1e-15 }.solve(&mut descended, &tissue, &weight, &now)?;
+/// let _ = NewtonSolver::default().solve(&mut exact, &tissue, &weight, &now)?;
+/// assert!((descended.tip() - exact.tip()).norm() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait EquilibriumSolver {
     /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial
     /// guess is the current configuration. The frame of the base does not change. The force must be that in

@@ -1,4 +1,35 @@
 //! What holds a shoot besides its base, and what it touches: holds, springs and obstacles.
+//!
+//! A prop under its apex supports a horizontal rod. At small load it bears 3/8 of the weight:
+//!
+//! ```
+//! use std::f64::consts::{FRAC_PI_2, PI};
+//!
+//! use morphorod::constitutive::LinearElastic;
+//! use morphorod::equilibrium::NewtonSolver;
+//! use morphorod::load::Weight;
+//! use morphorod::nalgebra::Vector3;
+//! use morphorod::profile::Profile;
+//! use morphorod::rod::Rod;
+//! use morphorod::support::Hold;
+//! use morphorod::{Order, Scene, Still};
+//!
+//! let (length, radius, density) = (0.04, 5e-4, 1000.0);
+//! let scene = Still::tilted(FRAC_PI_2);
+//! let mut rod = Rod::uniform(length, radius, scene.base, 8, Order::Eight)?;
+//! let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+//! // The apex slides without friction in the horizontal plane through the base.
+//! let prop = Hold::apex().on_plane(Vector3::zeros(), Vector3::z_axis());
+//! let environment = scene.environment(0.0);
+//! let held = NewtonSolver::default().solve_held(&mut rod, &tissue, &Weight { density }, &prop, &environment)?;
+//! let weight = density * scene.gravity.norm() * PI * radius * radius * length;
+//! assert!((held.reactions[0].force.z / weight - 0.37501).abs() < 1e-5);
+//! // The couple at the base is an eighth of weight times length, a quarter of that of the free rod.
+//! let base = Profile::of(&rod, &tissue, &Weight { density }, &environment).at(0.0).expect("a number");
+//! assert!((base.couple.norm() / (weight * length) - 0.125).abs() < 1e-3);
+//! assert_eq!(held.equilibrium.inertia.negative, 0, "stable");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod contact;
 mod cuboid;
