@@ -35,21 +35,20 @@ macro_rules! chapter {
                 "saving": "saving",
                 "stability": "stability",
                 "supports": "supports",
-                "the balance of energy": "recipes#the-balance-of-energy",
                 ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::growth_power" "Shoot::reactions"
-                    "Shoot::with_model" "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check" "check::elastic_law"
-                    "check::growth_law" "check::obstacle" "check::perception" "check::response"
+                    "Shoot::with_model" "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check"
+                    "check::elastic_law" "check::growth_law" "check::obstacle" "check::perception" "check::response"
                     "check::tropism_law" "cycle" "ensemble::run" "fit" "stability"]
-                ["crate::constitutive": "Constitutive::line_response" "Timoshenko"]
+                ["crate::constitutive": "Constitutive" "Constitutive::line_response" "Timoshenko"]
                 ["crate::cycle": "Bifurcation" "Continuation" "Disturbances" "Eigenvalue::residual"
                     "Multipliers::radius" "Multipliers::trivial" "PeriodicOrbit::enter" "PeriodicOrbit::error"
                     "PeriodicSolver" "PeriodicSolver::forced" "RotatingWaveSolver" "WaveRoots::line"]
-                ["crate::equilibrium": "EquilibriumSolver" "EquilibriumSolver::hold" "EquilibriumSolver::is_trusted" "NewtonSolver"
-                    "NewtonSolver::solve_held" "RodEnergy" "Unloaded"]
+                ["crate::equilibrium": "EquilibriumSolver" "EquilibriumSolver::hold" "EquilibriumSolver::is_trusted"
+                    "NewtonSolver" "NewtonSolver::solve_held" "RodEnergy" "Unloaded"]
                 ["crate::fit": "Estimates::compare" "Estimates::resolved_periods" "Estimates::singular_values"
                     "Estimates::warnings" "Fit::dependences" "Fit::profile" "Fit::scan_oscillator" "Fit::starts"
                     "Fit::widest" "Scan::periods" "Series" "Warning::NotConverged"]
-                ["crate::growth": "Ongoing"]
+                ["crate::growth": "GrowthLaw" "Ongoing"]
                 ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "Statistics"
                     "TimeStepper"]
                 ["crate::load": "InternalForce" "Load::force" "Weight::GREENHILL"]

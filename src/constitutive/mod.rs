@@ -42,6 +42,45 @@ pub struct LineResponse {
 }
 
 /// A hyperelastic law: the couple is the gradient of an energy density, which the equilibrium minimises.
+///
+/// Tissue that stiffens with strain and hardens with age ([chapter](crate::guide::own_laws)):
+///
+/// ```
+/// use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
+/// use morphorod::nalgebra::{Matrix3, Vector3};
+///
+/// struct StrainStiffening {
+///     /// E0, Pa.
+///     youngs_modulus: f64,
+///     /// κ0, 1/m.
+///     curvature: f64,
+///     /// τh, s.
+///     hardening: f64,
+/// }
+///
+/// impl Constitutive for StrainStiffening {
+///     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+///         let modulus = self.youngs_modulus * (1.0 + tissue.age / self.hardening);
+///         let b = modulus * std::f64::consts::PI * tissue.section.radius().powi(4) / 4.0;
+///         let c = 2.0 / 3.0 * b;
+///         let bend = Vector3::new(strain.x, strain.y, 0.0);
+///         let ratio = bend.norm_squared() / self.curvature.powi(2);
+///         ElasticResponse {
+///             energy: 0.5 * b * bend.norm_squared() * (1.0 + 0.5 * ratio) + 0.5 * c * strain.z.powi(2),
+///             couple: bend * (b * (1.0 + ratio)) + Vector3::z() * (c * strain.z),
+///             tangent: Matrix3::from_diagonal(&Vector3::new(b * (1.0 + ratio), b * (1.0 + ratio), c))
+///                 + bend * bend.transpose() * (2.0 * b / self.curvature.powi(2)),
+///         }
+///     }
+/// }
+///
+/// let law = StrainStiffening { youngs_modulus: 1e7, curvature: 20.0, hardening: 14400.0 };
+/// let mut tissue = Tissue::young(0.5e-3);
+/// tissue.age = 3600.0;
+/// // A strain, and a force, which has no effect on a law without shear and stretch.
+/// let point = (Vector3::new(12.0, -7.0, 5.0), Vector3::zeros());
+/// assert_eq!(morphorod::check::elastic_law(&law, &tissue, &[point]), Ok(()));
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an elastic law",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \

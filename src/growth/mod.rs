@@ -24,6 +24,32 @@ use crate::pointers::forward_pointers;
 ///
 /// A law must implement [`regr`](Self::regr) and [`zone_length`](Self::zone_length). The motion is integrated
 /// numerically unless the law implements it in closed form.
+///
+/// Growth that is fastest at the apex and vanishes at the end of the zone ([chapter](crate::guide::own_laws)):
+///
+/// ```
+/// use morphorod::growth::GrowthLaw;
+///
+/// struct FadingGrowth {
+///     /// ℓg, m.
+///     zone_length: f64,
+///     /// τg, s.
+///     time: f64,
+/// }
+///
+/// impl GrowthLaw for FadingGrowth {
+///     fn regr(&self, sigma: f64, _t: f64) -> f64 {
+///         1.5 * (1.0 - (sigma / self.zone_length).powi(2)) / self.time
+///     }
+///
+///     fn zone_length(&self) -> f64 {
+///         self.zone_length
+///     }
+/// }
+///
+/// let law = FadingGrowth { zone_length: 0.04, time: 72e3 };
+/// assert_eq!(morphorod::check::growth_law(&law, &[(0.01, 0.0), (0.03, 0.0)], 10e3), Ok(()));
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a growth law",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \

@@ -8,6 +8,39 @@ use crate::error::ParameterError;
 ///
 /// The reaction is a force: a normal one that pushes, and with friction a tangential one of at most μ times the normal
 /// one (Coulomb). Both act on the centre line.
+///
+/// A growing shoot sags until it leans on a horizontal pole:
+///
+/// ```
+/// use morphorod::constitutive::LinearElastic;
+/// use morphorod::growth::UniformGrowth;
+/// use morphorod::integrator::{Integrator, MethodOfSteps};
+/// use morphorod::load::Weight;
+/// use morphorod::nalgebra::Vector3;
+/// use morphorod::support::{Contact, Cylinder};
+/// use morphorod::{Shoot, Still};
+///
+/// let radius = 0.5e-3;
+/// let pole = Cylinder { through: Vector3::new(0.025, 0.0, 0.032), along: Vector3::y(), radius: 2e-3 };
+/// let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+///     .length(0.04)
+///     .radius(radius)
+///     .growth(UniformGrowth { zone_length: 0.04, time: 72e3 })
+///     .load(Weight { density: 1000.0 })
+///     .scene(Still::tilted(0.5))
+///     .support(Contact { obstacle: pole, radius, friction: 0.0 })
+///     .build()?;
+/// let mut integrator = MethodOfSteps::new(600.0);
+/// integrator.advance(&mut shoot, 0.0)?;
+/// assert!(shoot.reactions().is_empty(), "the short shoot does not reach the pole");
+/// integrator.advance(&mut shoot, 10.0 * 3600.0)?;
+/// let contact = shoot.reactions()[0];
+/// assert!(contact.normal > 0.0);
+/// // The centre line is at a distance of both radii from the axis of the pole.
+/// let (place, _) = shoot.rod().at(contact.arc_length).expect("a place of the shoot");
+/// assert!(((place - pole.through).norm() - 2.5e-3).abs() < 1e-8);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact<O> {
