@@ -39,7 +39,7 @@ macro_rules! chapter {
                     "Shoot::with_model" "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check"
                     "check::elastic_law" "check::growth_law" "check::obstacle" "check::perception" "check::response"
                     "check::tropism_law" "cycle" "ensemble::run" "fit" "stability"]
-                ["crate::constitutive": "Constitutive" "Constitutive::line_response" "Timoshenko"]
+                ["crate::constitutive": "Constitutive" "Constitutive::line_response" "Graded" "Timoshenko"]
                 ["crate::cycle": "Bifurcation" "Continuation" "Disturbances" "Eigenvalue::residual"
                     "Multipliers::radius" "Multipliers::trivial" "PeriodicOrbit::enter" "PeriodicOrbit::error"
                     "PeriodicSolver" "PeriodicSolver::forced" "RotatingWaveSolver" "WaveRoots::line"]

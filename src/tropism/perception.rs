@@ -46,6 +46,62 @@ pub(super) fn read_signal<S: AsMut<[f64]> + Default>(from: &[f64]) -> S {
 ///     .remembered(Memory { time: 600.0, delay: 300.0 });
 /// # let _ = phototropism;
 /// ```
+///
+/// A photoreceptor whose excitation y follows the light l and saturates, τ ẏ = l/(1 + |l|/l0) − y:
+///
+/// ```
+/// use morphorod::nalgebra::Vector3;
+/// use morphorod::tropism::{Declaration, Perception, Rotation, Site, Source, Variable};
+///
+/// struct Photoreceptor {
+///     /// l in the fixed frame, W/m².
+///     light: Vector3<f64>,
+///     /// l0, W/m².
+///     saturation: f64,
+///     /// τ, s.
+///     time: f64,
+/// }
+///
+/// impl Perception for Photoreceptor {
+///     type Signal = [f64; 2];
+///
+///     fn declare(&self, to: &mut Declaration) -> Source {
+///         to.stimulus_pair();
+///         // The integrator treats the term −y/τ exactly. The components of the vector turn with the directors.
+///         let component = |rotation| Variable::unread().relaxing_in(self.time).turning(rotation);
+///         let y = to.variable(component(Rotation::First));
+///         to.variable(component(Rotation::Second));
+///         y
+///     }
+///
+///     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+///         let light = site.along_directors(&self.light);
+///         stimuli.copy_from_slice(&[light.x, light.y]);
+///     }
+///
+///     fn signal(&self, y: &[f64], _stimuli: &[f64]) -> [f64; 2] {
+///         [y[0], y[1]]
+///     }
+///
+///     fn rates(&self, y: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+///         self.steady(stimuli, rates);
+///         for (rate, y) in rates.iter_mut().zip(y) {
+///             *rate = (*rate - y) / self.time;
+///         }
+///     }
+///
+///     /// The excitation at which the rates vanish.
+///     fn steady(&self, l: &[f64], y: &mut [f64]) {
+///         let excess = 1.0 + l[0].hypot(l[1]) / self.saturation;
+///         y.copy_from_slice(&[l[0] / excess, l[1] / excess]);
+///     }
+///
+///     /// The excitation at t = 0: the light is switched on.
+///     fn initial(&self, _l: &[f64], y: &mut [f64]) {
+///         y.fill(0.0);
+///     }
+/// }
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a perception",
     note = "perceptions implement `morphorod::tropism::Perception`, as `SettledStatoliths` does"
