@@ -127,7 +127,7 @@ pub fn run<T: Send, E>(
         return members.try_for_each(|index| take(index, member(index)));
     }
     let queue = Queue {
-        state: Mutex::new(State { members, started: VecDeque::new(), taken: 0, stop: Stop::No }),
+        state: Mutex::new(Progress { members, started: VecDeque::new(), taken: 0, stop: Stop::No }),
         changed: Condvar::new(),
         capacity: WAITING * threads,
     };
@@ -168,13 +168,13 @@ pub fn collect<T: Send>(count: usize, threads: usize, member: impl Fn(usize) -> 
 
 /// Members of an ensemble between their start and the use of their results.
 struct Queue<I, T> {
-    state: Mutex<State<I, T>>,
+    state: Mutex<Progress<I, T>>,
     changed: Condvar,
     /// Largest number of members that are started and not taken.
     capacity: usize,
 }
 
-struct State<I, T> {
+struct Progress<I, T> {
     /// Members that are not started.
     members: I,
     /// Indices of members that are started and not taken, in order, with results of those that are computed.
@@ -194,11 +194,11 @@ enum Stop {
 }
 
 impl<I: Iterator<Item = usize>, T> Queue<I, T> {
-    fn lock(&self) -> MutexGuard<'_, State<I, T>> {
+    fn lock(&self) -> MutexGuard<'_, Progress<I, T>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn wait<'a>(&self, state: MutexGuard<'a, State<I, T>>) -> MutexGuard<'a, State<I, T>> {
+    fn wait<'a>(&self, state: MutexGuard<'a, Progress<I, T>>) -> MutexGuard<'a, Progress<I, T>> {
         self.changed.wait(state).unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -124,7 +124,7 @@ pub mod cycles {}
 #[doc = picture!("work_precision")]
 pub mod accuracy {}
 
-/// Run time of a time step by its parts, lower bounds, and optimisations with their effect.
+/// Run time of a time step by its parts, cost of a scene, and comparison with other programs.
 #[doc = chapter!("docs/performance.md")]
 pub mod performance {}
 

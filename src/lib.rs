@@ -115,7 +115,7 @@ pub mod fit;
 pub mod growth;
 pub mod guide;
 pub mod integrator;
-mod linear;
+mod linearisation;
 pub mod load;
 mod model;
 mod numerics;

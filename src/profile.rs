@@ -106,7 +106,7 @@ pub struct Profile<'a, C, L, G = ()> {
     /// Length of the rod, m.
     length: f64,
     /// Quantities at the ends of the elements, from base to apex.
-    ends: Vec<End>,
+    ends: Vec<Beyond>,
     /// Force of the reactions of a support in each element, N: at its first end, at its material points, and at its
     /// last end; empty without a support.
     reactions: Vec<Vector3<f64>>,
@@ -114,7 +114,7 @@ pub struct Profile<'a, C, L, G = ()> {
 
 /// Integrals over the part of the rod beyond a place, and the position of the place.
 #[derive(Debug, Clone, Copy)]
-struct End {
+struct Beyond {
     /// Unstretched length, m.
     length: f64,
     /// Volume, m³.
@@ -145,7 +145,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         environment: Environment,
     ) -> Self {
         let (zero, elements) = (Vector3::zeros(), rod.elements());
-        let apex = End { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
+        let apex = Beyond { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
         let (length, ends) = (rod.length(), vec![apex; elements + 1]);
         let mut force = InternalForce::default();
         if !rod.reactions().is_empty() {
@@ -185,7 +185,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
 
     /// Integrals over the rod beyond the coordinate `x` of element `e`, and the position there. The part in the
     /// element is integrated by its Gauss rule on [x, 1].
-    fn beyond(&self, e: usize, x: f64) -> End {
+    fn beyond(&self, e: usize, x: f64) -> Beyond {
         let reference = self.rod.reference();
         let mut sum = self.lengths_beyond(e, x);
         for (y, w) in reference.points.iter().zip(&reference.weights) {
@@ -202,7 +202,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
 
     /// The integrals of length, volume and distributed force beyond the coordinate `x` of element `e`. Couple
     /// and position are those at the last end of the element.
-    fn lengths_beyond(&self, e: usize, x: f64) -> End {
+    fn lengths_beyond(&self, e: usize, x: f64) -> Beyond {
         let reference = self.rod.reference();
         let mut sum = self.ends[e + 1];
         for (y, w) in reference.points.iter().zip(&reference.weights) {
@@ -216,7 +216,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     }
 
     /// The force at a place, in the fixed frame, N.
-    fn force(&self, (e, x): (usize, f64), point: &MaterialPoint, beyond: &End) -> Vector3<f64> {
+    fn force(&self, (e, x): (usize, f64), point: &MaterialPoint, beyond: &Beyond) -> Vector3<f64> {
         let mut cut = Cut::new(self.length - beyond.length, beyond.length, 0.0);
         cut.volume_beyond = beyond.volume;
         cut.initial_apex_distance = point.initial_apex_distance;

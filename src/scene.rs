@@ -43,8 +43,7 @@ impl Environment {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a scene",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
-        `.load`, scenes to `.scene`",
+    note = "`Shoot::builder` takes the elastic law, `.growth`, `.tropism`, `.load` and `.scene` take the others",
     note = "scenes implement `morphorod::Scene`: `Still`, `Turned` and `Along` do"
 )]
 pub trait Scene {

@@ -83,8 +83,7 @@ pub struct LineResponse {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an elastic law",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
-        `.load`, scenes to `.scene`",
+    note = "`Shoot::builder` takes the elastic law, `.growth`, `.tropism`, `.load` and `.scene` take the others",
     note = "elastic laws implement `morphorod::constitutive::Constitutive`, as `LinearElastic` does"
 )]
 pub trait Constitutive {

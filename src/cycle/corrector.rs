@@ -2,7 +2,7 @@
 //!
 //! One iteration solves periodic orbits, relative periodic orbits and rotating waves, of a single shoot or on a
 //! branch. The kinds of orbits differ in their [`Equations`]; single orbits and points of a branch differ in their
-//! [`Conditions`].
+//! [`ExtraConditions`].
 //!
 //! The stationary state solves the equations of a periodic orbit for any period. For single orbits this solution is
 //! deflated: Newton's method is applied to the residual divided by the norm of the strain (P. E. Farrell, Á.
@@ -14,7 +14,7 @@ use nalgebra::DVector;
 
 use super::equations::{Effort, Equations, Evaluation};
 use super::error::CycleError;
-use super::extended::{Border, Bordered, Conditions, Difference, Unknowns};
+use super::extended::{Border, BorderedSystem, Difference, ExtraConditions, OrbitUnknowns};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -39,7 +39,7 @@ pub fn check_residual(residual: f64, tolerance: f64) -> Result<(), ParameterErro
 /// A solution of the extended system.
 pub struct Corrected<O, B> {
     pub orbit: O,
-    pub unknowns: Unknowns,
+    pub unknowns: OrbitUnknowns,
     /// Tangents of the symmetries at the state: the directions of a shift in time and of a rotation.
     pub symmetry_tangents: Vec<DVector<f64>>,
     pub shoot: B,
@@ -54,14 +54,14 @@ pub struct Corrected<O, B> {
 pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,
-    mut at: Unknowns,
-    conditions: &Conditions,
+    mut at: OrbitUnknowns,
+    conditions: &ExtraConditions,
     equilibria: &mut usize,
 ) -> Result<Corrected<S::Orbit, B>, CycleError> {
     let newton = equations.newton();
     let deflated = conditions.arclength.is_none() && !at.forced;
     let (mut iterations, mut last) = (0, f64::INFINITY);
-    let mut kept: Option<(Bordered<S::Jacobian>, f64)> = None;
+    let mut kept: Option<(BorderedSystem<S::Jacobian>, f64)> = None;
     let mut rods = Vec::new();
     loop {
         let diverged = |error: CycleError| error.after(iterations, last);
@@ -106,7 +106,7 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
                     parameter = Some(Border { column, row: condition.state.clone(), corner: condition.parameter });
                 }
                 let (jacobian, symmetries) = here.linearise()?.ok_or_else(failed)?;
-                Bordered::new(jacobian, symmetries, parameter, conditions, &at)
+                BorderedSystem::new(jacobian, symmetries, parameter, conditions, &at)
             }
         };
         let values = conditions.residuals(bordered.symmetries, &at);
@@ -125,8 +125,8 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
 pub fn correct_resolved<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &mut S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,
-    mut guess: Unknowns,
-    conditions: &Conditions,
+    mut guess: OrbitUnknowns,
+    conditions: &ExtraConditions,
 ) -> Result<Corrected<S::Orbit, B>, CycleError> {
     let mut equilibria = 0;
     loop {
@@ -142,8 +142,8 @@ pub fn correct_resolved<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
 pub fn solve<S: Equations>(
     mut equations: S,
     shoot: &Shoot<impl Model>,
-    guess: Unknowns,
-    conditions: &Conditions,
+    guess: OrbitUnknowns,
+    conditions: &ExtraConditions,
 ) -> Result<S::Orbit, CycleError> {
     Ok(correct_resolved(&mut equations, &mut |_| Ok(shoot), guess, conditions)?.orbit)
 }
@@ -151,7 +151,7 @@ pub fn solve<S: Equations>(
 /// Share of an update that is added with deflation. Newton's method for the residual over the norm of the strain
 /// has an update in the same direction, whose length follows from the change of the norm. The strain changes at
 /// most by its norm.
-fn deflated_share(at: &Unknowns, update: &Difference) -> f64 {
+fn deflated_share(at: &OrbitUnknowns, update: &Difference) -> f64 {
     let strain = &at.start.strain;
     let (size, change) = (strain.norm(), update.state.rows(0, strain.len()));
     if !(size > 0.0) {

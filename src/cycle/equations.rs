@@ -6,7 +6,7 @@ use nalgebra::{Complex, DVector};
 
 use super::disturbances::Disturbances;
 use super::error::CycleError;
-use super::extended::{Bordered, Jacobian, Symmetry, Unknowns};
+use super::extended::{BorderedSystem, OrbitUnknowns, StateJacobian, Symmetry};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -54,7 +54,7 @@ pub trait Equations: Clone {
     /// The solution.
     type Orbit: Clone + Debug;
     /// The derivative of the residual by the state.
-    type Jacobian: Jacobian;
+    type Jacobian: StateJacobian;
     /// The equations at some unknowns.
     type Evaluation<'a, M: Model + 'a>: Evaluation<Self>;
     /// Whether exponents are logarithms of Floquet multipliers, determined up to multiples of 2πi/T.
@@ -64,16 +64,16 @@ pub trait Equations: Clone {
     fn newton(&self) -> Newton;
 
     /// Initial guess from a mode, with a small amplitude of the tip (m).
-    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError>;
+    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError>;
 
     /// Initial guess from a known orbit.
-    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Result<Unknowns, CycleError>;
+    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Result<OrbitUnknowns, CycleError>;
 
     /// Evaluates the residual. `rods` of an earlier evaluation are the initial guesses of the equilibria.
     fn evaluate<'a, M: Model>(
         &self,
         shoot: &'a Shoot<M>,
-        at: &Unknowns,
+        at: &OrbitUnknowns,
         rods: Vec<Rod>,
     ) -> Result<Self::Evaluation<'a, M>, CycleError>;
 
@@ -82,7 +82,7 @@ pub trait Equations: Clone {
     -> Result<Observation, CycleError>;
 
     /// Extends the past in a state if a delay of the shoot is longer. Returns whether it did.
-    fn extend_past<M: Model>(&self, _shoot: &Shoot<M>, _at: &mut Unknowns) -> Result<bool, CycleError> {
+    fn extend_past<M: Model>(&self, _shoot: &Shoot<M>, _at: &mut OrbitUnknowns) -> Result<bool, CycleError> {
         Ok(false)
     }
 
@@ -97,7 +97,7 @@ pub trait Equations: Clone {
     }
 
     /// The same unknowns on the finer grid.
-    fn on_finer_grid(&self, at: Unknowns) -> Unknowns {
+    fn on_finer_grid(&self, at: OrbitUnknowns) -> OrbitUnknowns {
         at
     }
 }
@@ -127,7 +127,7 @@ pub trait Evaluation<E: Equations> {
     /// may be known.
     fn into_orbit(
         self,
-        known: Option<Bordered<E::Jacobian>>,
+        known: Option<BorderedSystem<E::Jacobian>>,
         effort: Effort,
     ) -> Result<(E::Orbit, Vec<DVector<f64>>), CycleError>;
 }

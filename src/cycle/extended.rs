@@ -2,9 +2,9 @@
 //!
 //! The unknowns are a state x, the logarithm of the period T or of the rate of rotation ν, the angle of a relative
 //! periodic orbit, and the parameter of a branch. The strain in a state is components 1 and 2 of u* at the material
-//! points. [`Unknowns`] and [`Difference`] contain T or ν itself and its change. Each scalar unknown is determined by
-//! a linear condition: a phase condition for time, one for rotation, and the pseudo-arclength condition for the
-//! parameter. Newton's method solves the bordered system
+//! points. [`OrbitUnknowns`] and [`Difference`] contain T or ν itself and its change. Each scalar unknown is
+//! determined by a linear condition: a phase condition for time, one for rotation, and the pseudo-arclength condition
+//! for the parameter. Newton's method solves the bordered system
 //!
 //! ```text
 //! J δx + Σ columns δs = −residual,     rows · δx + corners δs = residuals of the conditions.
@@ -25,7 +25,7 @@ pub(super) const DIFFERENCE: f64 = 1e-5;
 
 /// Unknowns of the extended system.
 #[derive(Debug, Clone)]
-pub struct Unknowns {
+pub struct OrbitUnknowns {
     /// State of the shoot at t = 0.
     pub(in crate::cycle) start: PhaseState,
     /// Period (s), or rate of rotation (rad/s, counterclockwise positive).
@@ -38,7 +38,7 @@ pub struct Unknowns {
     pub parameter: f64,
 }
 
-impl Unknowns {
+impl OrbitUnknowns {
     /// The unknowns at a distance along a difference.
     pub fn along(&self, difference: &Difference, distance: f64) -> Self {
         Self {
@@ -85,7 +85,7 @@ pub struct Difference {
 
 impl Difference {
     /// A change of the parameter alone.
-    pub fn of_parameter(from: &Unknowns, change: f64) -> Self {
+    pub fn of_parameter(from: &OrbitUnknowns, change: f64) -> Self {
         Self { parameter: change, ..from.to(from) }
     }
 
@@ -118,12 +118,12 @@ pub struct Condition {
 
 impl Condition {
     /// The condition with given coefficients that some unknowns satisfy.
-    pub fn through(state: DVector<f64>, parameter: f64, at: &Unknowns) -> Self {
+    pub fn through(state: DVector<f64>, parameter: f64, at: &OrbitUnknowns) -> Self {
         let value = state.dot(&at.start.present()) + parameter * at.parameter;
         Self { state, parameter, value }
     }
 
-    fn residual(&self, at: &Unknowns) -> f64 {
+    fn residual(&self, at: &OrbitUnknowns) -> f64 {
         self.value - self.state.dot(&at.start.present()) - self.parameter * at.parameter
     }
 }
@@ -150,7 +150,7 @@ impl Arclength {
 
 /// The conditions that close the extended system.
 #[derive(Debug, Clone, Default)]
-pub struct Conditions {
+pub struct ExtraConditions {
     /// Phase conditions in time and in rotation. Where none is given, an update has no component along the tangent
     /// of the symmetry.
     pub phases: Vec<Condition>,
@@ -160,11 +160,11 @@ pub struct Conditions {
     pub arclength: Option<Arclength>,
 }
 
-impl Conditions {
+impl ExtraConditions {
     /// Adds phase conditions: the difference to a reference is orthogonal to the tangents of its symmetries.
     pub fn with_phases_of(
         mut self,
-        reference: &Unknowns,
+        reference: &OrbitUnknowns,
         symmetry_tangents: &[DVector<f64>],
         weights: &DVector<f64>,
     ) -> Self {
@@ -174,12 +174,12 @@ impl Conditions {
     }
 
     /// Whether the pseudo-arclength condition holds.
-    pub fn hold(&self, at: &Unknowns, tolerance: f64) -> bool {
+    pub fn hold(&self, at: &OrbitUnknowns, tolerance: f64) -> bool {
         self.arclength.as_ref().is_none_or(|arclength| arclength.condition.residual(at).abs() <= tolerance)
     }
 
     /// Residuals of `phases` phase conditions and of the pseudo-arclength condition.
-    pub fn residuals(&self, phases: usize, at: &Unknowns) -> Vec<f64> {
+    pub fn residuals(&self, phases: usize, at: &OrbitUnknowns) -> Vec<f64> {
         let phases = (0..phases).map(|k| self.phases.get(k).map_or(0.0, |phase| phase.residual(at)));
         phases.chain(self.arclength.iter().map(|arclength| arclength.condition.residual(at))).collect()
     }
@@ -205,37 +205,29 @@ pub struct Symmetry {
     pub column: DVector<f64>,
 }
 
-/// Updates of the state and of the scalar unknowns.
-pub type Updates = (DVector<f64>, DVector<f64>);
-
 /// The derivative J of a residual by the state.
-pub trait Jacobian {
-    /// Solves the bordered system for a residual and the residuals of the conditions. Returns none if the linear
-    /// solver fails.
-    fn solve(
-        &self,
-        border: &[Border],
-        residual: &DVector<f64>,
-        conditions: &[f64],
-    ) -> Result<Option<Updates>, CycleError>;
+pub trait StateJacobian {
+    /// Solves the bordered system for the update of the state and of the scalar unknowns, given the residual and the
+    /// residuals of the conditions. Returns none if the linear solver fails.
+    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Result<Option<DVector<f64>>, CycleError>;
 }
 
 /// The linearised extended system.
-pub struct Bordered<J> {
+pub struct BorderedSystem<J> {
     jacobian: J,
     border: Vec<Border>,
     /// Number of symmetries, whose borders come first.
     pub symmetries: usize,
 }
 
-impl<J: Jacobian> Bordered<J> {
+impl<J: StateJacobian> BorderedSystem<J> {
     /// The system with the phase conditions of `conditions`, and with the border of the parameter if it is unknown.
     pub fn new(
         jacobian: J,
         symmetries: Vec<Symmetry>,
         parameter: Option<Border>,
-        conditions: &Conditions,
-        at: &Unknowns,
+        conditions: &ExtraConditions,
+        at: &OrbitUnknowns,
     ) -> Self {
         let (number, weights) = (symmetries.len(), conditions.weights.clone().unwrap_or_else(|| at.start.weights()));
         let phases = symmetries.into_iter().enumerate().map(|(k, Symmetry { tangent, column })| {
@@ -249,16 +241,18 @@ impl<J: Jacobian> Bordered<J> {
     /// residual hold.
     pub fn update(
         &self,
-        at: &Unknowns,
+        at: &OrbitUnknowns,
         residual: &DVector<f64>,
         conditions: &[f64],
     ) -> Result<Option<Difference>, CycleError> {
-        let mut values = conditions.to_vec();
-        values.resize(self.border.len(), 0.0);
-        let Some((state, scalars)) = self.jacobian.solve(&self.border, residual, &values)? else { return Ok(None) };
+        let n = residual.len();
+        let mut residuals = residual.clone().resize_vertically(n + self.border.len(), 0.0);
+        residuals.as_mut_slice()[n..][..conditions.len()].copy_from_slice(conditions);
+        let Some(found) = self.jacobian.solve(&self.border, &residuals)? else { return Ok(None) };
+        let scalars = &found.as_slice()[n..];
         let symmetry = |k: usize| if k < self.symmetries { scalars[k] } else { 0.0 };
         let update = Difference {
-            state,
+            state: found.rows(0, n).clone_owned(),
             present: at.start.present().len(),
             // The unknown is the logarithm of the period or rate.
             clock: symmetry(0) * at.clock,

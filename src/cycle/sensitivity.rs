@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::error::CycleError;
 use super::rotated::rotated;
-use crate::linear::{precise_solver, visit_bends, visit_stimuli};
+use crate::linearisation::{precise_solver, visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;

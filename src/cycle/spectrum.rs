@@ -50,7 +50,7 @@ pub struct Eigenvalue {
 
 /// The leading eigenvalues of an operator.
 #[derive(Debug, Clone)]
-pub(super) struct Spectrum {
+pub(super) struct LeadingSpectrum {
     /// Eigenvalues, largest modulus first. Both of a conjugate pair are listed.
     pub values: Vec<Eigenvalue>,
     /// Bound on the modulus of all other eigenvalues.
@@ -58,14 +58,14 @@ pub(super) struct Spectrum {
 }
 
 /// Result of Arnoldi's method.
-enum Found {
+enum Leading {
     /// Eigenvalues that have converged.
     Values(Vec<Ritz>),
     /// Bound on the modulus of all eigenvalues.
     Bound(f64),
 }
 
-impl Spectrum {
+impl LeadingSpectrum {
     /// Computes all eigenvalues outside [`LIMIT`], and at least `count` leading ones unless the others are below
     /// [`SMALLEST`], of an operator on vectors with `size` components. `count` is from 1 to [`MOST_VALUES`].
     ///
@@ -107,11 +107,11 @@ impl Spectrum {
                 found = decide(&krylov.hessenberg, missing, below);
             }
             match found? {
-                Some(Found::Bound(radius)) => {
+                Some(Leading::Bound(radius)) => {
                     out.radius = radius;
                     break;
                 }
-                Some(Found::Values(values)) => {
+                Some(Leading::Values(values)) => {
                     for one in values {
                         lock(&mut locked, &krylov, &one.weights);
                         out.values.push(Eigenvalue { value: one.value, residual: one.residual });
@@ -130,7 +130,7 @@ impl Spectrum {
 
 /// Returns the leading eigenvalues if `missing` of them have converged, a bound on all eigenvalues if it is smaller
 /// than `below`, or none if more vectors are needed.
-fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Option<Found>, CycleError> {
+fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Option<Leading>, CycleError> {
     let rounding = CONVERGED * hessenberg.norm();
     let converged =
         |one: &Ritz| one.residual <= (TOLERANCE * one.value.norm()).max(rounding) && one.value.norm() > SMALLEST;
@@ -138,16 +138,16 @@ fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Optio
     let bound = |one: &Ritz| MARGIN * (one.value.norm() + one.residual);
     if let Some(first) = leading.first() {
         if bound(first) < SMALLEST {
-            return Ok(Some(Found::Bound(SMALLEST)));
+            return Ok(Some(Leading::Bound(SMALLEST)));
         }
         if first.residual <= BOUND * first.value.norm() && bound(first) < below {
-            return Ok(Some(Found::Bound(bound(first))));
+            return Ok(Some(Leading::Bound(bound(first))));
         }
     }
     let last = leading.pop_if(|one| !converged(one));
     let ends = last.is_none_or(|one| bound(&one) < SMALLEST);
     let enough = leading.len() >= missing.max(1) || ends && !leading.is_empty();
-    Ok(enough.then_some(Found::Values(leading)))
+    Ok(enough.then_some(Leading::Values(leading)))
 }
 
 /// Adds the real and the imaginary part of an eigenvector to an orthonormal basis.
@@ -184,12 +184,12 @@ mod tests {
 
     use super::*;
 
-    fn diagonal(values: &[f64], count: usize) -> Result<Spectrum, CycleError> {
+    fn diagonal(values: &[f64], count: usize) -> Result<LeadingSpectrum, CycleError> {
         let values = DVector::from_column_slice(values);
-        Spectrum::of(values.len(), count, |x| Ok(values.component_mul(x)))
+        LeadingSpectrum::of(values.len(), count, |x| Ok(values.component_mul(x)))
     }
 
-    fn moduli(found: &Spectrum) -> DVector<f64> {
+    fn moduli(found: &LeadingSpectrum) -> DVector<f64> {
         DVector::from_iterator(found.values.len(), found.values.iter().map(|one| one.value.norm()))
     }
 
@@ -228,13 +228,13 @@ mod tests {
     #[test]
     fn eigenvalues_that_do_not_converge_are_an_error() {
         let size = 2 * MOST;
-        let found = Spectrum::of(size, 1, |x| Ok(DVector::from_fn(size, |k, _| x[(k + 1) % size])));
+        let found = LeadingSpectrum::of(size, 1, |x| Ok(DVector::from_fn(size, |k, _| x[(k + 1) % size])));
         assert!(matches!(found, Err(CycleError::Incomplete { found: 0, wanted: 1 })), "{found:?}");
     }
 
     #[test]
     fn an_operator_that_is_zero_has_no_eigenvalues_outside_its_radius() {
-        let found = Spectrum::of(20, 3, |x| Ok(x * 0.0)).unwrap();
+        let found = LeadingSpectrum::of(20, 3, |x| Ok(x * 0.0)).unwrap();
         assert!(found.values.is_empty() && found.radius <= SMALLEST, "{found:?}");
     }
 }

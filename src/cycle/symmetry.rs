@@ -12,7 +12,7 @@ use super::map::return_map::{PRECISE, ReturnMap, Stage, Trajectory};
 use super::map::rotation::StateRotation;
 use super::rotated::rotated;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
-use crate::linear::{self, SteadyLaws, change_of_causes, relative, visit_stimuli};
+use crate::linearisation::{self, SteadyLaws, change_of_causes, relative, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -25,7 +25,7 @@ use crate::tropism::{Declaration, Rotation, TropismLaw};
 pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Result<(), CycleError> {
     let load = shoot.model.load();
     let steady = SteadyLaws::of(shoot, rod, &InternalForce::of(rod, load, &shoot.environment()));
-    Ok(linear::check_autonomous(shoot, rod, load, &[], &steady)?)
+    Ok(linearisation::check_autonomous(shoot, rod, load, &[], &steady)?)
 }
 
 /// Returns an error unless laws, loads, growth, the scene and the support are periodic with a period (s), at
@@ -36,7 +36,7 @@ pub(super) fn check_periodic(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) 
     for phase in [0.0, 0.171, 0.377, 0.593, 0.811] {
         let [now, then] = [phase, phase + 1.0].map(|periods| shoot.environment().time + periods * period);
         let forces = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
-        change = change.max(linear::change_of_base(scene, (now, then), rod.length()));
+        change = change.max(linearisation::change_of_base(scene, (now, then), rod.length()));
         change = change.max(change_of_causes(shoot, rod, &forces[0], &forces[1]));
         let [a, b] = forces.map(|force| SteadyLaws::of(shoot, rod, &force).gradients);
         let [first, second] = [&a, &b].map(|all| all.iter().map(Vector3::norm).fold(0.0, f64::max));

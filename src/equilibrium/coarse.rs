@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::search::Search;
+use super::search::NewtonSearch;
 use crate::constitutive::Constitutive;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
@@ -20,7 +20,7 @@ const ITERATIONS: usize = 16;
 /// unstable, which [`Equilibrium::jump`](super::Equilibrium::jump) has to report.
 const RESISTANCE: f64 = 0.3;
 
-impl<C: Constitutive, const P: usize> Search<'_, C, P> {
+impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
     /// Gives a straight rod the shape of its equilibrium on a coarser mesh, if it bends and all shapes of the search
     /// are far from instability. Returns whether the shape has changed.
     pub(super) fn guess_on_coarse_mesh(&mut self, rod: &mut Rod) -> bool {
@@ -31,7 +31,7 @@ impl<C: Constitutive, const P: usize> Search<'_, C, P> {
         let Some((mut coarse, places)) = rod.coarsened(RATIO) else { return false };
         let force = self.force.interpolated(P, &places);
         let mut system = self.system.coarse.take().unwrap_or_default();
-        let mut search = Search::<_, P>::new(&mut system, &coarse, self.material, &force, true, TOLERANCE);
+        let mut search = NewtonSearch::<_, P>::new(&mut system, &coarse, self.material, &force, true, TOLERANCE);
         search.least_resistance = RESISTANCE;
         let found = search.run(&mut coarse, ITERATIONS);
         self.system.coarse = Some(system);

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::held::{Found, HeldSearch, body_of};
 use super::line::{check_line, strain_line};
-use super::search::Search;
+use super::search::NewtonSearch;
 use super::system::System;
 use super::unloaded::check_turns;
 use super::{
@@ -298,7 +298,7 @@ impl NewtonSolver {
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
         let system = &mut self.workspace.system;
-        Search::<_, P>::new(system, rod, material, force, self.stable_only, self.tolerance)
+        NewtonSearch::<_, P>::new(system, rod, material, force, self.stable_only, self.tolerance)
             .run(rod, self.max_iterations)
     }
 }

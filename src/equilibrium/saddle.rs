@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::EquilibriumError;
-use super::search::{NEGLIGIBLE_TURN, Search};
+use super::search::{NEGLIGIBLE_TURN, NewtonSearch};
 use crate::constitutive::Constitutive;
 use crate::rod::Rod;
 
@@ -15,7 +15,7 @@ const PASSES: usize = 8;
 /// enough for the quadratic model of the energy.
 const PUSH: f64 = 0.1;
 
-impl<C: Constitutive, const P: usize> Search<'_, C, P> {
+impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
     /// Whether the gradient vanishes at a saddle. While steps become much shorter, the remaining gradient may give a
     /// neutral direction a negative pivot.
     pub(super) fn is_at_saddle(&self) -> bool {

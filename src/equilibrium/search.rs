@@ -37,7 +37,7 @@ const CONTINUES: f64 = 0.2;
 const BALANCED: f64 = 1e-14;
 
 /// A search for an equilibrium, with the quantities that an iteration passes to the next one.
-pub(super) struct Search<'a, C, const P: usize> {
+pub(super) struct NewtonSearch<'a, C, const P: usize> {
     pub(super) system: &'a mut System,
     pub(super) material: &'a C,
     pub(super) force: &'a InternalForce,
@@ -70,7 +70,7 @@ pub(super) struct Search<'a, C, const P: usize> {
     found: Equilibrium,
 }
 
-impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
+impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     pub fn new(
         system: &'a mut System,
         rod: &Rod,

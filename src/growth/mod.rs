@@ -52,8 +52,7 @@ use crate::pointers::forward_pointers;
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a growth law",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
-        `.load`, scenes to `.scene`",
+    note = "`Shoot::builder` takes the elastic law, `.growth`, `.tropism`, `.load` and `.scene` take the others",
     note = "growth laws implement `morphorod::growth::GrowthLaw`: `UniformGrowth` and others, \
         `Ongoing(law)` for constant length"
 )]

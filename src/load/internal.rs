@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::reference_element::MAX_POINTS;
-use crate::rod::{Place, Rod, Tissue, weighted};
+use crate::rod::{ElementPlace, Rod, Tissue, weighted};
 use crate::scene::Environment;
 use crate::support::Reaction;
 
@@ -54,8 +54,8 @@ impl InternalForce {
     }
 
     /// The force at places in elements of `p` material points.
-    pub(crate) fn interpolated(&self, p: usize, places: &[Place]) -> Self {
-        let at = |(e, weights): &Place| weighted(&self.forces[e * p..(e + 1) * p], weights);
+    pub(crate) fn interpolated(&self, p: usize, places: &[ElementPlace]) -> Self {
+        let at = |at: &ElementPlace| weighted(&self.forces[at.element * p..][..p], &at.weights);
         Self { environment: self.environment, forces: places.iter().map(at).collect(), ..Self::default() }
     }
 

@@ -95,8 +95,7 @@ impl Cut {
 /// The force must be smooth in arc length except at the places that [`jumps`](Self::jumps) returns.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a load",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
-        `.load`, scenes to `.scene`",
+    note = "`Shoot::builder` takes the elastic law, `.growth`, `.tropism`, `.load` and `.scene` take the others",
     note = "loads implement `morphorod::load::Load`; tuples of up to six loads and `Vec`s of loads are loads",
     note = "a force (N) on the apex as a function of time (s) is `ApicalForce(|t: f64| ...)`"
 )]

@@ -81,7 +81,7 @@ fn eight_points(f: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> (f64, f64) {
 }
 
 /// A part of an interval of integration.
-struct Part {
+struct Panel {
     ends: [f64; 2],
     /// The integrals over both halves, and their sum.
     halves: [f64; 2],
@@ -92,7 +92,7 @@ struct Part {
     size: f64,
 }
 
-impl Part {
+impl Panel {
     /// A part with the value `whole` of the rule of eight points.
     fn new(f: &impl Fn(f64) -> f64, ends: [f64; 2], whole: f64) -> Self {
         let [(left, left_size), (right, right_size)] = Self::halved(ends).map(|half| eight_points(f, half));
@@ -109,19 +109,19 @@ impl Part {
 /// The integral of a function that is piecewise smooth. The part with the largest error is halved until the sum of the
 /// errors is due to rounding.
 pub(crate) fn integral(f: &impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    let first = Part::new(f, [from, to], eight_points(f, [from, to]).0);
+    let first = Panel::new(f, [from, to], eight_points(f, [from, to]).0);
     // A smooth function needs no division, and no memory. NaN is not divided.
     if !(first.error > ACCURATE * first.size) {
         return first.sum;
     }
     let mut parts = vec![first];
     for _ in 0..DIVISIONS {
-        let total = |of: fn(&Part) -> f64| parts.iter().map(of).sum::<f64>();
+        let total = |of: fn(&Panel) -> f64| parts.iter().map(of).sum::<f64>();
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.error.total_cmp(&b.1.error));
         let (true, Some((worst, _))) = (total(|at| at.error) > ACCURATE * total(|at| at.size), largest) else { break };
         let part = parts.swap_remove(worst);
-        let halves = Part::halved(part.ends).into_iter().zip(part.halves);
-        parts.extend(halves.map(|(half, whole)| Part::new(f, half, whole)));
+        let halves = Panel::halved(part.ends).into_iter().zip(part.halves);
+        parts.extend(halves.map(|(half, whole)| Panel::new(f, half, whole)));
     }
     parts.iter().map(|part| part.sum).sum()
 }

@@ -3,13 +3,17 @@
 use super::{MaterialPoint, Rod};
 use crate::reference_element::MAX_POINTS;
 
-/// A place in a rod: an element, and the weights of its material points.
-pub(crate) type Place = (usize, [f64; MAX_POINTS]);
+/// A place in a rod.
+pub(crate) struct ElementPlace {
+    pub element: usize,
+    /// Weights of the material points of the element.
+    pub weights: [f64; MAX_POINTS],
+}
 
 impl Rod {
     /// A straight rod whose elements each replace about `ratio` neighbours of this one, with the tissue at its material
     /// points, and their places in this rod. Inside elements lengths are taken as proportional to the coordinate.
-    pub(crate) fn coarsened(&self, ratio: usize) -> Option<(Self, Vec<Place>)> {
+    pub(crate) fn coarsened(&self, ratio: usize) -> Option<(Self, Vec<ElementPlace>)> {
         let (reference, n) = (self.reference(), self.elements());
         let mut ends = Vec::with_capacity(n + 1);
         ends.push(0.0);
@@ -29,7 +33,7 @@ impl Rod {
             let weights = reference.at_points((s - ends[e]) / (ends[e + 1] - ends[e]));
             let tissue = MaterialPoint::weighted(self.element_points(e), &weights);
             *point = MaterialPoint { jacobian: point.jacobian, apex_distance: point.apex_distance, ..tissue };
-            places.push((e, weights));
+            places.push(ElementPlace { element: e, weights });
         }
         Some((coarse, places))
     }
@@ -55,14 +59,14 @@ mod tests {
                 assert_eq!(coarse.elements(), (rod.elements() / 4).max(1));
                 // Interpolation of linear fields is exact. Its rounding is a few units.
                 assert_relative_eq!(coarse.length(), rod.length(), max_relative = 1e-14);
-                for (point, (e, weights)) in coarse.points().iter().zip(&places) {
+                for (point, at) in coarse.points().iter().zip(&places) {
                     assert_relative_eq!(
                         point.section.along_d1,
                         radius(0.1 - point.apex_distance),
                         max_relative = 1e-13
                     );
                     assert_relative_eq!(point.intrinsic.y, 1.0 + 7.0 * point.apex_distance, max_relative = 1e-13);
-                    let each = rod.element_points(*e).iter().zip(weights);
+                    let each = rod.element_points(at.element).iter().zip(&at.weights);
                     let place: f64 = each.map(|(point, weight)| point.apex_distance * weight).sum();
                     assert_relative_eq!(place, point.apex_distance, max_relative = 1e-12);
                 }

@@ -17,7 +17,7 @@ use crate::reference_element::{MAX_POINTS, ReferenceElement};
 /// element's coordinate x in [0, 1] goes with arc length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Loss {
+pub(crate) struct MergingLoss {
     /// ∫ |F|² dx, rad².
     pub mean_square: f64,
     /// ∫ F Pk(2x − 1) dx for k = p − 1 and p, with Pk the Legendre polynomials, rad.
@@ -25,8 +25,8 @@ pub(crate) struct Loss {
 }
 
 /// One of two elements that are merged.
-pub(crate) struct Part<'a> {
-    pub loss: &'a Loss,
+pub(crate) struct MergedPart<'a> {
+    pub loss: &'a MergingLoss,
     /// Length, m.
     pub length: f64,
     /// Intrinsic strain of the element minus that of the merged one, at the element's Gauss points, 1/m.
@@ -35,7 +35,7 @@ pub(crate) struct Part<'a> {
 
 /// Place in an element at which the integrals of a loss are evaluated.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct IntegrationPoint {
     x: f64,
     /// Weight of the quadrature.
     weight: f64,
@@ -47,14 +47,14 @@ struct Place {
 }
 
 /// The Gauss points of the integrals in an element, computed once for each order.
-fn places(reference: &ReferenceElement) -> &'static [Place; 8] {
-    static PLACES: [OnceLock<[Place; 8]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
+fn places(reference: &ReferenceElement) -> &'static [IntegrationPoint; 8] {
+    static PLACES: [OnceLock<[IntegrationPoint; 8]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
     PLACES[reference.p - 1].get_or_init(|| {
         let (points, weights) = rule::<8>();
         std::array::from_fn(|i| {
             let x = points[i];
             let coefficient = |k: usize| (2 * k + 1) as f64 * legendre(k, 2.0 * x - 1.0).0;
-            Place {
+            IntegrationPoint {
                 x,
                 weight: weights[i],
                 upto: reference.integral_upto(x),
@@ -65,22 +65,22 @@ fn places(reference: &ReferenceElement) -> &'static [Place; 8] {
     })
 }
 
-impl Loss {
+impl MergingLoss {
     /// The loss in the element that is merged from two, and the decrease of its rotation to second order, a
     /// rotation vector (rad).
-    pub fn merged(reference: &ReferenceElement, parts: [Part; 2]) -> (Self, Vector3<f64>) {
+    pub fn merged(reference: &ReferenceElement, parts: [MergedPart; 2]) -> (Self, Vector3<f64>) {
         let total = parts[0].length + parts[1].length;
         let (mut merged, mut turn) = (Self::default(), Vector3::zeros());
         // G = ∫ (P₁f − P₂f) ds from the first end of the merged element, at the first end of the part.
         let (mut before, mut from) = (Vector3::zeros(), 0.0);
         let whole = reference.within(1.0);
-        for Part { loss, length, difference } in parts {
+        for MergedPart { loss, length, difference } in parts {
             let share = length / total;
             merged.mean_square += share * loss.mean_square;
             let sum = |weights: &[f64; MAX_POINTS]| {
                 difference.iter().zip(weights).fold(Vector3::zeros(), |sum, (d, w)| sum + d * *w)
             };
-            for Place { x, weight, upto, at, coefficients } in places(reference) {
+            for IntegrationPoint { x, weight, upto, at, coefficients } in places(reference) {
                 let (g, w) = (before + sum(upto) * length, weight * share);
                 merged.mean_square += w * g.norm_squared();
                 // ½ ∫ F × dF grows by ∫ F₁ × dG + ½ ∫ G × dG. Only the moment of degree p − 1

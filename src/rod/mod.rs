@@ -15,7 +15,7 @@ pub(crate) mod tissue;
 mod unshaped;
 
 pub use check::RodError;
-pub(crate) use coarse::Place;
+pub(crate) use coarse::ElementPlace;
 pub(crate) use lengths::UNEVEN;
 pub(crate) use nodes::LARGEST_ROTATION;
 pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rotations};
@@ -28,7 +28,7 @@ use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use loss::Loss;
+use loss::MergingLoss;
 use shape::weighted_jacobian;
 
 use crate::error::ParameterError;
@@ -70,7 +70,7 @@ pub struct Rod {
     /// Index of the first element in the growth zone.
     first_growing: usize,
     /// Loss of intrinsic strain by merging, for every element.
-    loss: Vec<Loss>,
+    loss: Vec<MergingLoss>,
     /// Forces and couples of supports in the last equilibrium; empty without a support.
     reactions: Vec<Reaction>,
 }
@@ -135,7 +135,7 @@ impl Rod {
             initial_length: length,
             kept: vec![false; elements + 1],
             first_growing: 0,
-            loss: vec![Loss::default(); elements],
+            loss: vec![MergingLoss::default(); elements],
             reactions: Vec::new(),
         })
     }

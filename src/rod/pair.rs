@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::loss::{Loss, Part};
+use super::loss::{MergedPart, MergingLoss};
 use super::{MaterialPoint, Rod};
 use crate::numerics::quadrature::legendre_sequence;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
@@ -88,9 +88,11 @@ impl<'a> Pair<'a> {
 
     /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting
     /// decrease of the rotation along the merged element (rad).
-    pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> (Loss, Vector3<f64>) {
+    pub fn loss(&self, losses: [MergingLoss; 2], new: &[MaterialPoint]) -> (MergingLoss, Vector3<f64>) {
         // A straight rod loses nothing.
-        if losses == <[Loss; 2]>::default() && self.source.iter().all(|point| point.intrinsic == Vector3::zeros()) {
+        if losses == <[MergingLoss; 2]>::default()
+            && self.source.iter().all(|point| point.intrinsic == Vector3::zeros())
+        {
             return Default::default();
         }
         let p = self.reference.p;
@@ -100,9 +102,9 @@ impl<'a> Pair<'a> {
             for (to, (point, weights)) in difference.iter_mut().zip(points) {
                 *to = new.iter().zip(weights).fold(point.intrinsic, |sum, (new, w)| sum - new.intrinsic * *w);
             }
-            Part { loss: &losses[side], length: self.lengths[side], difference }
+            MergedPart { loss: &losses[side], length: self.lengths[side], difference }
         });
-        Loss::merged(self.reference, parts)
+        MergingLoss::merged(self.reference, parts)
     }
 
     /// The largest relative change of a semi-axis at the points of both elements.

@@ -104,19 +104,14 @@ impl Rod {
     }
 
     /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the
-    /// loss of intrinsic strain or the change of the section or of the `compliance` exceeds a `tolerance`
-    /// (rad), or if the node between them is to be kept. Returns the smallest tolerance that permits the
-    /// merging that was done.
+    /// loss of intrinsic strain or the change of the section or of the `compliance` exceeds a `limit` (rad), or
+    /// if the node between them is to be kept. Returns the smallest limit that permits the merging that was
+    /// done.
     ///
     /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto
     /// larger elements equal one projection onto the largest, so that errors do not accumulate; the loss is
     /// computed exactly. A constant strain compensates its rotation to second order.
-    pub(crate) fn merge(
-        &mut self,
-        e: usize,
-        tolerance: f64,
-        compliance: impl Fn(&MaterialPoint) -> f64,
-    ) -> Option<f64> {
+    pub(crate) fn merge(&mut self, e: usize, limit: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> Option<f64> {
         let (reference, p) = (self.reference(), self.order.points());
         // Tissue without a finite exit time is merged only with tissue of the same kind.
         let exits = [e, e + 1].map(|e| self.points[e * p].exit_time.is_finite());
@@ -133,7 +128,7 @@ impl Rod {
             }];
         for condition in conditions {
             let least = condition();
-            if !(least <= tolerance) {
+            if !(least <= limit) {
                 return None;
             }
             needed = least.max(needed);

@@ -58,4 +58,4 @@ mod spectrum;
 pub use continuation::{BoundarySettings, Crossing, Refinement, boundary, crossings, onset};
 pub use spectrum::{ForcedResponse, Linearisation, Root, solve_steady_state};
 
-pub use crate::linear::StabilityError;
+pub use crate::linearisation::StabilityError;

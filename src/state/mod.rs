@@ -209,17 +209,12 @@ impl State {
         }
     }
 
-    /// Merges the mature elements `e` and `e` + 1 if the loss is at most `tolerance` (rad), and returns the
-    /// smallest tolerance that permits it.
-    pub(crate) fn merge(
-        &mut self,
-        e: usize,
-        tolerance: f64,
-        compliance: impl Fn(&MaterialPoint) -> f64,
-    ) -> Option<f64> {
+    /// Merges the mature elements `e` and `e` + 1 if the loss is at most `limit` (rad), and returns the smallest limit
+    /// that permits it.
+    pub(crate) fn merge(&mut self, e: usize, limit: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> Option<f64> {
         let first = self.rod.length_of(e);
         let share = first / (first + self.rod.length_of(e + 1));
-        let needed = self.rod.merge(e, tolerance, compliance)?;
+        let needed = self.rod.merge(e, limit, compliance)?;
         self.predictor.merge(&self.rod, e, share);
         Some(needed)
     }

@@ -42,7 +42,7 @@ pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
 }
 
 /// Weights of the present equilibrium and of the earlier ones.
-type Weights = [f64; ORDER + 1];
+type EquilibriumWeights = [f64; ORDER + 1];
 
 /// Rotation vectors of earlier equilibria, latest first.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -149,7 +149,7 @@ impl Predictor {
     /// Returns the weights of an extrapolation in time. Its degree is increased as long as the next term,
     /// evaluated at the ends of the elements, is smaller than the one before. Higher terms diverge if the steps
     /// do not resolve the motion, or if the shoot collapses.
-    fn weights(&self, rod: &Rod, from: f64, to: f64) -> Weights {
+    fn weights(&self, rod: &Rod, from: f64, to: f64) -> EquilibriumWeights {
         let mut times = [from; ORDER + 1];
         for (time, earlier) in times[1..].iter_mut().zip(&self.earlier) {
             *time = earlier.time;
@@ -179,7 +179,7 @@ impl Predictor {
     /// Changes the weights so that the same combination of earlier intrinsic strains approximates the intrinsic
     /// strain of `rod`, in its moments (regularised least squares). Within a step the shape depends nearly
     /// linearly on the intrinsic strain. The effect of other causes is extrapolated by the given weights.
-    fn corrected(&self, mut weights: Weights, rod: &Rod, before: &Moments) -> Weights {
+    fn corrected(&self, mut weights: EquilibriumWeights, rod: &Rod, before: &Moments) -> EquilibriumWeights {
         let mut missing = intrinsic_moments(rod) - before * weights[0];
         let mut differences = SMatrix::<f64, 9, ORDER>::zeros();
         for (k, earlier) in self.earlier[..self.known].iter().enumerate() {

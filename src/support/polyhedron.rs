@@ -34,7 +34,7 @@ const PARALLEL: f64 = 1e-9;
 #[cfg_attr(feature = "serde", serde(try_from = "Vec<HalfSpace>", into = "Vec<HalfSpace>"))]
 pub struct ConvexPolyhedron {
     half_spaces: Vec<HalfSpace>,
-    planes: Vec<Plane>,
+    planes: Vec<Face>,
     edges: Vec<Edge>,
     /// Distance below which places coincide, m.
     same: f64,
@@ -42,14 +42,14 @@ pub struct ConvexPolyhedron {
 
 /// The half space n · x ≤ d.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Plane {
+struct Face {
     /// Unit normal n, which points out of the half space.
     normal: Vector3<f64>,
     /// Signed distance d of the plane from the origin, m.
     offset: f64,
 }
 
-impl Plane {
+impl Face {
     /// Signed distance of a place, m.
     fn above(&self, place: &Vector3<f64>) -> f64 {
         self.normal.dot(place) - self.offset
@@ -78,13 +78,13 @@ impl ConvexPolyhedron {
         let size = if size > 0.0 { size } else { 1.0 };
         let plane = |half: &HalfSpace| {
             let normal = half.normal.normalize();
-            Plane { normal, offset: normal.dot(&half.through) }
+            Face { normal, offset: normal.dot(&half.through) }
         };
-        let planes: Vec<Plane> = half_spaces.iter().map(plane).collect();
+        let planes: Vec<Face> = half_spaces.iter().map(plane).collect();
         let (name, number) = ("number of half spaces of a polyhedron", planes.len() as f64);
         ParameterError::unless(!planes.is_empty(), name, number, "at least 1")?;
-        let thinner = |plane: &Plane| Plane { offset: plane.offset - THINNEST * size, ..*plane };
-        let thinner: Vec<Plane> = planes.iter().map(thinner).collect();
+        let thinner = |plane: &Face| Face { offset: plane.offset - THINNEST * size, ..*plane };
+        let thinner: Vec<Face> = planes.iter().map(thinner).collect();
         let (name, requirement) =
             ("volume of a polyhedron", "positive: the half spaces must have an inside in common (m³)");
         ParameterError::unless(!is_empty(&thinner, SAME * size), name, 0.0, requirement)?;
@@ -115,14 +115,14 @@ impl From<ConvexPolyhedron> for Vec<HalfSpace> {
 impl Obstacle for ConvexPolyhedron {
     fn distance(&self, place: &Vector3<f64>, _time: f64) -> Distance {
         let face =
-            |plane: &Plane| Distance { value: plane.above(place), normal: plane.normal, curvature: Matrix3::zeros() };
+            |plane: &Face| Distance { value: plane.above(place), normal: plane.normal, curvature: Matrix3::zeros() };
         let highest = self.planes.iter().map(face).reduce(|a, b| if b.value > a.value { b } else { a });
         let highest = highest.unwrap_or_else(Distance::nowhere);
         if !(highest.value > 0.0) {
             return highest;
         }
         let inside = |place: &Vector3<f64>| self.planes.iter().all(|plane| plane.above(place) <= self.same);
-        let above = |plane: &&Plane| {
+        let above = |plane: &&Face| {
             let height = plane.above(place);
             height > 0.0 && inside(&(place - plane.normal * height))
         };
@@ -147,7 +147,7 @@ impl Obstacle for ConvexPolyhedron {
 }
 
 /// Whether the intersection of half spaces is empty. Places within `same` (m) coincide.
-fn is_empty(planes: &[Plane], same: f64) -> bool {
+fn is_empty(planes: &[Face], same: f64) -> bool {
     let pairs = || planes.iter().enumerate().flat_map(|(i, a)| planes[..i].iter().map(move |b| (a, b)));
     if pairs().any(|(a, b)| crossing(a, b).is_some()) {
         // The smallest faces of such a polyhedron are edges or corners, and each corner belongs to an edge.
@@ -157,7 +157,7 @@ fn is_empty(planes: &[Plane], same: f64) -> bool {
 }
 
 /// The line in which two planes intersect, without ends.
-fn crossing(a: &Plane, b: &Plane) -> Option<Edge> {
+fn crossing(a: &Face, b: &Face) -> Option<Edge> {
     let across = a.normal.cross(&b.normal);
     let along = across.try_normalize(PARALLEL)?;
     let through = b.normal.cross(&across) * a.offset + across.cross(&a.normal) * b.offset;
@@ -167,7 +167,7 @@ fn crossing(a: &Plane, b: &Plane) -> Option<Edge> {
 
 /// The edges of an intersection of half spaces: the part of each line in which two planes intersect that is in all of
 /// them. Places within `same` (m) coincide.
-fn edges(planes: &[Plane], same: f64) -> Vec<Edge> {
+fn edges(planes: &[Face], same: f64) -> Vec<Edge> {
     let mut all = Vec::new();
     for (i, a) in planes.iter().enumerate() {
         for (j, b) in planes[..i].iter().enumerate() {

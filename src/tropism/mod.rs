@@ -181,8 +181,7 @@ impl Growing {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a tropism law",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
-        `.load`, scenes to `.scene`",
+    note = "`Shoot::builder` takes the elastic law, `.growth`, `.tropism`, `.load` and `.scene` take the others",
     note = "a perception becomes a response in `DirectionalTropism {{ sensitivity, perception }}`",
     note = "a response becomes a law by its memory: `response.remembered(memory)`",
     note = "tuples of up to six laws and `Vec`s of laws are laws"

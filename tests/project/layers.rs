@@ -16,7 +16,7 @@ const LAYERS: [&[&str]; 14] = [
     &["equilibrium", "profile", "sensing", "tracking"],
     &["model", "state"],
     &["checkpoint", "shoot"],
-    &["linear"],
+    &["linearisation"],
     &["integrator", "stability"],
     &["cycle", "ensemble"],
     &["fit"],

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::DVector;
 
-use crate::cycle::extended::{Arclength, Condition, Conditions, Difference, Unknowns};
+use crate::cycle::extended::{Arclength, Condition, Difference, ExtraConditions, OrbitUnknowns};
 
 /// The inner product along a branch: the mean square of strain times the length of the shoot, plus that of the
 /// variables, scaled to the norm of the strain at the first point, plus the square of the parameter over its range.
@@ -18,7 +18,7 @@ pub struct InnerProduct {
 
 impl InnerProduct {
     /// The product for a branch with given first point, length of the shoot (m) and range of the parameter.
-    pub fn new(first: &Unknowns, length: f64, range: &RangeInclusive<f64>) -> Self {
+    pub fn new(first: &OrbitUnknowns, length: f64, range: &RangeInclusive<f64>) -> Self {
         let weights = first.start.weights() * (length.powi(2) / first.start.strain.len() as f64);
         Self { weights, range: [*range.start(), *range.end()] }
     }
@@ -44,24 +44,24 @@ impl InnerProduct {
     }
 
     /// The pseudo-arclength condition: the projection on a tangent is that of the guess.
-    pub fn arclength(&self, tangent: &Difference, guess: &Unknowns) -> Conditions {
+    pub fn arclength(&self, tangent: &Difference, guess: &OrbitUnknowns) -> ExtraConditions {
         let (state, parameter) = (self.weights.component_mul(&tangent.present()), tangent.parameter);
         let condition = Condition::through(state, parameter * self.of_parameter(), guess);
-        Conditions { arclength: Some(Arclength { condition, range: self.range }), ..self.at_fixed_parameter() }
+        ExtraConditions { arclength: Some(Arclength { condition, range: self.range }), ..self.at_fixed_parameter() }
     }
 
     /// The conditions for a fixed parameter.
-    pub fn at_fixed_parameter(&self) -> Conditions {
-        Conditions { weights: Some(self.weights.clone()), ..Conditions::default() }
+    pub fn at_fixed_parameter(&self) -> ExtraConditions {
+        ExtraConditions { weights: Some(self.weights.clone()), ..ExtraConditions::default() }
     }
 
     /// Adds the phase conditions of some unknowns with given symmetry tangents.
     pub fn with_phases_of(
         &self,
-        conditions: Conditions,
-        at: &Unknowns,
+        conditions: ExtraConditions,
+        at: &OrbitUnknowns,
         symmetry_tangents: &[DVector<f64>],
-    ) -> Conditions {
+    ) -> ExtraConditions {
         conditions.with_phases_of(at, symmetry_tangents, &self.weights)
     }
 

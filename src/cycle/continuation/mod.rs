@@ -19,7 +19,7 @@ use super::corrector::{Corrected, correct, correct_resolved};
 use super::disturbances::Disturbances;
 use super::equations::{Equations, Observation};
 use super::error::CycleError;
-use super::extended::{Conditions, Difference, Unknowns};
+use super::extended::{Difference, ExtraConditions, OrbitUnknowns};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -84,7 +84,7 @@ impl<O> BranchPoint<O> {
 /// The last point of a branch: its unknowns, symmetry tangents and exponents.
 #[derive(Debug, Clone)]
 struct BranchState {
-    unknowns: Unknowns,
+    unknowns: OrbitUnknowns,
     symmetry_tangents: Vec<DVector<f64>>,
     exponents: Disturbances<Complex<f64>>,
 }
@@ -151,7 +151,7 @@ where
         ParameterError::unless((LEAST..1.0).contains(&share), what, share, "from 0.01 to 1")?;
         let root = onset.mode(&Linearisation::about(&shoot)?)?;
         let of_amplitude = |solver: &S, amplitude: f64| {
-            Ok::<_, CycleError>(Unknowns { parameter, ..solver.of_mode(&shoot, &root, amplitude)? })
+            Ok::<_, CycleError>(OrbitUnknowns { parameter, ..solver.of_mode(&shoot, &root, amplitude)? })
         };
         let guess = of_amplitude(&solver, amplitude)?;
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
@@ -179,7 +179,7 @@ where
         ParameterError::unless(step != 0.0 && step.is_finite(), "first step of the parameter", step, "not zero")?;
         check_range(&within, ("parameter of the initial guess", parameter))?;
         let shoot = family(parameter)?;
-        let guess = Unknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
+        let guess = OrbitUnknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
         let tangent = Difference::of_parameter(&found.unknowns, step);
@@ -250,7 +250,7 @@ where
         let Some(refined) = self.solver.refined() else { return false };
         // Interpolation is linear, so that a change of a state is interpolated like a state.
         let at = &self.last.unknowns;
-        let change = Unknowns { start: at.start.with_values(&self.tangent.state), ..at.clone() };
+        let change = OrbitUnknowns { start: at.start.with_values(&self.tangent.state), ..at.clone() };
         self.tangent.state = self.solver.on_finer_grid(change).start.flat();
         self.last.unknowns = self.solver.on_finer_grid(self.last.unknowns.clone());
         self.solver = refined;
@@ -317,7 +317,7 @@ where
     /// The orbit at an end of the range. The initial guess is on a secant.
     fn at_bound(
         &mut self,
-        from: &Unknowns,
+        from: &OrbitUnknowns,
         secant: &Difference,
         bound: f64,
     ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
@@ -329,8 +329,8 @@ where
     /// The orbit near a guess. It has the phases of the last point, unless the direction is a guess.
     fn correct(
         &mut self,
-        guess: Unknowns,
-        mut conditions: Conditions,
+        guess: OrbitUnknowns,
+        mut conditions: ExtraConditions,
     ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         if !self.rough {
             let BranchState { unknowns, symmetry_tangents, .. } = &self.last;

@@ -5,12 +5,15 @@
 //! much faster than an interval then decays on the grid, too. With Gauss points it would alternate from interval to
 //! interval and appear as a multiplier of modulus one.
 
+use std::convert::Infallible;
+
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::{gauss, legendre};
+use crate::numerics::scalar::bracketed_root;
 
 /// Radau points and quadrature weights, in units of an interval.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Grid {
+pub(crate) struct TimeGrid {
     /// Number of intervals in a period.
     pub intervals: usize,
     /// Radau points of an interval, in (0, 1], the last of them 1.
@@ -21,7 +24,7 @@ pub(crate) struct Grid {
     pub whole: Vec<f64>,
 }
 
-impl Grid {
+impl TimeGrid {
     pub fn new(intervals: usize, stages: usize) -> Self {
         let mut out = Self { intervals, stages: radau(stages), upto: Vec::new(), whole: Vec::new() };
         out.whole = out.integrals(1.0);
@@ -56,15 +59,10 @@ fn radau(n: usize) -> Vec<f64> {
     let (zeros, _) = gauss(n - 1);
     let mut before = -1.0;
     let inner = zeros.iter().map(|zero| {
-        let (mut low, mut high) = (before, 2.0 * zero - 1.0);
-        before = high;
-        let sign = value(low).signum();
-        // Sixty bisections reach the last bit.
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if value(middle).signum() == sign { low = middle } else { high = middle }
-        }
-        0.5 * (1.0 + low)
+        let ends = [before, 2.0 * zero - 1.0];
+        before = ends[1];
+        let Ok([low, high]) = bracketed_root(ends.map(|x| (x, value(x))), 0.0, |x| Ok::<_, Infallible>(value(x)));
+        0.5 * (1.0 + 0.5 * (low + high))
     });
     inner.chain([1.0]).collect()
 }
@@ -77,7 +75,7 @@ mod tests {
     #[test]
     fn the_rule_is_exact_up_to_degree_2n_minus_2() {
         for n in 1..=16 {
-            let grid = Grid::new(1, n);
+            let grid = TimeGrid::new(1, n);
             assert!(grid.stages.windows(2).all(|pair| pair[0] < pair[1]) && grid.stages[0] > 0.0);
             let error = |k: usize| {
                 let sum: f64 = grid.stages.iter().zip(&grid.whole).map(|(x, w)| w * x.powi(k as i32)).sum();

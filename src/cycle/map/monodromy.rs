@@ -6,9 +6,9 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::grid::Grid;
+use super::grid::TimeGrid;
 use super::phase_state::PhaseState;
-use super::polynomials::{Polynomials, Reading, carried};
+use super::polynomials::{Polynomials, Readings, carried};
 use super::return_map::{self, CONVERGED, PASSES, ReturnMap, Trajectory};
 use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
@@ -20,9 +20,8 @@ pub struct Monodromy {
     /// State at the beginning of the trajectory, for its sizes.
     start: PhaseState,
     intervals: Vec<Interval>,
-    readings: Vec<Vec<Option<Reading>>>,
-    implicit: bool,
-    grid: Grid,
+    readings: Readings,
+    grid: TimeGrid,
     /// Length of an interval, s.
     length: f64,
     regr: Vec<f64>,
@@ -33,13 +32,13 @@ pub struct Monodromy {
 }
 
 struct Interval {
-    stages: Vec<Stage>,
+    stages: Vec<LinearStage>,
     /// Factorised collocation matrices, one for each material point.
     factors: Vec<LU<f64, Dyn, Dyn>>,
 }
 
 /// Derivatives at a stage.
-struct Stage {
+struct LinearStage {
     /// Derivative of the stimuli by the strain.
     response: DMatrix<f64>,
     /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of each material point, the latter two at
@@ -64,7 +63,7 @@ impl Monodromy {
     ) -> Result<Self, CycleError> {
         let (grid, points) = (&return_map.grid, return_map.places.len());
         let length = path.period / grid.intervals as f64;
-        let (readings, implicit) = return_map.readings(path.period);
+        let readings = return_map.readings(path.period);
         let laws = |stage: &return_map::Stage, point: usize| {
             let [rates_y, rates_x, ..] = return_map.derivatives(point, stage, &stage.variables);
             let [.., gradient_y, gradient_x] = return_map.derivatives(point, stage, &stage.past);
@@ -75,7 +74,7 @@ impl Monodromy {
             let mut made = Vec::with_capacity(stages.len());
             for (stage, c) in stages.iter().zip(&grid.stages) {
                 let response = response((n as f64 + c) * length, stage)?;
-                made.push(Stage { response, laws: (0..points).map(|point| laws(stage, point)).collect() });
+                made.push(LinearStage { response, laws: (0..points).map(|point| laws(stage, point)).collect() });
             }
             let factors = (0..points).map(|point| return_map.matrix(point, length, stages).lu()).collect();
             intervals.push(Interval { stages: made, factors });
@@ -84,7 +83,6 @@ impl Monodromy {
             start: path.start.clone(),
             intervals,
             readings,
-            implicit,
             grid: grid.clone(),
             length,
             regr: return_map.regr.clone(),
@@ -118,7 +116,7 @@ impl Monodromy {
                 let done = pass > 0 && change <= CONVERGED * size;
                 stimuli = now;
                 self.integrate_variables(interval, &path.begins[present], &mut path.slopes[present], &stimuli);
-                if done || !self.implicit {
+                if done || !self.readings.implicit {
                     break;
                 }
                 if pass + 1 == PASSES {
@@ -145,7 +143,7 @@ impl Monodromy {
         for (i, stage) in interval.stages.iter().enumerate() {
             let stimuli = stimuli.get(i).filter(|_| self.reads_present);
             for (point, [.., gradient_y, gradient_x]) in stage.laws.iter().enumerate() {
-                for (a, reading) in self.readings[i].iter().enumerate() {
+                for (a, reading) in self.readings.stages[i].iter().enumerate() {
                     past[a] = reading.as_ref().map_or(0.0, |reading| path.read(present, reading, point * v + a));
                 }
                 for c in 0..2 {
@@ -193,7 +191,7 @@ mod tests {
 
     use super::*;
     use crate::constitutive::LinearElastic;
-    use crate::cycle::map::grid::Grid;
+    use crate::cycle::map::grid::TimeGrid;
     use crate::growth::{Ongoing, UniformGrowth};
     use crate::load::Weight;
     use crate::shoot::Shoot;
@@ -292,7 +290,7 @@ mod tests {
             ("rotated back", &plain, 2000.0, Some(1.1)),
         ];
         for (name, shoot, period, angle) in settings {
-            let mut return_map = ReturnMap::new(shoot, Grid::new(3, 2), period, angle).unwrap();
+            let mut return_map = ReturnMap::new(shoot, TimeGrid::new(3, 2), period, angle).unwrap();
             let (start, direction) = (state(&return_map, 0.0, true), state(&return_map, 0.5, false));
             check(name, &mut |step| mismatch(&mut return_map, &start, &direction, period, step));
         }
@@ -320,7 +318,7 @@ mod tests {
     #[test]
     fn the_derivative_is_linear_in_the_disturbance() {
         let shoot = shoot(Straightening(5.0));
-        let mut return_map = ReturnMap::new(&shoot, Grid::new(3, 2), 2000.0, None).unwrap();
+        let mut return_map = ReturnMap::new(&shoot, TimeGrid::new(3, 2), 2000.0, None).unwrap();
         let start = state(&return_map, 0.0, true);
         let path = return_map.run(&start, 2000.0).unwrap();
         let monodromy = Monodromy::of(&return_map, &path).unwrap();

@@ -3,7 +3,7 @@
 
 use nalgebra::DVector;
 
-use super::grid::Grid;
+use super::grid::TimeGrid;
 use crate::error::ParameterError;
 use crate::numerics::interpolation::lagrange;
 
@@ -80,7 +80,7 @@ impl PhaseState {
     }
 
     /// The same state with `kept` intervals of the past on another grid, whose intervals are `ratio` times as long.
-    pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize, ratio: f64) -> Self {
+    pub fn on_grid(&self, old: &TimeGrid, new: &TimeGrid, kept: usize, ratio: f64) -> Self {
         let at = |time: f64| {
             // Time in intervals of the old grid. The polynomial of the oldest interval is extrapolated.
             let time = time * ratio;

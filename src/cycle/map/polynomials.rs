@@ -3,12 +3,24 @@
 
 use nalgebra::DVector;
 
-use super::grid::Grid;
+use super::grid::TimeGrid;
 use super::phase_state::PhaseState;
 
-/// A delayed value: the interval in which it lies, relative to the present one, and the weights of the slopes
-/// there.
-pub(crate) type Reading = (isize, Vec<f64>);
+/// A delayed value of the variables.
+pub(crate) struct DelayedReading {
+    /// Interval in which it lies, relative to the present one.
+    pub interval: isize,
+    /// Weights of the slopes there.
+    pub weights: Vec<f64>,
+}
+
+/// The delayed values that the equations of an interval read.
+pub(crate) struct Readings {
+    /// The value of each variable at each stage; none for variables that the gradient does not depend on.
+    pub stages: Vec<Vec<Option<DelayedReading>>>,
+    /// Whether the equations depend on values inside the interval.
+    pub implicit: bool,
+}
 
 /// The variables over the past that a state contains, and over the intervals that have been integrated since.
 #[derive(Debug, Clone)]
@@ -21,7 +33,7 @@ pub(crate) struct Polynomials {
 
 impl Polynomials {
     /// The past of a state. The variables are integrated backwards from the present.
-    pub fn of(start: &PhaseState, grid: &Grid) -> Self {
+    pub fn of(start: &PhaseState, grid: &TimeGrid) -> Self {
         let mut begins = vec![start.variables.clone()];
         for slopes in start.slopes.iter().rev() {
             let mut before = begins[begins.len() - 1].clone();
@@ -38,12 +50,12 @@ impl Polynomials {
     }
 
     /// Component `k` of the variables at a delayed time, as seen from the interval `present`.
-    pub fn read(&self, present: usize, (interval, weights): &Reading, k: usize) -> f64 {
-        self.value((present as isize + interval) as usize, weights, k)
+    pub fn read(&self, present: usize, reading: &DelayedReading, k: usize) -> f64 {
+        self.value((present as isize + reading.interval) as usize, &reading.weights, k)
     }
 
     /// Completes the last interval: its end is the beginning of the next one.
-    pub fn complete(&mut self, grid: &Grid) {
+    pub fn complete(&mut self, grid: &TimeGrid) {
         let last = self.slopes.len() - 1;
         self.begins.push(carried(&self.begins[last], &self.slopes[last], &grid.whole));
     }

@@ -8,16 +8,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::grid::Grid;
+use super::grid::TimeGrid;
 use super::growth_zone::{check_gradients, driven_points};
 use super::past::{kept, longest_delay};
 use super::phase_state::PhaseState;
-use super::polynomials::{Polynomials, Reading, carried, weighted};
+use super::polynomials::{DelayedReading, Polynomials, Readings, carried, weighted};
 use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
 use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
-use crate::linear::{equilibrate, visit_stimuli};
+use crate::linearisation::{equilibrate, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
@@ -79,7 +79,7 @@ impl Trajectory {
 /// The return map of a shoot.
 pub(crate) struct ReturnMap<'a, M: Model> {
     pub shoot: &'a Shoot<M>,
-    pub grid: Grid,
+    pub grid: TimeGrid,
     /// Material points of the growth zone.
     pub places: Vec<Growing>,
     /// Their REGR, 1/s.
@@ -108,7 +108,7 @@ pub(crate) struct ReturnMap<'a, M: Model> {
 
 impl<'a, M: Model> ReturnMap<'a, M> {
     /// The map on a grid, for periods near the given one (s). Relative periodic orbits have an `angle` (rad).
-    pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64, angle: Option<f64>) -> Result<Self, CycleError> {
+    pub fn new(shoot: &'a Shoot<M>, grid: TimeGrid, period: f64, angle: Option<f64>) -> Result<Self, CycleError> {
         if angle.is_some() {
             check_unsupported(&shoot.model)?;
         }
@@ -147,21 +147,19 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         self.turn.iter_mut().for_each(|turn| turn.angle = angle);
     }
 
-    /// The delayed value of each variable at each stage, and whether the equations of an interval depend on values
-    /// inside it.
-    pub fn readings(&self, period: f64) -> (Vec<Vec<Option<Reading>>>, bool) {
+    /// The delayed values that the equations of an interval read.
+    pub fn readings(&self, period: f64) -> Readings {
         let length = period / self.grid.intervals as f64;
         let read = |stage: f64, delay: f64| {
             let at = stage - delay / length;
             // The last point of an interval belongs to it.
             let interval = at.ceil() - 1.0;
-            (interval as isize, self.grid.integrals(at - interval))
+            DelayedReading { interval: interval as isize, weights: self.grid.integrals(at - interval) }
         };
-        let stages = self.grid.stages.iter();
-        let all: Vec<Vec<Option<Reading>>> =
-            stages.map(|stage| self.delays.iter().map(|delay| delay.map(|d| read(*stage, d))).collect()).collect();
-        let inside = all.iter().flatten().flatten().any(|(interval, _)| *interval >= 0);
-        (all, self.reads_present || inside)
+        let all = self.grid.stages.iter().map(|stage| self.delays.iter().map(|delay| delay.map(|d| read(*stage, d))));
+        let stages: Vec<Vec<_>> = all.map(Iterator::collect).collect();
+        let inside = stages.iter().flatten().flatten().any(|reading| reading.interval >= 0);
+        Readings { stages, implicit: self.reads_present || inside }
     }
 
     /// Solves the equilibrium with a given strain, at a time since the beginning of the period (s).
@@ -192,7 +190,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
         let (what, needed) = ("longest delay, in intervals", longest * k as f64 / period);
         ParameterError::unless(needed <= self.kept as f64, what, needed, "within the past that the state contains")?;
-        let (readings, implicit) = self.readings(period);
+        let readings = self.readings(period);
         let mut path = Polynomials::of(start, &self.grid);
         let mut out = Trajectory {
             start: start.clone(),
@@ -215,7 +213,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
                 // Changes stagnate at the rounding of equilibria.
                 let converged = change <= CONVERGED || (change < 10.0 * PRECISE && change >= last);
                 last = change;
-                if pass == 0 && implicit || pass > 0 && !converged {
+                if pass == 0 && readings.implicit || pass > 0 && !converged {
                     if pass + 1 == PASSES {
                         return Err(CycleError::variables(PASSES, change));
                     }
@@ -238,7 +236,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
     fn interval(
         &mut self,
         n: usize,
-        readings: &[Vec<Option<Reading>>],
+        readings: &Readings,
         path: &mut Polynomials,
         before: &[Stage],
         out: &Trajectory,
@@ -251,7 +249,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         let mut strain_slopes: Vec<DVector<f64>> = vec![DVector::zeros(2 * p); stages];
         let mut gradients = Vec::with_capacity(stages * p);
         for i in 0..stages {
-            for (a, reading) in readings[i].iter().enumerate() {
+            for (a, reading) in readings.stages[i].iter().enumerate() {
                 let Some(reading) = reading else { continue };
                 (0..p).for_each(|point| past[i][point * v + a] = path.read(present, reading, point * v + a));
             }

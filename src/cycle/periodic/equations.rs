@@ -11,8 +11,8 @@ use super::resolution::error_of;
 use crate::cycle::corrector::STATIONARY;
 use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, Observation};
 use crate::cycle::error::CycleError;
-use crate::cycle::extended::{Bordered, Conditions, Symmetry, Unknowns};
-use crate::cycle::map::grid::Grid;
+use crate::cycle::extended::{BorderedSystem, ExtraConditions, OrbitUnknowns, Symmetry};
+use crate::cycle::map::grid::TimeGrid;
 use crate::cycle::map::monodromy::Monodromy;
 use crate::cycle::map::past;
 use crate::cycle::map::return_map::{ReturnMap, Trajectory};
@@ -28,7 +28,7 @@ pub(crate) const MAX_INTERVALS: usize = 256;
 /// A state that has been mapped over a period.
 pub struct Mapped<'a, M: Model> {
     solver: PeriodicSolver,
-    at: Unknowns,
+    at: OrbitUnknowns,
     return_map: ReturnMap<'a, M>,
     path: Trajectory,
 }
@@ -45,22 +45,22 @@ impl Equations for PeriodicSolver {
         Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, max_work: self.max_work, keep: 0.2 }
     }
 
-    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError> {
+    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
         let (period, angle) = (self.return_of(root), self.angle.unwrap_or(0.0));
         let start = state_of_mode(&mut self.return_map(shoot, period)?, root, amplitude, period)?;
-        Ok(Unknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
+        Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
-    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<Unknowns, CycleError> {
+    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<OrbitUnknowns, CycleError> {
         let (period, angle) = (self.return_after(orbit), self.angle_of(orbit));
         let start = state_of_orbit(&self.return_map(shoot, period)?, orbit, period)?;
-        Ok(Unknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
+        Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
     fn evaluate<'a, M: Model>(
         &self,
         shoot: &'a Shoot<M>,
-        at: &Unknowns,
+        at: &OrbitUnknowns,
         rods: Vec<Rod>,
     ) -> Result<Mapped<'a, M>, CycleError> {
         let mut return_map = self.return_map(shoot, at.clock)?;
@@ -91,7 +91,7 @@ impl Equations for PeriodicSolver {
         Ok(Observation { excursion, period: orbit.period, exponents, trivial: found.trivial / orbit.period })
     }
 
-    fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut Unknowns) -> Result<bool, CycleError> {
+    fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut OrbitUnknowns) -> Result<bool, CycleError> {
         past::extend_past(shoot.model.tropism(), &mut at.start, self.intervals, at.clock)
     }
 
@@ -105,8 +105,8 @@ impl Equations for PeriodicSolver {
         (intervals <= MAX_INTERVALS).then_some(Self { intervals, ..*self })
     }
 
-    fn on_finer_grid(&self, mut at: Unknowns) -> Unknowns {
-        let [old, new] = [self.intervals, 2 * self.intervals].map(|intervals| Grid::new(intervals, self.stages));
+    fn on_finer_grid(&self, mut at: OrbitUnknowns) -> OrbitUnknowns {
+        let [old, new] = [self.intervals, 2 * self.intervals].map(|intervals| TimeGrid::new(intervals, self.stages));
         at.start = at.start.on_grid(&old, &new, 2 * at.start.slopes.len(), 0.5);
         at
     }
@@ -139,7 +139,7 @@ impl<M: Model> Evaluation<PeriodicSolver> for Mapped<'_, M> {
 
     fn into_orbit(
         mut self,
-        known: Option<Bordered<Monodromy>>,
+        known: Option<BorderedSystem<Monodromy>>,
         effort: Effort,
     ) -> Result<(PeriodicOrbit, Vec<DVector<f64>>), CycleError> {
         let Effort { iterations, equilibria, residual } = effort;
@@ -148,7 +148,7 @@ impl<M: Model> Evaluation<PeriodicSolver> for Mapped<'_, M> {
             None => {
                 let (jacobian, symmetries) =
                     self.linearise()?.ok_or(CycleError::not_converged(iterations, residual))?;
-                Bordered::new(jacobian, symmetries, None, &Conditions::default(), &self.at)
+                BorderedSystem::new(jacobian, symmetries, None, &ExtraConditions::default(), &self.at)
             }
         };
         let Self { solver, at, return_map, path } = self;

@@ -6,12 +6,12 @@ use super::PeriodicSolver;
 use super::orbit::PeriodicOrbit;
 use crate::cycle::error::CycleError;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
-use crate::cycle::map::grid::Grid;
+use crate::cycle::map::grid::TimeGrid;
 use crate::cycle::map::phase_state::PhaseState;
 use crate::cycle::map::return_map::ReturnMap;
 use crate::cycle::phase_grid::{PhaseGrid, WAVES};
 use crate::error::ParameterError;
-use crate::linear::visit_stimuli;
+use crate::linearisation::visit_stimuli;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::stability::Root;
@@ -52,7 +52,7 @@ pub(crate) fn state_of_orbit(
 ) -> Result<PhaseState, CycleError> {
     orbit.start.check(return_map.places.len(), return_map.variables)?;
     let mut start = orbit.start.clone();
-    let old = Grid::new(orbit.settings.intervals, orbit.settings.stages);
+    let old = TimeGrid::new(orbit.settings.intervals, orbit.settings.stages);
     let ratio = (old.intervals as f64 / orbit.period) / (return_map.grid.intervals as f64 / period);
     if ratio != 1.0 || old.stages != return_map.grid.stages {
         start = start.on_grid(&old, &return_map.grid, return_map.kept, ratio);

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::orbit::PeriodicOrbit;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::grid::Grid;
+use crate::cycle::map::grid::TimeGrid;
 use crate::cycle::map::polynomials::Polynomials;
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -16,7 +16,7 @@ use crate::tropism::{Site, TropismLaw};
 #[derive(Debug, Clone)]
 struct OrbitHistory {
     past: Polynomials,
-    grid: Grid,
+    grid: TimeGrid,
     /// Length of an interval, s.
     length: f64,
     /// Distance from the apex of each material point of the zone, m.
@@ -49,7 +49,7 @@ impl PeriodicOrbit {
             Some(pair) => Vector3::new(pair[0], pair[1], point.intrinsic.z),
             None => point.intrinsic,
         });
-        let grid = Grid::new(self.settings.intervals, self.settings.stages);
+        let grid = TimeGrid::new(self.settings.intervals, self.settings.stages);
         let (past, length) = (Polynomials::of(&self.start, &grid), self.period / grid.intervals as f64);
         Ok(OrbitHistory { past, grid, length, distances })
     }

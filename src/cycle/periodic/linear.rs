@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use crate::cycle::error::CycleError;
-use crate::cycle::extended::{Border, DIFFERENCE, Jacobian, Symmetry, Updates};
+use crate::cycle::extended::{Border, DIFFERENCE, StateJacobian, Symmetry};
 use crate::cycle::map::monodromy::Monodromy;
 use crate::cycle::map::polynomials::carried;
 use crate::cycle::map::return_map::{ReturnMap, Trajectory};
@@ -21,23 +21,19 @@ const LINEAR: f64 = 1e-4;
 const CIRCLE: f64 = 1e-7;
 
 /// The Jacobian of x(T) − x(0), the monodromy operator minus the identity. The bordered system is solved by GMRES.
-impl Jacobian for Monodromy {
-    fn solve(
-        &self,
-        border: &[Border],
-        residual: &DVector<f64>,
-        conditions: &[f64],
-    ) -> Result<Option<Updates>, CycleError> {
-        let (size, more) = (residual.len(), border.len());
+impl StateJacobian for Monodromy {
+    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Result<Option<DVector<f64>>, CycleError> {
+        let (size, more) = (residuals.len() - border.len(), border.len());
         // Scalar unknowns and conditions are scaled such that columns and rows have norm one.
         let inverse = |norm: f64| norm.max(f64::MIN_POSITIVE).recip();
         let scales = DVector::from_fn(more, |k, _| inverse(border[k].column.norm()));
         let weights = DVector::from_fn(more, |k, _| inverse(border[k].row.norm().hypot(border[k].corner * scales[k])));
-        let mut right = residual.clone().resize_vertically(size + more, 0.0);
-        for (k, condition) in conditions.iter().enumerate() {
-            right[size + k] = condition * weights[k];
-        }
-        let (found, left) = gmres(&right, LINEAR, KRYLOV, |x| {
+        let scaled = |vector: &mut DVector<f64>, by: &DVector<f64>| {
+            (0..more).for_each(|k| vector[size + k] *= by[k]);
+        };
+        let mut right = residuals.clone();
+        scaled(&mut right, &weights);
+        let (mut found, left) = gmres(&right, LINEAR, KRYLOV, |x| {
             let mut out = x.clone();
             let change = x.rows(0, size).clone_owned();
             let mut state = out.rows_mut(0, size);
@@ -50,9 +46,9 @@ impl Jacobian for Monodromy {
             }
             Ok::<_, CycleError>(out)
         })?;
-        let scalars = found.rows(size, more).component_mul(&scales);
+        scaled(&mut found, &scales);
         // GMRES fails if it does not even halve the residual.
-        Ok((left < 0.5).then(|| (found.rows(0, size).clone_owned(), scalars)))
+        Ok((left < 0.5).then_some(found))
     }
 }
 

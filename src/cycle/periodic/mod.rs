@@ -21,8 +21,8 @@ use std::f64::consts::TAU;
 use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
-use super::extended::{Conditions, Unknowns};
-use super::map::grid::Grid;
+use super::extended::{ExtraConditions, OrbitUnknowns};
+use super::map::grid::TimeGrid;
 use super::map::return_map::{PRECISE, ReturnMap};
 use super::symmetry::check_periodic;
 use crate::error::ParameterError;
@@ -95,7 +95,7 @@ impl PeriodicSolver {
         ParameterError::positive("frequency of the mode", root.value.im, "rad/s")?;
         check_amplitude(shoot, amplitude)?;
         let guess = self.of_mode(shoot, root, amplitude)?;
-        corrector::solve(*self, shoot, guess, &Conditions::default())
+        corrector::solve(*self, shoot, guess, &ExtraConditions::default())
     }
 
     /// The orbit near a run in time, from the present state of the shoot and its history, with an initial guess of
@@ -109,8 +109,8 @@ impl PeriodicSolver {
     pub fn from_run(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
         let return_map = self.return_map(shoot, period)?;
         let (start, angle) = (state_of_run(&return_map, period)?, return_map.angle());
-        let guess = Unknowns { start, clock: period, forced: false, angle, parameter: 0.0 };
-        corrector::solve(*self, shoot, guess, &Conditions::default())
+        let guess = OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 };
+        corrector::solve(*self, shoot, guess, &ExtraConditions::default())
     }
 
     /// The orbit of a shoot near that of another one with as many material points and variables, for example of a
@@ -123,7 +123,7 @@ impl PeriodicSolver {
     /// # Errors
     /// Errors of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
     pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
-        corrector::solve(*self, shoot, self.of_orbit(shoot, orbit)?, &Conditions::default())
+        corrector::solve(*self, shoot, self.of_orbit(shoot, orbit)?, &ExtraConditions::default())
     }
 
     /// The orbit of a shoot with periodic forcing (an oscillator, a clinostat, an alternating load) of a period
@@ -140,8 +140,8 @@ impl PeriodicSolver {
         let mut return_map = self.return_map(shoot, period)?;
         let (start, rod) = state_of_steady_laws(&mut return_map)?;
         check_periodic(shoot, &rod, period)?;
-        let guess = Unknowns { start, clock: period, forced: true, angle: 0.0, parameter: 0.0 };
-        corrector::solve(*self, shoot, guess, &Conditions::default())
+        let guess = OrbitUnknowns { start, clock: period, forced: true, angle: 0.0, parameter: 0.0 };
+        corrector::solve(*self, shoot, guess, &ExtraConditions::default())
     }
 
     /// The return map of a shoot for periods near the given one (s). Checks the settings.
@@ -159,7 +159,7 @@ impl PeriodicSolver {
         ParameterError::positive("accuracy of a periodic orbit", self.accuracy, "")?;
         let (what, angle) = ("angle of a periodic orbit", self.angle.unwrap_or(0.0));
         ParameterError::unless(angle.abs() <= TAU, what, angle, "from −2π to 2π (rad)")?;
-        ReturnMap::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
+        ReturnMap::new(shoot, TimeGrid::new(self.intervals, self.stages), period, self.angle)
     }
 
     /// Smallest norm of the strain in a residual, 1/m. The strain of a forced orbit may be zero up to the rounding

@@ -6,14 +6,14 @@
 
 use super::linear::is_circular;
 use super::orbit::PeriodicOrbit;
-use super::plane::Plane;
+use super::plane::OrbitPlane;
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::monodromy::Monodromy;
 use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::cycle::map::rotation::StateRotation;
 use crate::cycle::sensitivity::ASYMMETRY;
-use crate::cycle::spectrum::{Eigenvalue, MOST_VALUES, Spectrum};
+use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -69,7 +69,7 @@ impl PeriodicOrbit {
         count: usize,
     ) -> Result<Multipliers, CycleError> {
         let monodromy = Monodromy::of(return_map, path)?;
-        let plane = Plane::of(return_map, path, &monodromy)?;
+        let plane = OrbitPlane::of(return_map, path, &monodromy)?;
         // A shift in time and a rotation have the same multiplier. The tangent of the rotation is known exactly,
         // and is projected out.
         let turned = return_map.turn.as_ref().filter(|_| plane.is_none());
@@ -81,7 +81,7 @@ impl PeriodicOrbit {
             if across && plane.is_none() {
                 break;
             }
-            let found = Spectrum::of(self.start.flat().len(), count + TRIVIAL, |x| {
+            let found = LeadingSpectrum::of(self.start.flat().len(), count + TRIVIAL, |x| {
                 let mut end = monodromy.apply(&self.start.with_values(x))?;
                 if let Some(plane) = &plane {
                     // Rounding couples disturbances in the plane with those out of it, so that the larger

@@ -19,15 +19,15 @@ const MIXED: f64 = 1e-5;
 
 /// The plane of an orbit, with the subspaces of strain and variables in it and out of it.
 #[derive(Debug, Clone)]
-pub(super) struct Plane {
+pub(super) struct OrbitPlane {
     /// Direction of the strain of the orbit.
     bend: Vector2<f64>,
-    variables: Vec<Variable>,
+    variables: Vec<Subspace>,
 }
 
 /// The subspace to which a variable belongs.
 #[derive(Debug, Clone, Copy)]
-enum Variable {
+enum Subspace {
     /// First of a pair, with the direction of its component in the plane.
     Pair(Vector2<f64>),
     /// Variable that changes with disturbances in the plane only.
@@ -38,7 +38,7 @@ enum Variable {
     Other,
 }
 
-impl Plane {
+impl OrbitPlane {
     /// The plane of a trajectory; none if it is not planar, or if the two kinds of disturbances are coupled.
     pub fn of(
         return_map: &ReturnMap<impl Model>,
@@ -63,7 +63,7 @@ impl Plane {
         let variables = (0..v).map(|k| match laws.rotation(Source::Variable(k)) {
             Rotation::First if k + 1 < v => pair(&ends, v, k),
             Rotation::Invariant => one(&ends, v, k),
-            _ => Some(Variable::Other),
+            _ => Some(Subspace::Other),
         });
         Ok(variables.collect::<Option<_>>().map(|variables| Self { bend, variables }))
     }
@@ -79,9 +79,9 @@ impl Plane {
         for own in start.variables_of_points(self.variables.len()) {
             for (k, variable) in self.variables.iter().enumerate() {
                 match variable {
-                    Variable::Pair(along) => keep(&mut own[k..k + 2], *along),
-                    Variable::Inside if out => own[k] = 0.0,
-                    Variable::Outside if !out => own[k] = 0.0,
+                    Subspace::Pair(along) => keep(&mut own[k..k + 2], *along),
+                    Subspace::Inside if out => own[k] = 0.0,
+                    Subspace::Outside if !out => own[k] = 0.0,
                     _ => {}
                 }
             }
@@ -106,7 +106,7 @@ fn values(end: &PhaseState, v: usize, k: usize) -> impl Iterator<Item = Vector2<
 }
 
 /// The direction of a pair in the plane; none if its changes by the two disturbances are not orthogonal.
-fn pair(ends: &[PhaseState], v: usize, k: usize) -> Option<Variable> {
+fn pair(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
     let [inside, outside] = [0, 1].map(|which| direction(|| values(&ends[which], v, k)));
     let largest =
         |which: usize, along: Vector2<f64>| values(&ends[which], v, k).map(|y| y.dot(&along).abs()).fold(0.0, f64::max);
@@ -114,17 +114,17 @@ fn pair(ends: &[PhaseState], v: usize, k: usize) -> Option<Variable> {
     // The direction of the larger change is the more accurate one.
     let along = if first >= second { inside } else { across(outside) };
     let mixed = largest(0, across(along)) > MIXED * first || largest(1, along) > MIXED * second;
-    (!mixed).then_some(if first.max(second) > 0.0 { Variable::Pair(along) } else { Variable::Other })
+    (!mixed).then_some(if first.max(second) > 0.0 { Subspace::Pair(along) } else { Subspace::Other })
 }
 
 /// The subspace of an invariant variable; none if both disturbances change it.
-fn one(ends: &[PhaseState], v: usize, k: usize) -> Option<Variable> {
+fn one(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
     let [inside, outside] =
         [0, 1].map(|which| values(&ends[which], v, k).map(|y: Vector2<f64>| y.x.abs()).fold(0.0, f64::max));
     match (outside <= MIXED * inside, inside <= MIXED * outside) {
-        (true, true) => Some(Variable::Other),
-        (true, false) => Some(Variable::Inside),
-        (false, true) => Some(Variable::Outside),
+        (true, true) => Some(Subspace::Other),
+        (true, false) => Some(Subspace::Inside),
+        (false, true) => Some(Subspace::Outside),
         (false, false) => None,
     }
 }

@@ -1,8 +1,8 @@
 //! Error estimate of a periodic orbit, by comparison with a grid of higher order.
 
 use crate::cycle::error::CycleError;
-use crate::cycle::extended::{Bordered, Unknowns};
-use crate::cycle::map::grid::Grid;
+use crate::cycle::extended::{BorderedSystem, OrbitUnknowns};
+use crate::cycle::map::grid::TimeGrid;
 use crate::cycle::map::monodromy::Monodromy;
 use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::model::Model;
@@ -15,13 +15,13 @@ use crate::model::Model;
 /// orbit. `least` (1/m) is a lower bound of the norm of the strain.
 pub(super) fn error_of(
     return_map: &ReturnMap<impl Model>,
-    at: &Unknowns,
+    at: &OrbitUnknowns,
     path: &Trajectory,
-    linear: &Bordered<Monodromy>,
+    linear: &BorderedSystem<Monodromy>,
     least: f64,
 ) -> Result<f64, CycleError> {
     let (start, period, kept) = (&path.start, path.period, return_map.kept);
-    let grid = Grid::new(return_map.grid.intervals, return_map.grid.order() + 2);
+    let grid = TimeGrid::new(return_map.grid.intervals, return_map.grid.order() + 2);
     let mut fine = ReturnMap::new(return_map.shoot, grid, period, return_map.turn.as_ref().map(|turn| turn.angle))?;
     fine.kept = kept;
     let near = |stage: &f64| {

@@ -17,7 +17,7 @@ use crate::cycle::sensitivity::stimuli_by_strain;
 use crate::cycle::symmetry::{check_autonomous, check_equilibrium, check_tropism, least_gradient};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::linear::{SteadyLaws, check_steady, visit_stimuli};
+use crate::linearisation::{SteadyLaws, check_steady, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;

@@ -7,7 +7,7 @@ use super::{RotatingWave, RotatingWaveSolver, unknowns_of_mode};
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, Observation};
 use crate::cycle::error::CycleError;
-use crate::cycle::extended::{Border, Bordered, Jacobian, Symmetry, Unknowns, Updates};
+use crate::cycle::extended::{Border, BorderedSystem, OrbitUnknowns, StateJacobian, Symmetry};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -25,18 +25,18 @@ impl Equations for RotatingWaveSolver {
         Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, max_work: usize::MAX, keep: 0.0 }
     }
 
-    fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError> {
+    fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
         Ok(unknowns_of_mode(root, amplitude))
     }
 
-    fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Result<Unknowns, CycleError> {
+    fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Result<OrbitUnknowns, CycleError> {
         Ok(orbit.unknowns())
     }
 
     fn evaluate<'a, M: Model>(
         &self,
         shoot: &'a Shoot<M>,
-        at: &Unknowns,
+        at: &OrbitUnknowns,
         rods: Vec<Rod>,
     ) -> Result<Corotating<'a, M>, CycleError> {
         let mut here = Corotating::new(shoot, &at.start.strain, at.clock, rods.first())?;
@@ -86,7 +86,7 @@ impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
 
     fn into_orbit(
         self,
-        _known: Option<Bordered<DMatrix<f64>>>,
+        _known: Option<BorderedSystem<DMatrix<f64>>>,
         effort: Effort,
     ) -> Result<(RotatingWave, Vec<DVector<f64>>), CycleError> {
         self.check_axis()?;
@@ -97,23 +97,17 @@ impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
 }
 
 /// A dense Jacobian, solved by LU factorisation of the bordered matrix.
-impl Jacobian for DMatrix<f64> {
-    fn solve(
-        &self,
-        border: &[Border],
-        residual: &DVector<f64>,
-        conditions: &[f64],
-    ) -> Result<Option<Updates>, CycleError> {
-        let (n, more) = (residual.len(), border.len());
+impl StateJacobian for DMatrix<f64> {
+    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Result<Option<DVector<f64>>, CycleError> {
+        let (n, more) = (residuals.len() - border.len(), border.len());
         let mut matrix = self.clone().resize(n + more, n + more, 0.0);
-        let mut right = -residual.clone().resize_vertically(n + more, 0.0);
+        let mut right = residuals.clone();
+        right.rows_mut(0, n).neg_mut();
         for (k, Border { column, row, corner }) in border.iter().enumerate() {
             matrix.view_mut((0, n + k), (n, 1)).copy_from(column);
             matrix.view_mut((n + k, 0), (1, row.len())).copy_from(&row.transpose());
             matrix[(n + k, n + k)] = *corner;
-            right[n + k] = conditions[k];
         }
-        let found = matrix.lu().solve(&right);
-        Ok(found.map(|found| (found.rows(0, n).clone_owned(), found.rows(n, more).clone_owned())))
+        Ok(matrix.lu().solve(&right))
     }
 }

@@ -19,7 +19,7 @@ use nalgebra::{Complex, DVector, Vector3};
 use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
-use super::extended::{Conditions, Unknowns};
+use super::extended::{ExtraConditions, OrbitUnknowns};
 use super::map::phase_state::PhaseState;
 use super::rotated::excursion;
 use crate::error::ParameterError;
@@ -64,7 +64,7 @@ impl RotatingWave {
     }
 
     /// The unknowns of the wave.
-    fn unknowns(&self) -> Unknowns {
+    fn unknowns(&self) -> OrbitUnknowns {
         unknowns_of_rod(&self.rod, self.rate)
     }
 }
@@ -120,30 +120,30 @@ impl RotatingWaveSolver {
     }
 
     /// Solves with the phase of the guess.
-    fn solve(&self, shoot: &Shoot<impl Model>, guess: Unknowns) -> Result<RotatingWave, CycleError> {
+    fn solve(&self, shoot: &Shoot<impl Model>, guess: OrbitUnknowns) -> Result<RotatingWave, CycleError> {
         ParameterError::positive("tolerance of a rotating wave", self.tolerance, "")?;
         let (tangent, weights) = (rotation_tangent(&guess.start.strain), guess.start.weights());
-        let conditions = Conditions::default().with_phases_of(&guess, &[tangent], &weights);
+        let conditions = ExtraConditions::default().with_phases_of(&guess, &[tangent], &weights);
         corrector::solve(*self, shoot, guess, &conditions)
     }
 }
 
 /// The unknowns of a strain (components 1 and 2 at each point of the zone, 1/m) that rotates at a rate (rad/s,
 /// counterclockwise positive).
-fn unknowns(pairs: impl Iterator<Item = [f64; 2]>, rate: f64) -> Unknowns {
+fn unknowns(pairs: impl Iterator<Item = [f64; 2]>, rate: f64) -> OrbitUnknowns {
     let strain = DVector::from_vec(pairs.flatten().collect());
     let start = PhaseState { strain, variables: DVector::zeros(0), slopes: Vec::new() };
-    Unknowns { start, clock: rate, forced: false, angle: 0.0, parameter: 0.0 }
+    OrbitUnknowns { start, clock: rate, forced: false, angle: 0.0, parameter: 0.0 }
 }
 
 /// The unknowns of a rod that rotates at a rate (rad/s, counterclockwise positive).
-fn unknowns_of_rod(rod: &Rod, rate: f64) -> Unknowns {
+fn unknowns_of_rod(rod: &Rod, rate: f64) -> OrbitUnknowns {
     unknowns(rod.points()[rod.zone()].iter().map(|point| [point.intrinsic.x, point.intrinsic.y]), rate)
 }
 
 /// The unknowns of a mode, rotating counterclockwise with the tip at about a radius (m). The strain in one plane is
 /// Re[ψ exp(iωt)], that in the other one is a quarter of a period later.
-fn unknowns_of_mode(root: &Root, radius: f64) -> Unknowns {
+fn unknowns_of_mode(root: &Root, radius: f64) -> OrbitUnknowns {
     let pair = |psi: &Vector3<Complex<f64>>| {
         let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
         [psi.re * radius, psi.im * radius]

@@ -18,9 +18,9 @@ use crate::cycle::map::monodromy::Monodromy;
 use crate::cycle::periodic::guess::state_of_waves;
 use crate::cycle::periodic::{MAX_INTERVALS, PeriodicSolver};
 use crate::cycle::sensitivity::ASYMMETRY;
-use crate::cycle::spectrum::{Eigenvalue, MOST_VALUES, Spectrum};
+use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES};
 use crate::error::ParameterError;
-use crate::linear::{AnalyticMatrix, newton, newton_step};
+use crate::linearisation::{AnalyticMatrix, newton, newton_step};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -81,7 +81,7 @@ impl RotatingWave {
 
     /// One root for each multiplier. If they differ, returns the difference relative to the rate; infinite if a
     /// root is not found.
-    fn polished(&self, function: &Characteristic<impl Model>, spectrum: &Spectrum) -> Result<WaveRoots, f64> {
+    fn polished(&self, function: &Characteristic<impl Model>, spectrum: &LeadingSpectrum) -> Result<WaveRoots, f64> {
         let (period, rate) = (self.period(), self.rate.abs());
         let zero = function.polish(Complex::ZERO, &[])?;
         let mut known = vec![zero];
@@ -126,7 +126,7 @@ impl RotatingWave {
         shoot: &Shoot<M>,
         solver: &PeriodicSolver,
         wanted: usize,
-    ) -> Result<Spectrum, CycleError> {
+    ) -> Result<LeadingSpectrum, CycleError> {
         let (period, problem) = (self.period(), &function.problem);
         let mut return_map = solver.return_map(shoot, period)?;
         let start =
@@ -134,7 +134,7 @@ impl RotatingWave {
         let path = return_map.run(&start, period)?;
         let response = |time: f64| function.response_at(problem.rate * time);
         let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;
-        Spectrum::of(start.flat().len(), wanted, |x| monodromy.apply_flat(x))
+        LeadingSpectrum::of(start.flat().len(), wanted, |x| monodromy.apply_flat(x))
     }
 }
 

@@ -6,7 +6,7 @@ use super::crossing::Crossing;
 use super::follow::Follower;
 use super::mesh_error::{ACCURACY, size};
 use crate::error::ParameterError;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 use crate::numerics::interpolation::lagrange;
 use crate::stability::spectrum::Linearisation;
 

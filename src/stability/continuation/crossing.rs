@@ -4,8 +4,8 @@ use nalgebra::{Complex, SVector};
 
 use super::follow::{Follower, find_alike};
 use super::mesh_error::{MeshError, ROUNDING, check_finer};
-use crate::linear::StabilityError;
-use crate::stability::spectrum::{Linearisation, Part, Root};
+use crate::linearisation::StabilityError;
+use crate::stability::spectrum::{Linearisation, Root, SpectrumPart};
 
 /// A crossing of the imaginary axis: a root iω at a value of one parameter, or a point of a boundary in two.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +37,7 @@ impl<const N: usize> Crossing<N> {
         Self {
             parameters: (low + sides.component_mul(&place.at)).into(),
             frequency: place.frequency(),
-            essential: matches!(place.part, Part::Essential(_)),
+            essential: matches!(place.part, SpectrumPart::Essential(_)),
             elements: place.elements,
             parameter_errors: None,
             frequency_error: None,

@@ -2,8 +2,8 @@
 
 use nalgebra::{Complex, SVector};
 
-use crate::linear::StabilityError;
-use crate::stability::spectrum::{Found, Linearisation, Part};
+use crate::linearisation::StabilityError;
+use crate::stability::spectrum::{Linearisation, PartRoot, SpectrumPart};
 
 /// Largest distance of a root from its expected value, relative to its modulus or to the slowest rate. A root
 /// further off is taken for another one. Roots that respond k periods late have relative distances of 1/k, and
@@ -13,7 +13,7 @@ const JUMP: f64 = 0.1;
 /// A root of a part of the spectrum at N parameters, with approximate derivatives with respect to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Follower<const N: usize> {
-    pub part: Part,
+    pub part: SpectrumPart,
     pub at: SVector<f64, N>,
     pub root: Complex<f64>,
     /// Approximate derivatives of the root with respect to the parameters.
@@ -26,7 +26,7 @@ pub(super) struct Follower<const N: usize> {
 
 impl<const N: usize> Follower<N> {
     /// A known root. Its derivatives are set to zero.
-    pub fn new(linear: &Linearisation, at: SVector<f64, N>, (part, root): Found) -> Self {
+    pub fn new(linear: &Linearisation, at: SVector<f64, N>, PartRoot { part, value: root }: PartRoot) -> Self {
         let slope = SVector::zeros();
         Self { part, at, root, slope, rate: linear.characteristic.slowest_rate(), elements: linear.elements() }
     }
@@ -79,7 +79,7 @@ impl<const N: usize> Follower<N> {
     /// # Errors
     /// A root that is not where it is expected.
     pub fn change_mesh(&mut self, expected: Complex<f64>, linear: &Linearisation) -> Result<(), StabilityError> {
-        (self.part, self.root) = find_alike(linear, self.part, expected)?;
+        PartRoot { part: self.part, value: self.root } = find_alike(linear, self.part, expected)?;
         (self.rate, self.elements) = (linear.characteristic.slowest_rate(), linear.elements());
         Ok(())
     }
@@ -149,16 +149,21 @@ impl<const N: usize> Follower<N> {
 
 /// The root nearest to its expected value among all parts that are isolated or essential as a part of another
 /// mesh is. The parts of two meshes need not correspond where tissue varies from point to point.
-pub(super) fn find_alike(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Found, StabilityError> {
-    let alike = |name: Part| matches!(name, Part::Essential(_)) == matches!(part, Part::Essential(_));
+pub(super) fn find_alike(
+    linear: &Linearisation,
+    part: SpectrumPart,
+    expected: Complex<f64>,
+) -> Result<PartRoot, StabilityError> {
+    let alike =
+        |name: SpectrumPart| matches!(name, SpectrumPart::Essential(_)) == matches!(part, SpectrumPart::Essential(_));
     nearest(linear, expected, alike).ok_or_else(|| lost(expected.norm()))
 }
 
 /// The root nearest to its expected value among some parts.
-fn nearest(linear: &Linearisation, expected: Complex<f64>, of: impl Fn(Part) -> bool) -> Option<Found> {
-    let roots =
-        linear.parts().filter(|part| of(*part)).filter_map(|part| Some((part, find(linear, part, expected).ok()?)));
-    roots.min_by(|a, b| (a.1 - expected).norm().total_cmp(&(b.1 - expected).norm()))
+fn nearest(linear: &Linearisation, expected: Complex<f64>, of: impl Fn(SpectrumPart) -> bool) -> Option<PartRoot> {
+    let root = |part| find(linear, part, expected).ok().map(|value| PartRoot { part, value });
+    let distance = |root: &PartRoot| (root.value - expected).norm();
+    linear.parts().filter(|part| of(*part)).filter_map(root).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 fn lost(residual: f64) -> StabilityError {
@@ -166,7 +171,7 @@ fn lost(residual: f64) -> StabilityError {
 }
 
 /// The root of a part next to its expected value.
-fn find(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
+fn find(linear: &Linearisation, part: SpectrumPart, expected: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
     // A part may not exist for some parameters.
     let root = linear.root_near(part, expected)?.ok_or_else(|| lost(f64::NAN))?;
     let jump = (root - expected).norm();

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::follow::Follower;
 use crate::error::ParameterError;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 use crate::stability::spectrum::Linearisation;
 
 /// Smallest relative error that is reported: the rounding of the differences from which the characteristic matrix is

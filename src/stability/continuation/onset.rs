@@ -5,7 +5,7 @@ use nalgebra::Vector1;
 use super::crossing::Crossing;
 use super::follow::Follower;
 use crate::error::ParameterError;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 use crate::stability::spectrum::Linearisation;
 
 /// Largest |Re λ| of a root on the axis, relative to its modulus or to the slowest rate. Its rounding error is 1e-13.

@@ -7,7 +7,7 @@ use super::crossing::Crossing;
 use super::follow::Follower;
 use super::mesh_error::Estimated;
 use super::refinement::Refinement;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 use crate::stability::spectrum::Linearisation;
 
 /// Number of points from one estimate of the error to the next. Between them the error is smooth: it changes with the

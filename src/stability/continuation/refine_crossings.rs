@@ -6,11 +6,11 @@ use super::crossing::Crossing;
 use super::mesh_error::{Estimated, size};
 use super::onset::{beyond, count, crossings, onset};
 use super::refinement::Refinement;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 use crate::stability::spectrum::Linearisation;
 
 /// A family of linearisations with one parameter on one mesh.
-type Family<'a> = dyn FnMut(f64) -> Result<Linearisation, StabilityError> + 'a;
+type LinearisedFamily<'a> = dyn FnMut(f64) -> Result<Linearisation, StabilityError> + 'a;
 
 impl Refinement {
     /// Finds an onset as [`onset`](super::onset()) does, to the tolerance. The error of the parameter is
@@ -26,9 +26,9 @@ impl Refinement {
         from: f64,
         to: f64,
     ) -> Result<Crossing<1>, StabilityError> {
-        let search = |at: &mut Family| Ok((vec![onset(at, from, to)?], vec![0]));
+        let search = |at: &mut LinearisedFamily| Ok((vec![onset(at, from, to)?], vec![0]));
         // No other root may be unstable just beyond the crossing.
-        let counts = |at: &mut Family, found: &[Estimated<1>]| {
+        let counts = |at: &mut LinearisedFamily, found: &[Estimated<1>]| {
             let places = found.iter().map(|one| beyond(one.place.at[0], -one.place.slope[0].re, from, to));
             places.map(|place| count(&at(place)?)).collect()
         };
@@ -49,8 +49,9 @@ impl Refinement {
         to: f64,
     ) -> Result<Vec<Crossing<1>>, StabilityError> {
         // The number of roots that cross must be the same on all meshes.
-        let ends = |at: &mut Family| [from, to].iter().map(|end| count(&at(*end)?)).collect::<Result<Vec<_>, _>>();
-        let search = |at: &mut Family| Ok((crossings(&mut *at, from, to)?, ends(at)?));
+        let ends =
+            |at: &mut LinearisedFamily| [from, to].iter().map(|end| count(&at(*end)?)).collect::<Result<Vec<_>, _>>();
+        let search = |at: &mut LinearisedFamily| Ok((crossings(&mut *at, from, to)?, ends(at)?));
         self.refine_crossings(family, [from, to], search, |at, _| ends(at))
     }
 
@@ -60,8 +61,8 @@ impl Refinement {
         &self,
         mut family: impl FnMut(f64, usize) -> Result<Linearisation, StabilityError>,
         [from, to]: [f64; 2],
-        search: impl Fn(&mut Family) -> Result<(Vec<Crossing<1>>, Vec<usize>), StabilityError>,
-        counts: impl Fn(&mut Family, &[Estimated<1>]) -> Result<Vec<usize>, StabilityError>,
+        search: impl Fn(&mut LinearisedFamily) -> Result<(Vec<Crossing<1>>, Vec<usize>), StabilityError>,
+        counts: impl Fn(&mut LinearisedFamily, &[Estimated<1>]) -> Result<Vec<usize>, StabilityError>,
     ) -> Result<Vec<Crossing<1>>, StabilityError> {
         self.check()?;
         let (found, _) = self.converge(|n, coarser: Option<(Vec<Estimated<1>>, Vec<usize>)>| {

@@ -7,10 +7,10 @@ use nalgebra::Complex;
 use super::follow::find_alike;
 use super::mesh_error::{ACCURACY, Convergence, ROUNDING, check_finer};
 use crate::error::ParameterError;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::stability::spectrum::{Linearisation, Part, Root};
+use crate::stability::spectrum::{Linearisation, Root, SpectrumPart};
 
 /// Relative tolerance and range of meshes of a mesh refinement.
 ///
@@ -256,9 +256,9 @@ impl Linearisation {
 
     /// Estimated error of a root due to the mesh, 1/s. None without a coarser mesh, or without a root next to this
     /// one on that mesh.
-    pub(in crate::stability) fn error_of(&self, part: Part, root: Complex<f64>) -> Option<f64> {
+    pub(in crate::stability) fn error_of(&self, part: SpectrumPart, root: Complex<f64>) -> Option<f64> {
         let (coarser, share) = self.coarser.as_ref()?;
-        let (_, there) = find_alike(coarser, part, root).ok()?;
+        let there = find_alike(coarser, part, root).ok()?.value;
         Some(((there - root).norm() * share).max(ROUNDING * self.size(root)))
     }
 }
@@ -284,7 +284,7 @@ impl Root {
     pub fn with_error(self, finer: &Linearisation) -> Result<Self, StabilityError> {
         check_finer(self.strain.len() / finer.characteristic.points_per_element(), finer)?;
         // The number of the block does not matter: the root is sought in all of them.
-        let (_, there) = find_alike(finer, Part::Isolated(0), self.value)?;
+        let there = find_alike(finer, SpectrumPart::Isolated(0), self.value)?.value;
         let error = (there - self.value).norm().max(ROUNDING * self.value.norm());
         Ok(Self { error: Some(error), ..self })
     }

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use nalgebra::Complex;
 
 use super::characteristic::CharacteristicMatrix;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 
 /// Largest relative error of an analytic function that does not change the number of its zeros. Rouché's theorem
 /// requires less than one. The error is an estimate, hence the margin of four.
@@ -17,7 +17,7 @@ const MOST: usize = 20_000;
 
 /// An analytic function at one λ.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
+pub(super) struct AnalyticSample {
     pub value: Complex<f64>,
     /// f'/f, s: about the inverse distance of the nearest zero.
     pub log_derivative: Complex<f64>,
@@ -28,10 +28,10 @@ pub(super) struct Sample {
 /// A function that is real on the real axis, tends to one far right, and is analytic right of a line except at
 /// the zeros of its [divisors](Self::divisors).
 pub(super) trait Analytic {
-    fn at(&self, z: Complex<f64>) -> Sample;
+    fn at(&self, z: Complex<f64>) -> AnalyticSample;
 
     /// The function, and its relative error due to waves that the mesh does not resolve.
-    fn with_unresolved_share(&self, z: Complex<f64>) -> (Sample, f64) {
+    fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         (self.at(z), 0.0)
     }
 
@@ -79,11 +79,11 @@ impl Limited<'_> {
 }
 
 impl Analytic for Limited<'_> {
-    fn at(&self, z: Complex<f64>) -> Sample {
+    fn at(&self, z: Complex<f64>) -> AnalyticSample {
         self.take().map_or(NOT_A_NUMBER, |function| function.at(z))
     }
 
-    fn with_unresolved_share(&self, z: Complex<f64>) -> (Sample, f64) {
+    fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         self.take().map_or((NOT_A_NUMBER, 0.0), |function| function.with_unresolved_share(z))
     }
 
@@ -96,7 +96,7 @@ impl Analytic for Limited<'_> {
     }
 }
 
-const NOT_A_NUMBER: Sample = {
+const NOT_A_NUMBER: AnalyticSample = {
     let nan = Complex::new(f64::NAN, f64::NAN);
-    Sample { value: nan, log_derivative: nan, nearness: f64::NAN }
+    AnalyticSample { value: nan, log_derivative: nan, nearness: f64::NAN }
 };

@@ -10,10 +10,10 @@ use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::analytic::{Analytic, RESOLVED, Sample};
+use super::analytic::{Analytic, AnalyticSample, RESOLVED};
 use super::characteristic::{CharacteristicMatrix, Transfers};
 use super::transfer::ROUNDING;
-use crate::linear::{AnalyticMatrix, StabilityError};
+use crate::linearisation::{AnalyticMatrix, StabilityError};
 
 /// Largest logarithmic derivative of the function, in units of the inverse distance of its singularities, that
 /// counts for the error of waves that are not resolved. It is larger only next to a root, which the error
@@ -24,13 +24,13 @@ const STEEP: f64 = 10.0;
 /// infinitely short waves. These waves have no elastic strain and do not rotate the shoot, so that a point
 /// senses its own intrinsic strain alone. The zeros of det D are in the essential spectrum.
 #[derive(Debug, Clone)]
-pub(super) struct Point {
+pub(super) struct LocalBlock {
     pub characteristic: Arc<CharacteristicMatrix>,
     pub kind: usize,
     pub components: Vec<usize>,
 }
 
-impl Point {
+impl LocalBlock {
     /// D(λ), from T(λ) of its kind.
     pub fn matrix(&self, z: Complex<f64>, transfer: &AnalyticMatrix) -> AnalyticMatrix {
         let local = self.characteristic.transfers[self.kind].local.select_columns(&self.components).map(Complex::from);
@@ -42,11 +42,15 @@ impl Point {
 }
 
 /// det A/(λ + c)ⁿ, with −c left of every line on which zeros are counted.
-fn determinant_over_power(characteristic: &CharacteristicMatrix, z: Complex<f64>, matrix: AnalyticMatrix) -> Sample {
+fn determinant_over_power(
+    characteristic: &CharacteristicMatrix,
+    z: Complex<f64>,
+    matrix: AnalyticMatrix,
+) -> AnalyticSample {
     let n = matrix.value.nrows() as u32;
     let c = shifted(characteristic, z);
     let (value, log_derivative) = matrix.determinant();
-    Sample { value: value / c.powu(n), log_derivative: log_derivative - c.inv() * f64::from(n), nearness: 0.0 }
+    AnalyticSample { value: value / c.powu(n), log_derivative: log_derivative - c.inv() * f64::from(n), nearness: 0.0 }
 }
 
 /// λ + c.
@@ -54,12 +58,12 @@ fn shifted(characteristic: &CharacteristicMatrix, z: Complex<f64>) -> Complex<f6
     z + Complex::from(characteristic.shift())
 }
 
-impl Analytic for Point {
+impl Analytic for LocalBlock {
     /// det D/(λ + c)ⁿ, times the phases of Π (λ − rate)/(λ + c) over the own rates of the variables that enter D or
     /// grow. This cancels the poles of T, next to which zeros are hard to find. Poles lie right of the axis if
     /// variables grow without a stimulus. The moduli of the factors are omitted, since the product of many
     /// underflows.
-    fn at(&self, z: Complex<f64>) -> Sample {
+    fn at(&self, z: Complex<f64>) -> AnalyticSample {
         let transfer = &self.characteristic.transfers[self.kind];
         let mut out = determinant_over_power(&self.characteristic, z, self.matrix(z, &transfer.at(z)));
         let c = shifted(&self.characteristic, z);
@@ -81,7 +85,7 @@ impl Analytic for Point {
 #[derive(Debug, Clone)]
 struct Element {
     /// The first point of the element.
-    point: Point,
+    point: LocalBlock,
     unknowns: Vec<usize>,
     /// Length of the element, m.
     length: f64,
@@ -98,7 +102,11 @@ impl Element {
         let components = here.map(|(_, c)| c).collect();
         let turns = characteristic.turn[point / p * p..][..p].iter();
         Self {
-            point: Point { characteristic: Arc::clone(characteristic), kind: characteristic.kind[point], components },
+            point: LocalBlock {
+                characteristic: Arc::clone(characteristic),
+                kind: characteristic.kind[point],
+                components,
+            },
             unknowns: unknowns.to_vec(),
             length: characteristic.lengths[point / p],
             turn: turns.max_by(|a, b| a.norm().total_cmp(&b.norm())).cloned().unwrap_or_default(),
@@ -145,7 +153,7 @@ impl Element {
 }
 
 impl Analytic for Element {
-    fn at(&self, z: Complex<f64>) -> Sample {
+    fn at(&self, z: Complex<f64>) -> AnalyticSample {
         let characteristic = &self.point.characteristic;
         let kind_of = |unknown: usize| characteristic.kind[characteristic.unknowns[unknown].0];
         let own = |kind: usize| self.unknowns.iter().any(|&unknown| kind_of(unknown) == kind);
@@ -206,7 +214,7 @@ impl Block {
     /// det M/Π det Mₑ. M consists of the Mₑ and a compact part, so that this quotient has a limit as the mesh is
     /// refined. The limit has only the isolated roots; those of short waves and of the mesh cancel. Roots next to zero
     /// are moved to −c, left of every line on which zeros are counted.
-    fn quotient(&self, z: Complex<f64>, transfers: &Transfers) -> Sample {
+    fn quotient(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticSample {
         let (mut pivots, mut log_derivative) = self.matrix(z, transfers).pivots();
         for (root, pivot) in self.neutral.iter().zip(&mut pivots) {
             let c = shifted(&self.characteristic, z);
@@ -224,7 +232,7 @@ impl Block {
         }
         // Determinants for many points overflow or underflow, but quotients of pivots do not.
         let value = pivots.iter().zip(&divisors).map(|(pivot, divisor)| pivot / divisor).product();
-        Sample { value, log_derivative, nearness }
+        AnalyticSample { value, log_derivative, nearness }
     }
 
     /// The relative error of the characteristic function at λ due to short waves.
@@ -232,7 +240,7 @@ impl Block {
     /// They vary as exp(Gs), G the gain from rotation to strain, and Gauss collocation replaces exp(Gh) by its
     /// diagonal Padé approximant. Waves that are not resolved change the function by way of elasticity, which
     /// couples the far end of the shoot, where they have grown, to its base.
-    fn unresolved_share(&self, z: Complex<f64>, transfers: &Transfers, at: &Sample) -> f64 {
+    fn unresolved_share(&self, z: Complex<f64>, transfers: &Transfers, at: &AnalyticSample) -> f64 {
         let p = self.characteristic.points_per_element() as u32;
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
         let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
@@ -263,11 +271,11 @@ impl Block {
 }
 
 impl Analytic for Block {
-    fn at(&self, z: Complex<f64>) -> Sample {
+    fn at(&self, z: Complex<f64>) -> AnalyticSample {
         self.quotient(z, &self.characteristic.transfers_at(z))
     }
 
-    fn with_unresolved_share(&self, z: Complex<f64>) -> (Sample, f64) {
+    fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         let transfers = self.characteristic.transfers_at(z);
         let sample = self.quotient(z, &transfers);
         (sample, self.unresolved_share(z, &transfers, &sample))

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::transfer::TransferFunction;
 use crate::equilibrium::NewtonSolver;
-use crate::linear::{
+use crate::linearisation::{
     AnalyticMatrix, StabilityError, SteadyLaws, rigid_conditions, stimulus_derivatives, visit_bends, visit_stimuli,
 };
 use crate::load::{InternalForce, Load};

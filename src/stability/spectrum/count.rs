@@ -4,15 +4,15 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use super::analytic::{Analytic, RESOLVED, Sample, limited};
-use crate::linear::StabilityError;
+use super::analytic::{Analytic, AnalyticSample, RESOLVED, limited};
+use crate::linearisation::StabilityError;
 
 /// Largest number of halvings of a panel. A zero that the argument then does not resolve lies on the line:
 /// 2⁻⁴⁵ of a panel is 3e-14, which is rounding.
 const DEPTH: usize = 45;
 
 /// A line on which a function was sampled to count the zeros right of it.
-pub(super) struct Line {
+pub(super) struct CountedLine {
     pub abscissa: f64,
     /// The number of zeros with Re λ > `abscissa`.
     pub number: usize,
@@ -25,11 +25,11 @@ pub(super) struct Line {
 ///
 /// # Errors
 /// A zero on the line, which cannot be counted, a function that the mesh does not resolve there, or too much work.
-pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> {
+pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, StabilityError> {
     limited(f, |f| follow_line(f, abscissa))
 }
 
-fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> {
+fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, StabilityError> {
     let mut steps = Vec::new();
     let mut error = 0.0_f64;
     let mut on_line = |w: f64| {
@@ -62,7 +62,7 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> 
     let count = (value.arg() - change) / PI;
     let number = whole(count).ok_or(failed("count of roots", count - count.round()))?;
     steps.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(Line { abscissa, number, steps })
+    Ok(CountedLine { abscissa, number, steps })
 }
 
 /// The number of zeros minus the number of poles in a rectangle between two corners; none if one lies on its sides.
@@ -72,7 +72,7 @@ pub(super) fn count_within(f: &dyn Analytic, low: Complex<f64>, high: Complex<f6
         let side = corners[(i + 1) % 4] - corners[i];
         let mut on_side = |t: f64| {
             let at = f.at(corners[i] + side * t);
-            Sample { log_derivative: at.log_derivative * side, nearness: at.nearness * side.norm(), ..at }
+            AnalyticSample { log_derivative: at.log_derivative * side, nearness: at.nearness * side.norm(), ..at }
         };
         let ends = [on_side(0.0), on_side(1.0)];
         argument(&mut on_side, (0.0, ends[0]), (1.0, ends[1]), 0)
@@ -90,9 +90,9 @@ fn whole(count: f64) -> Option<usize> {
 /// The change of the argument of `f` between two points. Panels are halved until the change over each is small and
 /// reliable.
 fn argument(
-    f: &mut impl FnMut(f64) -> Sample,
-    (a, fa): (f64, Sample),
-    (b, fb): (f64, Sample),
+    f: &mut impl FnMut(f64) -> AnalyticSample,
+    (a, fa): (f64, AnalyticSample),
+    (b, fb): (f64, AnalyticSample),
     depth: usize,
 ) -> Option<f64> {
     let middle = 0.5 * (a + b);

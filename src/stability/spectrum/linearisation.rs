@@ -8,13 +8,13 @@ use super::block::Block;
 use super::characteristic::CharacteristicMatrix;
 use super::count::count_along;
 use super::motion::{ForcedResponse, Root};
-use super::parts::{Found, Part, Spectrum};
+use super::parts::{PartRoot, SpectrumPart, SpectrumParts};
 use super::roots::{rightmost, roots_right_of, threshold, with_conjugate, zero_near};
 use super::steady_state::solve_rod;
 use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
+use crate::linearisation::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -25,7 +25,7 @@ use crate::tropism::Growing;
 #[derive(Debug, Clone)]
 pub struct Linearisation {
     pub(in crate::stability) characteristic: Arc<CharacteristicMatrix>,
-    spectrum: Spectrum,
+    spectrum: SpectrumParts,
     /// The linearisation on a coarser mesh, and the error of a root relative to its change from that mesh.
     pub(in crate::stability) coarser: Option<(Box<Linearisation>, f64)>,
 }
@@ -79,7 +79,7 @@ impl Linearisation {
         let statics = (shoot.model.load(), shoot.model.support());
         let characteristic = CharacteristicMatrix::about(shoot, &rod, statics, regr, (&steady, &force), &mut solver)?;
         let characteristic = Arc::new(characteristic);
-        let spectrum = Spectrum::of(&characteristic)?;
+        let spectrum = SpectrumParts::of(&characteristic)?;
         Ok(Self { characteristic, spectrum, coarser: None })
     }
 
@@ -116,7 +116,7 @@ impl Linearisation {
     /// A root that is not found.
     pub fn essential_spectrum(&self) -> Result<Vec<Complex<f64>>, StabilityError> {
         let mut out: Vec<Complex<f64>> = Vec::new();
-        for (_, root) in self.essential()? {
+        for PartRoot { value: root, .. } in self.essential()? {
             if !out.iter().any(|other| (other - root).norm() < 1e-9 * root.norm()) {
                 out.push(root);
             }
@@ -152,21 +152,21 @@ impl Linearisation {
     /// that affect the root.
     pub fn rightmost(&self) -> Result<Root, StabilityError> {
         let roots = self.isolated(&self.essential()?)?.into_iter();
-        let rightmost = roots.reduce(|a, b| if b.1.re > a.1.re { b } else { a });
+        let rightmost = roots.reduce(|a, b| if b.value.re > a.value.re { b } else { a });
         self.with_mode(rightmost.ok_or(StabilityError::NoIsolatedRoot)?)
     }
 
     /// The rightmost root, isolated or essential, and the part that it belongs to.
-    pub(in crate::stability) fn leading(&self) -> Result<Found, StabilityError> {
+    pub(in crate::stability) fn leading(&self) -> Result<PartRoot, StabilityError> {
         let essential = self.essential()?;
         let all = essential.iter().copied().chain(self.isolated(&essential)?);
         // On ties, keep the first.
-        let leading = all.reduce(|a, b| if b.1.re > a.1.re + 1e-9 * b.1.norm() { b } else { a });
+        let leading = all.reduce(|a, b| if b.value.re > a.value.re + 1e-9 * b.value.norm() { b } else { a });
         leading.ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// The parts of the spectrum that differ.
-    pub(in crate::stability) fn parts(&self) -> impl Iterator<Item = Part> {
+    pub(in crate::stability) fn parts(&self) -> impl Iterator<Item = SpectrumPart> {
         self.spectrum.names()
     }
 
@@ -176,7 +176,7 @@ impl Linearisation {
     /// A root that is not found.
     pub(in crate::stability) fn root_near(
         &self,
-        part: Part,
+        part: SpectrumPart,
         guess: Complex<f64>,
     ) -> Result<Option<Complex<f64>>, StabilityError> {
         self.spectrum.part(part).map(|part| zero_near(part, guess)).transpose()
@@ -186,13 +186,13 @@ impl Linearisation {
     ///
     /// # Errors
     /// A part of the essential spectrum.
-    pub(in crate::stability) fn with_mode(&self, (part, value): Found) -> Result<Root, StabilityError> {
+    pub(in crate::stability) fn with_mode(&self, PartRoot { part, value }: PartRoot) -> Result<Root, StabilityError> {
         let block = self.spectrum.blocks().find(|(name, _)| *name == part);
         block.map(|(_, block)| self.root(part, block, value)).ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// A root of a block, with its mode and the error of its mesh if that is known.
-    fn root(&self, part: Part, block: &Block, value: Complex<f64>) -> Root {
+    fn root(&self, part: SpectrumPart, block: &Block, value: Complex<f64>) -> Root {
         Root { error: self.error_of(part, value), ..Root::new(block, value) }
     }
 
@@ -206,36 +206,38 @@ impl Linearisation {
     ///
     /// # Errors
     /// A root that is not found.
-    pub(in crate::stability) fn next_to_axis(&self) -> Result<Option<(Found, usize)>, StabilityError> {
-        let mut best: Option<(Found, usize)> = None;
+    pub(in crate::stability) fn next_to_axis(&self) -> Result<Option<(PartRoot, usize)>, StabilityError> {
+        let mut best: Option<(PartRoot, usize)> = None;
         for (name, block) in self.spectrum.blocks() {
             if let Some(z) = roots_right_of(block, threshold(block))?.last()
-                && best.is_none_or(|((_, other), _)| z.re < other.re)
+                && best.is_none_or(|(other, _)| z.re < other.value.re)
             {
-                best = Some(((name, *z), with_conjugate(z) * block.multiplicity));
+                best = Some((PartRoot { part: name, value: *z }, with_conjugate(z) * block.multiplicity));
             }
         }
         Ok(best)
     }
 
     /// The rightmost root of every kind of point that has one.
-    fn essential(&self) -> Result<Vec<Found>, StabilityError> {
-        let mut out: Vec<Found> = Vec::new();
+    fn essential(&self) -> Result<Vec<PartRoot>, StabilityError> {
+        let mut out: Vec<PartRoot> = Vec::new();
         for (i, point) in self.spectrum.points.iter().enumerate() {
             // The roots of successive kinds of points are close to each other.
-            let guess = out.last().map(|(_, z)| *z);
-            out.extend(rightmost(point, self.characteristic.leftmost(), guess)?.map(|z| (Part::Essential(i), z)));
+            let guess = out.last().map(|root| root.value);
+            let (part, found) = (SpectrumPart::Essential(i), rightmost(point, self.characteristic.leftmost(), guess)?);
+            out.extend(found.map(|value| PartRoot { part, value }));
         }
         Ok(out)
     }
 
     /// The rightmost root of every block that has one right of the essential spectrum. Left of this spectrum the
     /// characteristic function has poles; without proprioception all roots accumulate at zero.
-    fn isolated(&self, essential: &[Found]) -> Result<Vec<Found>, StabilityError> {
+    fn isolated(&self, essential: &[PartRoot]) -> Result<Vec<PartRoot>, StabilityError> {
         let left = accumulation(essential) + 1e-4 * self.characteristic.slowest_rate();
         let mut out = Vec::new();
-        for (name, block) in self.spectrum.blocks() {
-            out.extend(rightmost(block, left.max(self.characteristic.leftmost()), None)?.map(|z| (name, z)));
+        for (part, block) in self.spectrum.blocks() {
+            let found = rightmost(block, left.max(self.characteristic.leftmost()), None)?;
+            out.extend(found.map(|value| PartRoot { part, value }));
         }
         Ok(out)
     }
@@ -283,6 +285,6 @@ fn check(
 }
 
 /// The real part at which isolated roots accumulate: the largest of the essential spectrum, or zero if that is empty.
-fn accumulation(essential: &[Found]) -> f64 {
-    essential.iter().map(|(_, z)| z.re).reduce(f64::max).unwrap_or(0.0)
+fn accumulation(essential: &[PartRoot]) -> f64 {
+    essential.iter().map(|root| root.value.re).reduce(f64::max).unwrap_or(0.0)
 }

@@ -14,5 +14,5 @@ mod transfer;
 
 pub use linearisation::Linearisation;
 pub use motion::{ForcedResponse, Root};
-pub(super) use parts::{Found, Part};
+pub(super) use parts::{PartRoot, SpectrumPart};
 pub use steady_state::solve_steady_state;

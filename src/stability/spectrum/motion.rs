@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector, Vector3};
 use super::block::Block;
 use super::characteristic::CharacteristicMatrix;
 use crate::error::ParameterError;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 use crate::tropism::Handedness;
 
 /// Displacement of a held apex relative to the largest: rounding, and the error of differences.

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use nalgebra::{Complex, DMatrix};
 
 use super::analytic::Analytic;
-use super::block::{Block, Point};
+use super::block::{Block, LocalBlock};
 use super::characteristic::CharacteristicMatrix;
 use super::sets::connected;
 use super::transfer::ROUNDING;
-use crate::linear::StabilityError;
+use crate::linearisation::StabilityError;
 
 /// Identifies a part of the spectrum in all linearisations of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::stability) enum Part {
+pub(in crate::stability) enum SpectrumPart {
     /// A block of unknowns.
     Isolated(usize),
     /// A kind of point, or some of its components.
@@ -21,16 +21,20 @@ pub(in crate::stability) enum Part {
 }
 
 /// A root, and the part that it belongs to.
-pub(in crate::stability) type Found = (Part, Complex<f64>);
+#[derive(Debug, Clone, Copy)]
+pub(in crate::stability) struct PartRoot {
+    pub part: SpectrumPart,
+    pub value: Complex<f64>,
+}
 
 /// All parts of a characteristic matrix.
 #[derive(Debug, Clone)]
-pub(super) struct Spectrum {
-    pub points: Vec<Point>,
+pub(super) struct SpectrumParts {
+    pub points: Vec<LocalBlock>,
     blocks: Vec<Block>,
 }
 
-impl Spectrum {
+impl SpectrumParts {
     /// # Errors
     /// Roots next to zero that are not found.
     pub fn of(characteristic: &Arc<CharacteristicMatrix>) -> Result<Self, StabilityError> {
@@ -45,10 +49,10 @@ impl Spectrum {
         for kind in 0..characteristic.transfers.len() {
             let driven = characteristic.transfers[kind].driven();
             let components = driven.clone();
-            let whole = Point { characteristic: Arc::clone(characteristic), kind, components };
+            let whole = LocalBlock { characteristic: Arc::clone(characteristic), kind, components };
             if has_short_waves(characteristic, kind, &probes) {
                 for set in sets_that_couple(&probes, |z| whole.matrix(z, &characteristic.transfers[kind].at(z)).value) {
-                    points.push(Point { components: set.iter().map(|&i| driven[i]).collect(), ..whole.clone() });
+                    points.push(LocalBlock { components: set.iter().map(|&i| driven[i]).collect(), ..whole.clone() });
                 }
             }
         }
@@ -56,21 +60,21 @@ impl Spectrum {
     }
 
     /// The part with an identifier, which does not exist for every member of a family.
-    pub fn part(&self, name: Part) -> Option<&dyn Analytic> {
+    pub fn part(&self, name: SpectrumPart) -> Option<&dyn Analytic> {
         match name {
-            Part::Isolated(i) => self.blocks.get(i).map(|block| block as &dyn Analytic),
-            Part::Essential(i) => self.points.get(i).map(|point| point as &dyn Analytic),
+            SpectrumPart::Isolated(i) => self.blocks.get(i).map(|block| block as &dyn Analytic),
+            SpectrumPart::Essential(i) => self.points.get(i).map(|point| point as &dyn Analytic),
         }
     }
 
     /// Identifiers of all distinct parts, the essential ones first.
-    pub fn names(&self) -> impl Iterator<Item = Part> {
-        (0..self.points.len()).map(Part::Essential).chain(self.blocks().map(|(name, _)| name))
+    pub fn names(&self) -> impl Iterator<Item = SpectrumPart> {
+        (0..self.points.len()).map(SpectrumPart::Essential).chain(self.blocks().map(|(name, _)| name))
     }
 
     /// The distinct blocks, with their identifiers.
-    pub fn blocks(&self) -> impl Iterator<Item = (Part, &Block)> {
-        let named = self.blocks.iter().enumerate().map(|(i, block)| (Part::Isolated(i), block));
+    pub fn blocks(&self) -> impl Iterator<Item = (SpectrumPart, &Block)> {
+        let named = self.blocks.iter().enumerate().map(|(i, block)| (SpectrumPart::Isolated(i), block));
         named.filter(|(_, block)| block.multiplicity > 0)
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::Complex;
 
 use super::analytic::{Analytic, limited};
-use super::count::{Line, count_along, count_within};
-use crate::linear::{StabilityError, newton, newton_step};
+use super::count::{CountedLine, count_along, count_within};
+use crate::linearisation::{StabilityError, newton, newton_step};
 
 /// Places at which a region is cut, in fractions of its side: not in the middle, where symmetric problems have
 /// roots. The next place is tried if a root lies on the cut.
@@ -38,8 +38,8 @@ pub(super) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Result<Vec<Comp
 
 /// The zeros right of a line, rightmost first. If Newton's method does not find all of them from the line, the
 /// region is divided by counts.
-fn find(f: &dyn Analytic, line: &Line) -> Result<Vec<Complex<f64>>, StabilityError> {
-    let Line { abscissa, number, .. } = *line;
+fn find(f: &dyn Analytic, line: &CountedLine) -> Result<Vec<Complex<f64>>, StabilityError> {
+    let CountedLine { abscissa, number, .. } = *line;
     let mut found = near_line(f, line);
     if multiplicity(&found) != number {
         found.clear();
@@ -61,7 +61,7 @@ fn multiplicity(found: &[Complex<f64>]) -> usize {
 }
 
 /// The zeros right of a line that Newton's method finds from the samples of the count with the shortest steps.
-fn near_line(f: &dyn Analytic, line: &Line) -> Vec<Complex<f64>> {
+fn near_line(f: &dyn Analytic, line: &CountedLine) -> Vec<Complex<f64>> {
     let mut found = Vec::new();
     if line.number == 0 {
         return found;
@@ -93,7 +93,7 @@ pub(super) fn rightmost(
     limited(f, |f| {
         if let Some(z) = guess.and_then(|z| zero_near(f, z).ok())
             && z.re > left
-            && matches!(count_along(f, z.re + threshold(f)), Ok(Line { number: 0, .. }))
+            && matches!(count_along(f, z.re + threshold(f)), Ok(CountedLine { number: 0, .. }))
         {
             return Ok(Some(Complex::new(z.re, z.im.abs())));
         }
@@ -109,7 +109,7 @@ pub(super) fn rightmost(
             }
             let places = CUTS.map(|share| line.abscissa + share * (clear - line.abscissa));
             match places.into_iter().find_map(|re| count_along(f, re).ok()) {
-                Some(Line { abscissa, number: 0, .. }) => clear = abscissa,
+                Some(CountedLine { abscissa, number: 0, .. }) => clear = abscissa,
                 Some(closer) => line = closer,
                 None => break,
             }
@@ -124,7 +124,7 @@ pub(super) fn rightmost(
 /// The number of zeros increases towards the left as exp(|Re λ| d), d the longest delay, and without bound
 /// next to the essential spectrum. The lines therefore begin at the axis and approach `left` in short strides.
 /// If `left` lies right of the axis, each line halves the distance between `left` and the bound of the zeros.
-fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(Line, f64)>, StabilityError> {
+fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(CountedLine, f64)>, StabilityError> {
     let axis = threshold(f);
     // Over a delay that is the inverse of the slowest rate the function increases by less than a factor of two
     // in a stride.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::characteristic::CharacteristicMatrix;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
-use crate::linear::{
+use crate::linearisation::{
     StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver, stimulus_derivatives,
 };
 use crate::load::{InternalForce, Load};

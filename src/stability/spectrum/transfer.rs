@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::sets::connected;
 use crate::error::ParameterError;
-use crate::linear::{AnalyticMatrix, StabilityError, SteadyLaws};
+use crate::linearisation::{AnalyticMatrix, StabilityError, SteadyLaws};
 use crate::tropism::{Declaration, TropismLaw, law_matrices};
 
 /// Largest relative difference of two matrices that are equal up to the rounding of the differences from which

@@ -69,7 +69,7 @@ fn exact(return_map: &ReturnMap<impl Model>, period: f64, time: f64) -> PhaseSta
 /// The largest error of the strain after a period, relative to its size.
 fn error(intervals: usize, stages: usize, period: f64) -> f64 {
     let shoot = shoot();
-    let mut return_map = ReturnMap::new(&shoot, Grid::new(intervals, stages), period, None).unwrap();
+    let mut return_map = ReturnMap::new(&shoot, TimeGrid::new(intervals, stages), period, None).unwrap();
     let end = return_map.run(&exact(&return_map, period, 0.0), period).unwrap().end;
     let exact = exact(&return_map, period, period);
     (end.strain - &exact.strain).amax() / exact.strain.amax()
@@ -80,7 +80,7 @@ fn the_return_map_multiplies_a_wave_by_exp_lambda_t() {
     // Six stages in each of eight intervals of a seventh of the oscillation: the error of the interpolation is
     // below 1e-9.
     let (shoot, period) = (shoot(), 9000.0);
-    let mut return_map = ReturnMap::new(&shoot, Grid::new(8, 6), period, None).unwrap();
+    let mut return_map = ReturnMap::new(&shoot, TimeGrid::new(8, 6), period, None).unwrap();
     let end = return_map.run(&exact(&return_map, period, 0.0), period).unwrap().end;
     let exact = exact(&return_map, period, period);
     assert_eq!(end.slopes.len(), return_map.kept);
@@ -108,7 +108,7 @@ fn the_derivative_of_a_linear_map_is_the_map() {
     // A delay that lies within an interval, and one that is longer.
     for period in [9000.0, 2000.0] {
         let shoot = shoot();
-        let mut return_map = ReturnMap::new(&shoot, Grid::new(4, 3), period, None).unwrap();
+        let mut return_map = ReturnMap::new(&shoot, TimeGrid::new(4, 3), period, None).unwrap();
         let start = exact(&return_map, period, 0.0);
         let path = return_map.run(&start, period).unwrap();
         let moved = Monodromy::of(&return_map, &path).unwrap().apply(&start).unwrap();
@@ -121,7 +121,7 @@ fn the_derivative_of_a_linear_map_is_the_map() {
 #[test]
 fn a_past_shorter_than_the_delay_is_an_error() {
     let shoot = shoot();
-    let mut return_map = ReturnMap::new(&shoot, Grid::new(4, 3), 2000.0, None).unwrap();
+    let mut return_map = ReturnMap::new(&shoot, TimeGrid::new(4, 3), 2000.0, None).unwrap();
     let start = exact(&return_map, 2000.0, 0.0);
     // 900 s are 1.8 intervals of 500 s; with half an interval in reserve the state contains three.
     assert_eq!(return_map.kept, 3);

@@ -15,14 +15,14 @@ fn curve(p: f64) -> Complex<f64> {
 fn on_curve() -> Follower<1> {
     let linear = with_root(curve(0.0));
     let name = linear.parts().next().unwrap();
-    Follower::new(&linear, Vector1::new(0.0), (name, curve(0.0)))
+    Follower::new(&linear, Vector1::new(0.0), PartRoot { part: name, value: curve(0.0) })
 }
 
 fn on_circle(p: Vector2<f64>) -> Follower<2> {
     let root = circle(p.into());
     let linear = with_root(root);
     let name = linear.parts().next().unwrap();
-    Follower::new(&linear, p, (name, root))
+    Follower::new(&linear, p, PartRoot { part: name, value: root })
 }
 
 #[test]
@@ -103,7 +103,11 @@ fn a_root_whose_part_of_the_spectrum_disappears_is_lost() {
     // Two components are two parts if they do not couple, and one part if they do.
     let apart = linear([[-1.0, 0.0], [0.0, -2.0]], 1);
     let coupled = linear([[-1.0, 0.5], [0.5, -2.0]], 1);
-    let mut follower = Follower::new(&apart, Vector1::new(0.0), (Part::Essential(1), Complex::from(-2.0)));
+    let mut follower = Follower::new(
+        &apart,
+        Vector1::new(0.0),
+        PartRoot { part: SpectrumPart::Essential(1), value: Complex::from(-2.0) },
+    );
     assert!(follower.advance(Vector1::new(0.1), Complex::from(-2.0), &apart).is_ok());
     assert!(is_lost(&follower.advance(Vector1::new(0.2), Complex::from(-2.0), &coupled)));
 }
@@ -112,7 +116,11 @@ fn a_root_whose_part_of_the_spectrum_disappears_is_lost() {
 fn a_real_root_that_merges_with_another_and_becomes_complex_is_lost() {
     // The roots are −1 ± i/5, and −1 is expected. Newton's method stays on the real axis, which has no root.
     let apart = linear([[-1.0, 0.0], [0.0, -1.1]], 1);
-    let mut follower = Follower::new(&apart, Vector1::new(0.0), (Part::Essential(0), Complex::from(-1.0)));
+    let mut follower = Follower::new(
+        &apart,
+        Vector1::new(0.0),
+        PartRoot { part: SpectrumPart::Essential(0), value: Complex::from(-1.0) },
+    );
     let moved = follower.advance(Vector1::new(0.1), follower.root, &with_root(Complex::new(-1.0, 0.2)));
     assert!(matches!(moved, Err(StabilityError::NoConvergence { .. })), "{moved:?}");
 }

@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::constitutive::{LinearElastic, Timoshenko};
     use crate::growth::{Ongoing, UniformGrowth};
-    use crate::linear::{equilibrate, visit_stimuli};
+    use crate::linearisation::{equilibrate, visit_stimuli};
     use crate::load::Weight;
     use crate::scene::Still;
     use crate::support::{Hold, Joint};
