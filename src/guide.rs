@@ -22,17 +22,12 @@ macro_rules! chapter {
         concat!(
             definitions! {
                 "accuracy": "accuracy",
-                "architecture": "architecture",
                 "cycles": "cycles",
-                "decisions": "decisions",
                 "extremes": "extremes",
                 "fit": "fit",
                 "method": "method",
                 "own laws": "own_laws",
                 "own methods": "own_methods",
-                "performance": "performance",
-                "recipes": "recipes",
-                "saving": "saving",
                 "stability": "stability",
                 "supports": "supports",
                 ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::growth_power" "Shoot::reactions"
