@@ -16,6 +16,11 @@ const LARGEST_CORRELATION: f64 = 0.99;
 /// Number of iterations for the absorbed part and the correlations, which depend on each other.
 const ITERATIONS: usize = 8;
 
+/// Largest lag of the test for correlated noise, in frames, and smallest number of residuals for each lag. Residuals of
+/// a local minimum have the signs of the motion, which change after tens of frames.
+const LAGS: usize = 20;
+const LEAST_PER_LAG: usize = 8;
+
 /// Correlation of values k frames apart: 1 for k = 0, otherwise `share` · `decay`^k. White noise has the share zero. A
 /// first-order autoregressive process has the share one. The sum of both has a share between zero and one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +65,8 @@ struct SeriesNoise {
     correlation: Correlation,
     /// Mean square of the noise.
     variance: f64,
+    /// Result of the test for correlated noise: see [`Noise::excess`].
+    excess: f64,
 }
 
 impl Noise {
@@ -91,6 +98,13 @@ impl Noise {
     /// Largest correlation of successive values of a series.
     pub fn lag_one(&self) -> f64 {
         self.0.iter().map(|series| series.lag_one).fold(0.0, f64::max)
+    }
+
+    /// Number of standard deviations by which the correlations at all lags of a series exceed those of white noise: the
+    /// test of G. E. P. Box and D. A. Pierce (J. Am. Stat. Assoc. 65, 1509, 1970). A wrong model or a local minimum
+    /// leaves residuals that are smaller than the noise, and have this sign over many frames.
+    pub fn excess(&self) -> f64 {
+        self.0.iter().map(|series| series.excess).fold(0.0, f64::max)
     }
 
     /// Largest redundancy of a series.
@@ -126,7 +140,8 @@ impl SeriesNoise {
             (lag_one, correlation) = (lags[0], Correlation::of(lags, uncertainty));
         }
         let variance = residuals.norm_squared() / (n - absorbed(correlation)).max(1.0);
-        Self { indices, chains, lag_one, correlation, variance }
+        let excess = chains.excess(residuals);
+        Self { indices, chains, lag_one, correlation, variance, excess }
     }
 }
 
@@ -159,6 +174,19 @@ impl Chains {
             }
         }
         if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
+    }
+
+    /// Sum of the squares of the correlations at all lags, in standard deviations above its mean for white noise. The
+    /// cube root of a χ² is almost normal (E. B. Wilson and M. M. Hilferty, Proc. Natl. Acad. Sci. 17, 684, 1931).
+    fn excess(&self, values: &DVector<f64>) -> f64 {
+        let count = values.iter().filter(|value| **value != 0.0).count();
+        let lags = LAGS.min(count / LEAST_PER_LAG);
+        if lags == 0 {
+            return 0.0;
+        }
+        let squares = (1..=lags).map(|lag| self.correlation(values, lag).powi(2) * count as f64);
+        let (mean, variance) = (squares.sum::<f64>() / lags as f64, 2.0 / (9.0 * lags as f64));
+        (mean.cbrt() - 1.0 + variance) / variance.sqrt()
     }
 
     /// Jᵀ R J with the correlations R of the noise.
