@@ -245,6 +245,23 @@ mod tests {
         assert_relative_eq!(noise.redundancy(), 2.2, epsilon = 0.0, max_relative = 1e-14);
     }
 
+    /// White noise with a wave of a third of its variance, and a period of 40 frames, is not white.
+    #[test]
+    fn slow_residuals_below_the_noise_are_distinguished_from_white_noise() {
+        let rows: Vec<_> = (0..400).map(|k| Row { series: 0, coordinate: 0, time: f64::from(k) }).collect();
+        // The signs of a quadratic residue sequence have no correlations.
+        let sign = |k: u32| if (k * k % 401).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();
+        let excess = |part: f64| {
+            let residuals = DVector::from_iterator(400, (0..400).map(|k| sign(k) + part * wave(k)));
+            Noise::of(&residuals, &rows, &DMatrix::zeros(400, 0), &DMatrix::zeros(0, 0)).excess()
+        };
+        assert!(excess(0.0) < 4.0, "{}", excess(0.0));
+        // Correlations of cos(2π lag/40) / 4 at 20 lags have squares with the sum 0.6, and 400 residuals times this sum
+        // is far above the mean of χ², 20, whose standard deviation is 6.
+        assert!(excess((2.0_f64 / 3.0).sqrt()) > 6.0, "{}", excess(0.8));
+    }
+
     /// A slow series of 40 frames, and a second one of 400 frames with white noise of three times its size.
     #[test]
     fn correlation_and_variance_of_each_series_are_its_own() {

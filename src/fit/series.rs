@@ -273,31 +273,24 @@ impl Series {
     /// Returns an error unless the series is valid, and begins at the `start` (s) of the shoot or later. `series` is
     /// the index of the series in messages.
     pub(super) fn check(&self, series: usize, start: f64) -> Result<(), FitError> {
-        let (times, frames) = (&self.times, &self.frames);
-        let of_series = |problem| Err(FitError::Series { series, problem });
-        if times.is_empty() && frames.is_empty() {
-            return of_series("has no frames");
-        }
-        if times.len() != frames.len() {
-            return of_series("has different numbers of times and positions");
-        }
-        if self.given != self.view.0.len() {
-            return of_series("has not as many coordinates as its view");
-        }
-        if self.noise.is_some_and(|noise| !(noise > 0.0 && noise.is_finite())) {
-            return of_series("has a noise that is not positive and finite");
-        }
-        if self.offset.as_ref().is_some_and(|names| names.len() != self.dimension()) {
-            return of_series("has not as many offsets as coordinates");
-        }
-        if self.kind == Kind::Angle {
-            if self.scale.is_some() || self.offset.is_some() {
-                return of_series("has angles, which have no scale and offset");
-            }
-            if self.extent() > LARGEST_ANGLE {
-                return of_series("has an angle beyond two turns: is the unit rad?");
-            }
-        }
+        let (times, frames, noise) = (&self.times, &self.frames, self.noise);
+        let refuse = |problems: &[(bool, &'static str)]| match problems.iter().find(|(is_wrong, _)| *is_wrong) {
+            Some((_, problem)) => Err(FitError::Series { series, problem }),
+            None => Ok(()),
+        };
+        let is_angle = self.kind == Kind::Angle;
+        refuse(&[
+            (times.is_empty() && frames.is_empty(), "has no frames"),
+            (times.len() != frames.len(), "has different numbers of times and positions"),
+            (self.given != self.view.0.len(), "has not as many coordinates as its view"),
+            (noise.is_some_and(|x| !(x > 0.0 && x.is_finite())), "has a noise that is not positive and finite"),
+            (
+                self.offset.as_ref().is_some_and(|names| names.len() != self.dimension()),
+                "has not as many offsets as coordinates",
+            ),
+            (is_angle && (self.scale.is_some() || self.offset.is_some()), "has angles, which have no scale and offset"),
+            (is_angle && self.extent() > LARGEST_ANGLE, "has an angle beyond two turns: is the unit rad?"),
+        ])?;
         for frame in 0..times.len() {
             let problem = if !times[frame].is_finite() {
                 "has a time that is not finite"
@@ -316,17 +309,16 @@ impl Series {
             };
             return Err(FitError::Frame { series, frame, problem });
         }
-        if frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]) {
-            return of_series("is constant: all of its frames are equal");
-        }
-        let extent = self.size();
-        if self.noise.is_some_and(|noise| noise < LEAST_NOISE * extent) {
-            return of_series("has a noise below the rounding of its coordinates");
-        }
-        if self.noise.is_some_and(|noise| noise > MOST_NOISE * extent) {
-            return of_series("has a noise far above all of its coordinates: is its unit that of the coordinates?");
-        }
-        Ok(())
+        let is_constant = frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]);
+        let relative = noise.map_or(1.0, |noise| noise / self.size());
+        refuse(&[
+            (is_constant, "is constant: all of its frames are equal"),
+            (relative < LEAST_NOISE, "has a noise below the rounding of its coordinates"),
+            (
+                relative > MOST_NOISE,
+                "has a noise far above all of its coordinates: is its unit that of the coordinates?",
+            ),
+        ])
     }
 
     /// Scatter of neighbouring frames: a robust estimate of the noise from second differences of their last points, in
