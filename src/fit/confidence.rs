@@ -25,8 +25,7 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// Linearised problem at a point, with the Jacobian there, its decomposition, and the noise of the derivatives of the
-    /// loss.
+    /// Linearised problem at a point, with the Jacobian there, its decomposition, and the noise.
     ///
     /// The covariance is A B A with A = (m JᵀJ)⁻¹ and B = s² Jᵀ R J (P. J. Huber, Robust Statistics, 1981, section
     /// 7.6). Here m is the share of residuals inside the threshold, s² the mean square of the derivative of the loss

@@ -23,9 +23,9 @@ const OVERSAMPLING: f64 = 2.0;
 /// drift. The effect of an oscillator decreases with its period.
 const PERIODS: [f64; 2] = [2.0, 100.0];
 
-/// Score of a line above which the lines between it and its neighbours are computed. An oscillator with a period between
-/// two lines has 0.4 times its score at both, so that it is missed only if its score is below 15. Such a score is no
-/// evidence: among a hundred lines it is reached with a probability of 5 %.
+/// Score of a line above which the lines beside it are computed. An oscillator with a period between two lines has 0.4
+/// times its score at both, so that it is missed only if its score is below 15. Such a score is no evidence: one of a
+/// hundred lines without an oscillator reaches it with a probability of 5 %.
 const NEAR: f64 = 6.0;
 
 /// Sensitivity of the trial oscillators of a scan. Effects of second order are far below the noise.
@@ -53,8 +53,8 @@ pub struct Scan {
     /// Line with the largest score.
     pub best: ScanLine,
     /// Upper bound on the probability that data without an oscillator reach the largest score S: 1 − (1 − exp(−S/2))^N
-    /// for N lines, with or without a computed score. Their periods are twice as dense as those that the duration of the
-    /// data resolves. Therefore fewer than N lines are independent.
+    /// for N lines, including those without a computed score. Their periods are twice as dense as those that the
+    /// duration of the data resolves. Therefore fewer than N lines are independent.
     pub false_alarm: f64,
     /// Shortest and longest period of the scan, s. The scan does not exclude oscillators with other periods.
     pub periods: [f64; 2],

@@ -15,7 +15,8 @@ use super::problem::{Point, Problem};
 /// Damping of the first step, relative to the diagonal of the normal equations.
 const DAMPING: f64 = 1e-3;
 
-/// Factor of the damping after a step that fails. It is divided by this number after one that succeeds.
+/// Factor between two dampings that are tried. The first one of an iteration is smaller by this factor than the last one
+/// of the iteration before.
 const MORE: f64 = 10.0;
 
 /// Smallest and largest damping.
@@ -99,27 +100,40 @@ impl<'a> Linearised<'a> {
         Ok(Self { problem, at, gradient, matrix, moving })
     }
 
-    /// First point with a lower objective among the ends of steps with increasing damping, and its damping. Otherwise
-    /// the outcome of the search.
+    /// First point with a lower objective at the end of a step, with increasing damping and then with the least one;
+    /// and its damping. Otherwise the outcome of the search.
     fn lower(&self, damping: f64, accuracy: f64) -> Result<(Point, f64), Outcome> {
         let more = std::iter::successors(Some(damping), |damping| Some(damping * MORE));
-        let (mut failure, mut evaluated) = (None, false);
-        for damping in more.take_while(|damping| *damping <= DAMPINGS[1]).chain(LEAST) {
-            let Some((x, length)) = self.step(damping) else { continue };
-            if !(length > accuracy) {
-                continue;
-            }
+        match self.first_lower(more.take_while(|damping| *damping <= DAMPINGS[1]), accuracy) {
+            Ok(Some(found)) => Ok(found),
+            Ok(None) => self.first_lower(LEAST, accuracy).ok().flatten().ok_or(Outcome::Converged),
+            Err(failure) => Err(Outcome::Failed(failure)),
+        }
+    }
+
+    /// First point with a lower objective at the end of a step with one of the dampings, and this damping. The error is
+    /// that of the last step if each of them fails.
+    fn first_lower(
+        &self,
+        dampings: impl IntoIterator<Item = f64>,
+        accuracy: f64,
+    ) -> Result<Option<(Point, f64)>, FitError> {
+        let mut none = Ok(None);
+        let mut is_evaluated = false;
+        for damping in dampings {
+            let Some((x, _)) = self.step(damping).filter(|(_, length)| *length > accuracy) else { continue };
             match self.problem.at(x) {
-                // A step of the length `accuracy` to the minimum lowers the objective by this difference.
+                // This is the decrease by a step to a minimum at the distance `accuracy`.
                 Ok(point) if point.objective < self.at.objective - 0.5 * accuracy * accuracy => {
-                    return Ok((point, damping));
+                    return Ok(Some((point, damping)));
                 }
-                Ok(_) => evaluated = true,
+                Ok(_) => (none, is_evaluated) = (Ok(None), true),
                 // The family or the integrator may fail far from the solution. More damping shortens the step.
-                Err(error) => failure = Some(error),
+                Err(error) if !is_evaluated => none = Err(error),
+                Err(_) => {}
             }
         }
-        Err(failure.filter(|_| !evaluated).map_or(Outcome::Converged, Outcome::Failed))
+        none
     }
 
     /// End of a step, and its length in standard errors: the predicted change of the residuals over the noise. `None`

@@ -26,8 +26,8 @@ pub(super) struct Singular {
 }
 
 impl Singular {
-    /// Decomposes a Jacobian and the slopes of `priors`, each with the index of its coordinate. Without coordinates, and
-    /// if the decomposition does not converge, no combination has a known effect.
+    /// Decomposes a Jacobian and the slopes of `priors`, each with the index of its coordinate. If the decomposition
+    /// does not converge, no combination has a known effect.
     pub fn of(jacobian: &DMatrix<f64>, priors: &[(usize, f64)]) -> Self {
         let n = jacobian.ncols();
         let unknown = |norms| Self { values: DVector::zeros(n), norms, vectors: DMatrix::identity(n, n) };

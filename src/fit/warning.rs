@@ -140,9 +140,9 @@ impl fmt::Display for Warning {
             ),
             Self::Correlated { lag_one } => write!(
                 f,
-                "residuals of neighbouring frames are correlated ({lag_one:.2} for successive ones): the noise is slow \
-                 (smoothed or repeated frames, a moving camera), the model is wrong, or the search has ended in a local \
-                 minimum; the standard errors account for slow noise only"
+                "residuals of neighbouring frames are correlated ({lag_one:.2} for successive ones), because the noise \
+                 is slow (smoothed or repeated frames, a moving camera), the model is wrong, or the minimum is a local \
+                 one (use more starts): the standard errors account for slow noise only"
             ),
             Self::RepeatedFrames { series, frames } => write!(
                 f,
