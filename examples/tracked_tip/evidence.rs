@@ -15,12 +15,17 @@ const DETECTED: f64 = 6.0;
 /// Amplitude over the largest one below which the search does not report a wave.
 const BESIDE: f64 = 5e-3;
 
+/// Longest interval between positions at the centre of a window, over the length of the window. An
+/// amplitude that grows or decays is not measured by the ends of a window alone.
+const CENTRAL_GAP: f64 = 0.1;
+
 /// Length of a shoot at a time: s, m.
 pub type Length = [f64; 2];
 
 /// Centres of sliding windows (s) and the parts of the track in them. A window begins at or before
 /// its nominal beginning and ends at or after its nominal end, at positions that are no outliers.
-/// Lost frames therefore make it longer, never shorter.
+/// Lost frames therefore make it longer, never shorter. Windows with a gap at their centre are
+/// omitted.
 pub fn windows(path: &Track, outliers: &[usize], length: f64, every: f64) -> Result<Vec<(f64, Track)>, TrackingError> {
     let kept = || (0..path.times().len()).filter(|k| outliers.binary_search(k).is_err());
     let times: Vec<f64> = kept().map(|k| path.times()[k]).collect();
@@ -33,7 +38,11 @@ pub fn windows(path: &Track, outliers: &[usize], length: f64, every: f64) -> Res
         let last = (times.partition_point(|t| *t < to) + MARGIN).min(times.len() - 1);
         (centre, path.between(times[first], times[last]))
     };
-    Ok(path.windows(length, every)?.map(widened).collect())
+    let is_measured = |(centre, _): &(f64, Track)| {
+        let after = times.partition_point(|t| t < centre).clamp(1, times.len() - 1);
+        times[after] - times[after - 1] <= CENTRAL_GAP * length
+    };
+    Ok(path.windows(length, every)?.filter(is_measured).map(widened).collect())
 }
 
 /// Oscillations in all windows that can be analysed, with the mean of the lengths in each.

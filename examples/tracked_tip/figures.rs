@@ -35,7 +35,7 @@ pub fn draw(
     amplitudes(out, found, rows)
 }
 
-/// Draws the tracked path, and the last window with the ellipses of its two largest oscillations.
+/// Draws the tracked path, and the last window without its drift, with the ellipses of its two largest oscillations.
 fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), Box<dyn Error>> {
     let end = path.times().last().copied().unwrap_or(0.0);
     let place = |k: usize| (MM_PER_M * path.positions()[k].x, MM_PER_M * path.positions()[k].y);
@@ -50,15 +50,18 @@ fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), 
     }
     let outliers = astray.iter().map(|k| place(*k)).collect();
     let whole = [Series::new("positions", line, Style::Line, 5), Series::new("outliers", outliers, Style::Points, 1)];
-    // Positions in the last window relative to their mean.
-    let last = path.between(end - window, end);
-    let recent: Vec<(f64, f64)> =
-        good.iter().filter(|k| path.times()[**k] >= end - window).map(|k| place(*k)).collect();
-    let middle = |of: fn(&(f64, f64)) -> f64| recent.iter().map(of).sum::<f64>() / recent.len().max(1) as f64;
-    let (x, y) = (middle(|p| p.0), middle(|p| p.1));
-    let about = recent.iter().map(|p| (p.0 - x, p.1 - y)).collect();
-    let mut recent = vec![Series::new("positions relative to their mean", about, Style::Points, 5)];
-    let oscillations = last.oscillations(&Search::default()).map_or_else(|_| vec![], |found| found.oscillations);
+    // The drift would displace the positions from the ellipses.
+    let last = path.between(end - window, end).oscillations(&Search::default());
+    let (oscillations, about) = last.map_or_else(
+        |_| (vec![], vec![]),
+        |last| {
+            let good = |k: &usize| last.outliers.binary_search(k).is_err();
+            let place = |k: usize| (MM_PER_M * last.without_drift[k].x, MM_PER_M * last.without_drift[k].y);
+            let about = (0..last.without_drift.len()).filter(good).map(place).collect();
+            (last.oscillations, about)
+        },
+    );
+    let mut recent = vec![Series::new("positions less the drift", about, Style::Points, 5)];
     for (k, wave) in oscillations.iter().take(2).enumerate() {
         let round = (0..=120).map(|k| {
             let (sine, cosine) = (TAU * f64::from(k) / 120.0).sin_cos();

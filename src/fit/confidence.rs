@@ -3,33 +3,29 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::noise::Noise;
-use super::problem::Problem;
-use super::search::{Loss, Reached, priors};
+use super::problem::{Point, Problem};
 use super::singular::Singular;
 
 /// Largest number of iterations for an eigenvalue. Usually two or three suffice.
 const ITERATIONS: usize = 100;
 
-/// Covariance of the linearised problem at a point, with the noise that it assumes.
-pub(super) struct Confidence {
-    /// Covariance of the free coordinates, without the combinations that have no effect.
+/// Linearised problem at the estimates.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Linear {
+    /// Indices of the parameters with a standard error.
+    pub free: Vec<usize>,
+    /// Covariance of the coordinates of these parameters, without the combinations that have no effect.
     pub covariance: DMatrix<f64>,
-    /// The same for the loss of squares and white noise of the size in the problem.
+    /// The same covariance for the loss of squares and white noise of the size in the problem.
     pub white: DMatrix<f64>,
-    /// Correlation of the noise in successive frames, and number of residuals with the information of one; the largest
-    /// of all series.
-    pub lag_one: f64,
+    /// Number of successive residuals that contain the information of one.
     pub redundancy: f64,
+    /// Combinations without effect on the data: changes of the coordinates.
+    pub without_effect: Vec<DVector<f64>>,
 }
 
-impl Confidence {
-    /// Confidence of `free` coordinates of which nothing is known.
-    pub fn none(free: usize) -> Self {
-        let covariance = DMatrix::from_element(free, free, f64::INFINITY);
-        Self { white: covariance.clone(), covariance, lag_one: 0.0, redundancy: 1.0 }
-    }
-
-    /// Confidence at a point, with the Jacobian there and its decomposition.
+impl Linear {
+    /// Linearised problem at a point, with the Jacobian there, its decomposition, and the noise.
     ///
     /// The covariance is A B A with A = (m JᵀJ)⁻¹ and B = s² Jᵀ R J (P. J. Huber, Robust Statistics, 1981, section
     /// 7.6). Here m is the share of residuals inside the threshold, s² the mean square of the derivative of the loss
@@ -37,25 +33,22 @@ impl Confidence {
     /// (JᵀJ)⁻¹. Residuals that are smaller than the noise do not narrow the intervals: m is at most its value for
     /// normal noise, and white noise is added until the mean square has at least its value for normal noise. Priors are
     /// residuals with their own standard deviation.
-    pub fn of(
-        problem: &Problem,
-        loss: Loss,
-        reached: &Reached,
-        (jacobian, singular): (&DMatrix<f64>, &Singular),
-    ) -> Self {
-        let (residuals, rows) = (&reached.at.residuals, &reached.at.rows);
-        let slopes = residuals.map(|r| loss.slope(r));
-        let (normal_variance, normal_share) = loss.for_normal_noise();
-        let inside = residuals.iter().filter(|r| loss.is_inside(**r)).count().max(1) as f64 / residuals.len() as f64;
-        let inside = inside.min(normal_share);
-        let inverse = singular.inverse();
-        let noise = Noise::of(&slopes, rows, jacobian, &inverse);
+    pub fn of(problem: &Problem, point: &Point, jacobian: &DMatrix<f64>, singular: &Singular, noise: &Noise) -> Self {
+        let (normal_variance, normal_share) = problem.loss.for_normal_noise();
+        let inside = point.residuals.iter().filter(|r| problem.loss.is_inside(**r)).count().max(1) as f64;
+        let inside = (inside / point.residuals.len() as f64).min(normal_share);
         let mut middle = noise.covariance(jacobian, normal_variance) / (inside * inside);
-        for (i, [_, slope]) in priors(problem, &reached.x) {
+        for (i, [_, slope]) in problem.priors(&point.x) {
             middle[(i, i)] += slope * slope;
         }
-        let covariance = &inverse * middle * &inverse;
-        Self { covariance, white: inverse, lag_one: noise.lag_one(), redundancy: noise.redundancy() }
+        let white = singular.inverse();
+        Self {
+            free: problem.free.clone(),
+            covariance: &white * middle * &white,
+            white,
+            redundancy: noise.redundancy(),
+            without_effect: singular.without_effect(),
+        }
     }
 }
 

@@ -5,8 +5,6 @@ use std::fmt::Display;
 use nalgebra::{DMatrix, DVector};
 
 use super::problem::Problem;
-use super::residuals::{Steps, simulate};
-use super::search::priors;
 use super::singular::Singular;
 use super::{Estimates, Family, Fit, FitError, Parameter};
 use crate::model::Model;
@@ -52,21 +50,17 @@ impl Fit {
         }
         let family = Family { parameters, build };
         let values = estimates.values();
-        let run = |values: &[f64], until: f64, steps: Steps<'_>| {
-            simulate(&family, &input.data, self.step, (values, until), steps)
-        };
-        let problem = self.problem(&family.parameters, &input.data, values.clone(), &run);
         let all = free.iter().chain(&given).copied().collect();
-        let problem = Problem { noise: estimates.noise.clone(), free: all, ..problem };
-        let x = problem.coordinates(&values);
-        let at = problem.evaluate(&x)?;
-        let jacobian = problem.one_sided_jacobian(&x, &at)?;
+        let problem = Problem { free: all, ..estimates.problem(self, &family, values.clone()) };
+        let at = problem.at(problem.coordinates())?;
+        let jacobian = problem.one_sided_jacobian(&at)?;
         let unit = |[length, time]: [f64; 2]| -> Result<DVector<f64>, FitError> {
             let side = |sign: f64| {
                 let factors = [length, time].map(|change| 1.0 + sign * change);
                 let data: Vec<_> = input.data.iter().map(|series| series.scaled(factors)).collect();
-                let output = simulate(&family, &data, self.step, (&values, f64::INFINITY), Steps::Record)?;
-                Ok::<_, FitError>(problem.over_noise(&output.residuals, &output.rows))
+                let other = self.problem(&family, &data, values.clone());
+                let scaled = Problem { noise: estimates.noise.clone(), ..other };
+                Ok::<_, FitError>(scaled.at(scaled.coordinates())?.residuals)
             };
             Ok((side(1.0)? - side(-1.0)?) / (2.0 * CHANGE))
         };
@@ -77,7 +71,7 @@ impl Fit {
         for i in (0..at.residuals.len()).filter(|i| !input.loss.is_inside(at.residuals[*i])) {
             columns.row_mut(i).fill(0.0);
         }
-        let slopes = slopes(&problem, &x, columns, free.len());
+        let slopes = slopes(&problem, &at.x, columns, free.len());
         let names = given.iter().map(|k| (input.family[*k].name.as_str(), input.family[*k].start.signum()));
         let names = names.chain([("unit of length", 1.0), ("unit of time", 1.0)]);
         let of = |(j, (name, sign)): (usize, (&str, f64))| {
@@ -97,9 +91,6 @@ impl Fit {
 fn slopes(problem: &Problem, x: &DVector<f64>, columns: DMatrix<f64>, free: usize) -> DMatrix<f64> {
     let (jacobian, others) = columns.columns_range_pair(..free, free..);
     let (jacobian, others) = (jacobian.into_owned(), others.into_owned());
-    let priors: Vec<_> = priors(problem, x).filter(|(i, _)| *i < free).map(|(i, [_, slope])| (i, slope)).collect();
-    match Singular::of(&jacobian, &vec![false; free], &priors) {
-        Some(singular) => -singular.inverse() * jacobian.tr_mul(&others),
-        None => DMatrix::zeros(free, others.ncols()),
-    }
+    let priors: Vec<_> = problem.priors(x).filter(|(i, _)| *i < free).map(|(i, [_, slope])| (i, slope)).collect();
+    -Singular::of(&jacobian, &priors).inverse() * jacobian.tr_mul(&others)
 }

@@ -1,7 +1,8 @@
 //! Estimates of parameters, with their uncertainty.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
+use super::confidence::Linear;
 use super::jacobian::DIFFERENCE;
 use super::series::Series;
 use super::warning::root_mean_square;
@@ -126,9 +127,8 @@ pub struct Estimates {
     /// estimated, the objectives belong to its first rough estimate, and `chi_squared` to the last one.
     pub objectives: Vec<f64>,
     /// Singular values, the largest first, of the Jacobian of the residuals over the noise, whose columns are divided
-    /// by their norms. The first list is that of a Jacobian by differences with one step, the second that of a
-    /// Jacobian extrapolated from two steps.
-    pub singular_values: [Vec<f64>; 2],
+    /// by their norms.
+    pub singular_values: Vec<f64>,
     pub(super) input: Input,
     pub(super) linear: Linear,
 }
@@ -139,21 +139,6 @@ pub(super) struct Input {
     pub family: Vec<Parameter>,
     pub data: Vec<Series>,
     pub loss: Loss,
-}
-
-/// Linearised problem at the estimates.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Linear {
-    /// Indices of the parameters with a standard error.
-    pub free: Vec<usize>,
-    /// Covariance of the coordinates of these parameters.
-    pub covariance: DMatrix<f64>,
-    /// The same covariance for the loss of squares and white noise of the size in `noise`.
-    pub white: DMatrix<f64>,
-    /// Number of successive residuals that contain the information of one.
-    pub redundancy: f64,
-    /// Combinations without effect on the data: changes of the coordinates of these parameters.
-    pub without_effect: Vec<DVector<f64>>,
 }
 
 impl Estimates {
@@ -267,7 +252,7 @@ impl std::fmt::Display for Estimates {
         let Input { data, .. } = &self.input;
         for (index, (series, noise)) in data.iter().zip(&self.noise).enumerate() {
             let of_series = self.residuals.iter().filter(|(of, ..)| *of == index).map(|(.., r)| *r);
-            let (size, scatter) = (root_mean_square(&of_series.collect::<Vec<_>>()), series.rough_noise());
+            let (size, scatter) = (root_mean_square(&of_series.collect::<Vec<_>>()), series.scatter());
             let origin = if series.noise.is_some() { "given" } else { "estimated" };
             writeln!(
                 f,

@@ -1,7 +1,11 @@
 //! Families of shoots.
 
+use std::fmt::Display;
+
 use super::series::Series;
 use super::{FitError, Parameter};
+use crate::model::Model;
+use crate::shoot::Shoot;
 
 /// A family of shoots: parameters, and a function from their values to a shoot at its start.
 ///
@@ -25,6 +29,20 @@ impl<F> Family<F> {
     /// Names of all parameters with the given values.
     pub(super) fn named(&self, values: &[f64]) -> Vec<(String, f64)> {
         self.parameters.iter().zip(values).map(|(parameter, value)| (parameter.name.clone(), *value)).collect()
+    }
+
+    /// Initial values of all parameters.
+    pub(super) fn initial_values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|parameter| parameter.start).collect()
+    }
+
+    /// Shoot with the given values of all parameters.
+    pub(super) fn shoot<M: Model, E: Display>(&self, values: &[f64]) -> Result<Shoot<M>, FitError>
+    where
+        F: Fn(&[f64]) -> Result<Shoot<M>, E>,
+    {
+        let problem = |error: E| FitError::Family { values: self.named(values), problem: error.to_string() };
+        (self.build)(values).map_err(problem)
     }
 
     /// Returns an error unless the parameters are valid, and the family has all parameters that the data name.

@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::FitError;
-use super::problem::{Evaluated, Problem};
-use super::residuals::Steps;
+use super::problem::{Point, Problem};
 use crate::ensemble;
 
 /// Step of a coordinate in a central difference quotient. A coordinate is ln value, or the value over the distance of
@@ -19,147 +18,100 @@ pub(super) const DIFFERENCE: f64 = 1e-5;
 /// end of a search by less than 1e-4 standard errors.
 const ONE_SIDED: f64 = 1e-6;
 
-/// Ratio of the two steps of an extrapolated difference quotient.
+/// Ratio of successive steps of central quotients, and their largest number. The last step is 5e-13.
 const RATIO: f64 = 3.0;
+const STEPS: usize = 16;
 
-/// Largest number of times the step of a difference quotient is divided by [`RATIO`], when the shoot with displaced
-/// parameters cannot follow the grid.
-const DIVISIONS: usize = 6;
-
-/// Relative difference of the columns of both steps up to which the steps are short enough, and largest number of times
-/// they are divided by ten otherwise. The extrapolated column is then accurate to a few thousandths.
+/// Relative difference of two successive quotients up to which both steps are short enough. The extrapolated quotient
+/// is then accurate to a few thousandths.
 const STABLE: f64 = 0.03;
-const SHORTER: usize = 8;
 
 /// Change of the residuals over the norm of the data below which the change is rounding: a hundred times that of a
 /// path.
 const ROUNDING: f64 = 1e-12;
 
-/// Jacobian of the residuals by central differences with two steps.
-pub(super) struct Jacobian {
-    /// Quotients with the longer and with the shorter step.
-    pub coarse: DMatrix<f64>,
-    fine: DMatrix<f64>,
-    /// Whether each column is rounding.
-    pub rounding: Vec<bool>,
-}
-
-impl Jacobian {
-    /// Extrapolates the quotients, with errors of second order, to one of fourth order.
-    pub fn extrapolated(&self) -> DMatrix<f64> {
-        let square = RATIO * RATIO;
-        (&self.fine * square - &self.coarse) / (square - 1.0)
-    }
-}
-
-impl Evaluated {
-    /// Matrix with the given columns, of which there may be none, and one row for each residual.
-    fn matrix<'a>(&self, columns: impl ExactSizeIterator<Item = &'a DVector<f64>>) -> DMatrix<f64> {
-        DMatrix::from_iterator(self.residuals.len(), columns.len(), columns.flatten().copied())
-    }
-}
-
 impl Problem<'_> {
-    /// Jacobian of the residuals at a point by differences on the grid of the run at this point. `size` is the norm of
-    /// the data over the noise.
-    pub fn jacobian(&self, x: &DVector<f64>, at: &Evaluated, size: f64) -> Result<Jacobian, FitError> {
-        let n = self.free.len();
-        let columns = ensemble::collect(n, self.threads, |k| self.stable_columns(x, at, k, size));
-        let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let [coarse, fine] = [0, 1].map(|i| at.matrix(columns.iter().map(|(column, _)| &column[i])));
-        Ok(Jacobian { coarse, fine, rounding: columns.iter().map(|(_, rounding)| *rounding).collect() })
+    /// Jacobian of the residuals at a point. Each column is extrapolated from central difference quotients with two
+    /// steps. A column of rounding errors is zero.
+    pub fn jacobian(&self, point: &Point) -> Result<DMatrix<f64>, FitError> {
+        self.columns(point, |k| self.extrapolated(point, k))
     }
 
-    /// Derivatives of the residuals with respect to coordinate `k` with two steps, and whether they are rounding. The
-    /// steps are divided by ten as long as both differ, because the bounds of a linear parameter, which determine them,
-    /// may be far wider than the range in which the path is smooth.
-    fn stable_columns(
+    /// Jacobian by one-sided difference quotients of first order, with half the runs.
+    pub fn one_sided_jacobian(&self, point: &Point) -> Result<DMatrix<f64>, FitError> {
+        self.columns(point, |k| {
+            let quotient = |h: f64| Some((self.displaced(point, k, h)?.ok()? - &point.residuals) / h);
+            quotient(ONE_SIDED).or_else(|| quotient(-ONE_SIDED)).map_or_else(|| self.extrapolated(point, k), Ok)
+        })
+    }
+
+    /// Matrix with a column for each free coordinate.
+    fn columns(
         &self,
-        x: &DVector<f64>,
-        at: &Evaluated,
-        k: usize,
-        size: f64,
-    ) -> Result<([DVector<f64>; 2], bool), FitError> {
-        let mut step = DIFFERENCE;
-        let mut shorter = 0;
-        loop {
-            let [coarse, fine] = [self.column(x, at, k, step)?, self.column(x, at, k, step / RATIO)?];
-            let rounding = !(fine.norm() * step > ROUNDING * size);
-            let stable = (&coarse - &fine).norm() <= STABLE * fine.norm();
-            if rounding || stable || shorter == SHORTER {
-                return Ok(([coarse, fine], rounding));
-            }
-            step /= 10.0;
-            shorter += 1;
-        }
-    }
-
-    /// Jacobian by one-sided differences of first order on the grid of the run at the point. It needs half the runs of
-    /// a Jacobian by central differences.
-    pub fn one_sided_jacobian(&self, x: &DVector<f64>, at: &Evaluated) -> Result<DMatrix<f64>, FitError> {
+        point: &Point,
+        column: impl Fn(usize) -> Result<DVector<f64>, FitError> + Sync,
+    ) -> Result<DMatrix<f64>, FitError> {
         let n = self.free.len();
-        let column = |k: usize| -> Result<DVector<f64>, FitError> {
-            let quotient = |h: f64| Ok((self.displaced(x, at, k, h)? - &at.residuals) / h);
-            let mut error = None;
-            for h in [ONE_SIDED, -ONE_SIDED].into_iter().filter(|h| self.is_inside(k, x[k] + h)) {
-                match quotient(h) {
-                    Err(failure @ (FitError::Run { .. } | FitError::Family { .. })) => error = error.or(Some(failure)),
-                    result => return result,
-                }
-            }
-            // A run that cannot follow the grid may follow it with a smaller change.
-            match error {
-                Some(error @ FitError::Family { .. }) => Err(error),
-                _ => self.column(x, at, k, ONE_SIDED),
-            }
-        };
         let columns = ensemble::collect(n, self.threads, column).into_iter().collect::<Result<Vec<_>, _>>()?;
-        Ok(at.matrix(columns.iter()))
+        Ok(DMatrix::from_iterator(point.residuals.len(), n, columns.iter().flatten().copied()))
     }
 
-    /// Residuals over the noise at the point with coordinate `k` changed by `change`, on the grid of the run at the
-    /// point.
-    fn displaced(&self, x: &DVector<f64>, at: &Evaluated, k: usize, change: f64) -> Result<DVector<f64>, FitError> {
-        let mut x = x.clone();
-        x[k] += change;
-        let output = (self.run)(&self.values_at(&x), self.until, Steps::Follow(&at.grid))?;
-        Ok(self.over_noise(&output.residuals, &output.rows))
-    }
-
-    /// Whether free coordinate `k` is within its bounds at a value.
-    fn is_inside(&self, k: usize, value: f64) -> bool {
-        let [low, high] = self.parameters[self.free[k]].limits();
-        (low..=high).contains(&value)
-    }
-
-    /// Derivative of the residuals with respect to coordinate `k`. The step is divided as long as a displaced shoot
-    /// cannot follow the grid.
-    fn column(&self, x: &DVector<f64>, at: &Evaluated, k: usize, step: f64) -> Result<DVector<f64>, FitError> {
-        let mut step = step;
-        for _ in 0..DIVISIONS {
-            match self.difference(x, at, k, step) {
-                Err(FitError::Run { .. }) => step /= RATIO,
-                result => return result,
+    /// Derivatives of the residuals with respect to coordinate `k`, with an error of fourth order: extrapolated from
+    /// the first two successive quotients that agree.
+    ///
+    /// Long steps may fail, because a displaced shoot cannot follow the grid. They may also be longer than the range in
+    /// which the path is smooth, because the bounds of a linear parameter, which determine them, may be wide.
+    fn extrapolated(&self, point: &Point, k: usize) -> Result<DVector<f64>, FitError> {
+        let squares = point.rows.iter().map(|row| (self.data[row.series].size() / self.noise[row.series]).powi(2));
+        let size = squares.sum::<f64>().sqrt();
+        let steps = std::iter::successors(Some(DIFFERENCE), |h| Some(h / RATIO)).take(STEPS);
+        let (mut longer, mut last) = (None, Ok(DVector::zeros(point.residuals.len())));
+        for h in steps {
+            let quotient = match self.quotient(point, k, h) {
+                Err(error @ FitError::Run { .. }) => {
+                    (longer, last) = (None, Err(error));
+                    continue;
+                }
+                other => other?,
+            };
+            if !(quotient.norm() * h > ROUNDING * size) {
+                return Ok(DVector::zeros(quotient.len()));
+            }
+            if let Some(coarse) = longer.replace(quotient.clone()) {
+                let square = RATIO * RATIO;
+                let extrapolated = (&quotient * square - &coarse) / (square - 1.0);
+                if (coarse - &quotient).norm() <= STABLE * quotient.norm() {
+                    return Ok(extrapolated);
+                }
+                last = Ok(extrapolated);
             }
         }
-        self.difference(x, at, k, step)
+        last
     }
 
-    /// Difference quotient of the residuals for coordinate `k` with the step `h`, with an error of second order.
-    fn difference(&self, x: &DVector<f64>, at: &Evaluated, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
-        // The family is not evaluated beyond the bounds, where it need not have a shoot.
-        let displaced = |change: f64| self.is_inside(k, x[k] + change).then(|| self.displaced(x, at, k, change));
-        let one_sided = |near: &DVector<f64>, h: f64| -> Result<DVector<f64>, FitError> {
-            let far = self.displaced(x, at, k, 2.0 * h)?;
-            Ok((near * 4.0 - &at.residuals * 3.0 - far) / (2.0 * h))
+    /// Difference quotient of the residuals for coordinate `k` with the step `h` and an error of second order: a
+    /// central one, or a one-sided one where the family has no shoot on one side.
+    fn quotient(&self, point: &Point, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
+        let one_sided = |near: &DVector<f64>, h: f64| match self.displaced(point, k, 2.0 * h) {
+            Some(far) => Ok((near * 4.0 - &point.residuals * 3.0 - far?) / (2.0 * h)),
+            // The distance of the bounds exceeds four steps.
+            None => Ok(DVector::zeros(near.len())),
         };
-        match (displaced(h), displaced(-h)) {
+        match (self.displaced(point, k, h), self.displaced(point, k, -h)) {
             (Some(Ok(above)), Some(Ok(below))) => Ok((above - below) / (2.0 * h)),
             (Some(Ok(above)), None | Some(Err(FitError::Family { .. }))) => one_sided(&above, h),
             (None | Some(Err(FitError::Family { .. })), Some(Ok(below))) => one_sided(&below, -h),
             (Some(Err(error)), _) | (_, Some(Err(error))) => Err(error),
-            // This case does not occur, because the distance of valid bounds exceeds twice the step.
-            (None, None) => Ok(DVector::zeros(at.residuals.len())),
+            (None, None) => Ok(DVector::zeros(point.residuals.len())),
         }
+    }
+
+    /// Residuals over the noise with coordinate `k` changed by `h`, on the grid of the run at the point. `None` beyond
+    /// the bounds, where the family need not have a shoot.
+    fn displaced(&self, point: &Point, k: usize, h: f64) -> Option<Result<DVector<f64>, FitError>> {
+        let mut x = point.x.clone();
+        x[k] += h;
+        let [low, high] = self.limits(k);
+        (low..=high).contains(&x[k]).then(|| self.near(point, &x))
     }
 }

@@ -16,6 +16,11 @@ const LARGEST_CORRELATION: f64 = 0.99;
 /// Number of iterations for the absorbed part and the correlations, which depend on each other.
 const ITERATIONS: usize = 8;
 
+/// Largest lag of the test for correlated noise, in frames, and smallest number of residuals for each lag. Residuals of
+/// a local minimum have the signs of the motion, which change after tens of frames.
+const LAGS: usize = 20;
+const LEAST_PER_LAG: usize = 8;
+
 /// Correlation of values k frames apart: 1 for k = 0, otherwise `share` · `decay`^k. White noise has the share zero. A
 /// first-order autoregressive process has the share one. The sum of both has a share between zero and one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +65,8 @@ struct SeriesNoise {
     correlation: Correlation,
     /// Mean square of the noise.
     variance: f64,
+    /// Result of the test for correlated noise: see [`Noise::excess`].
+    excess: f64,
 }
 
 impl Noise {
@@ -91,6 +98,13 @@ impl Noise {
     /// Largest correlation of successive values of a series.
     pub fn lag_one(&self) -> f64 {
         self.0.iter().map(|series| series.lag_one).fold(0.0, f64::max)
+    }
+
+    /// Number of standard deviations by which the correlations at all lags of a series exceed those of white noise: the
+    /// test of G. E. P. Box and D. A. Pierce (J. Am. Stat. Assoc. 65, 1509, 1970). A wrong model or a local minimum
+    /// leaves residuals that are smaller than the noise, and have this sign over many frames.
+    pub fn excess(&self) -> f64 {
+        self.0.iter().map(|series| series.excess).fold(0.0, f64::max)
     }
 
     /// Largest redundancy of a series.
@@ -126,7 +140,8 @@ impl SeriesNoise {
             (lag_one, correlation) = (lags[0], Correlation::of(lags, uncertainty));
         }
         let variance = residuals.norm_squared() / (n - absorbed(correlation)).max(1.0);
-        Self { indices, chains, lag_one, correlation, variance }
+        let excess = chains.excess(residuals);
+        Self { indices, chains, lag_one, correlation, variance, excess }
     }
 }
 
@@ -159,6 +174,19 @@ impl Chains {
             }
         }
         if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
+    }
+
+    /// Sum of the squares of the correlations at all lags, in standard deviations above its mean for white noise. The
+    /// cube root of a χ² is almost normal (E. B. Wilson and M. M. Hilferty, Proc. Natl. Acad. Sci. 17, 684, 1931).
+    fn excess(&self, values: &DVector<f64>) -> f64 {
+        let count = values.iter().filter(|value| **value != 0.0).count();
+        let lags = LAGS.min(count / LEAST_PER_LAG);
+        if lags == 0 {
+            return 0.0;
+        }
+        let squares = (1..=lags).map(|lag| self.correlation(values, lag).powi(2) * count as f64);
+        let (mean, variance) = (squares.sum::<f64>() / lags as f64, 2.0 / (9.0 * lags as f64));
+        (mean.cbrt() - 1.0 + variance) / variance.sqrt()
     }
 
     /// Jᵀ R J with the correlations R of the noise.
@@ -215,6 +243,23 @@ mod tests {
         assert_relative_eq!(found[0], expected, epsilon = 0.0, max_relative = 1e-14);
         // Sum over all lags, 1 + 2 · 0.6 · (0.5 + 0.25 + …).
         assert_relative_eq!(noise.redundancy(), 2.2, epsilon = 0.0, max_relative = 1e-14);
+    }
+
+    /// White noise with a wave of a third of its variance, and a period of 40 frames, is not white.
+    #[test]
+    fn slow_residuals_below_the_noise_are_distinguished_from_white_noise() {
+        let rows: Vec<_> = (0..400).map(|k| Row { series: 0, coordinate: 0, time: f64::from(k) }).collect();
+        // The signs of a quadratic residue sequence have no correlations.
+        let sign = |k: u32| if (k * k % 401).is_multiple_of(2) { 1.0 } else { -1.0 };
+        let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();
+        let excess = |part: f64| {
+            let residuals = DVector::from_iterator(400, (0..400).map(|k| sign(k) + part * wave(k)));
+            Noise::of(&residuals, &rows, &DMatrix::zeros(400, 0), &DMatrix::zeros(0, 0)).excess()
+        };
+        assert!(excess(0.0) < 4.0, "{}", excess(0.0));
+        // Correlations of cos(2π lag/40) / 4 at 20 lags have squares with the sum 0.6, and 400 residuals times this sum
+        // is far above the mean of χ², 20, whose standard deviation is 6.
+        assert!(excess((2.0_f64 / 3.0).sqrt()) > 6.0, "{}", excess(0.8));
     }
 
     /// A slow series of 40 frames, and a second one of 400 frames with white noise of three times its size.

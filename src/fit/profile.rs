@@ -3,8 +3,6 @@
 use std::fmt::Display;
 
 use super::estimate::QUANTILE_95;
-use super::problem::Problem;
-use super::residuals::{Steps, simulate};
 use super::search::{End, search};
 use super::{Estimates, Family, Fit, FitError};
 use crate::model::Model;
@@ -40,49 +38,36 @@ impl Fit {
         estimates: &Estimates,
         name: &str,
     ) -> Result<[f64; 2], FitError> {
-        let (family, data) = (&Family { parameters: estimates.input.family.clone(), build }, &estimates.input.data[..]);
-        self.check(family, data)?;
-        let run =
-            |values: &[f64], until: f64, steps: Steps<'_>| simulate(family, data, self.step, (values, until), steps);
-        let free = &estimates.linear.free;
-        let Some(i) = free.iter().position(|k| family.parameters[*k].name == name) else {
-            let problem = "is not among the estimates that have an error";
-            return Err(FitError::Parameter { name: name.to_owned(), problem });
-        };
-        let (k, covariance) = (free[i], &estimates.linear.covariance);
+        let family = &Family { parameters: estimates.input.family.clone(), build };
+        self.check(family, &estimates.input.data)?;
+        let refused = |problem| FitError::Parameter { name: name.to_owned(), problem };
+        let position = estimates.linear.free.iter().position(|k| family.parameters[*k].name == name);
+        let i = position.ok_or_else(|| refused("is not among the estimates that have an error"))?;
+        let k = estimates.linear.free[i];
         if estimates.parameters[k].error.is_infinite() {
             let problem = "belongs to a combination without effect on the data, so that its interval has no end";
-            return Err(FitError::Parameter { name: name.to_owned(), problem });
+            return Err(refused(problem));
         }
-        // Parameters at a bound may leave it.
-        let others = (0..family.parameters.len()).filter(|other| *other != k);
-        let others: Vec<usize> = others.filter(|other| !family.parameters[*other].is_fixed()).collect();
-        let parameter = &family.parameters[k];
-        let full = self.problem(&family.parameters, data, estimates.values(), &run);
-        let full = Problem { noise: estimates.noise.clone(), free: others, ..full };
-        let least = 0.5 * estimates.chi_squared;
-        let centre = parameter.coordinate(estimates.parameters[k].value);
+        let [variance, white] = [&estimates.linear.covariance, &estimates.linear.white].map(|matrix| matrix[(i, i)]);
         // Correlated noise and outliers widen the interval by the same factor as the standard error.
-        let wider = if estimates.linear.white[(i, i)] > 0.0 {
-            covariance[(i, i)] / estimates.linear.white[(i, i)]
-        } else {
-            1.0
-        };
-        let target = QUANTILE_95 * wider.max(f64::MIN_POSITIVE).sqrt();
+        let (error, target) = (variance.sqrt(), QUANTILE_95 * (variance / white).sqrt());
+        let mut problem = estimates.problem(self, family, estimates.values());
+        // Parameters at a bound may leave it.
+        problem.free.retain(|other| *other != k);
+        let (parameter, least) = (&family.parameters[k], 0.5 * estimates.chi_squared);
+        let centre = parameter.coordinate(estimates.parameters[k].value);
         let [low, high] = parameter.limits();
-        let error = covariance[(i, i)].max(0.0).sqrt();
         let end = |sign: f64| -> Result<f64, FitError> {
             let room = if sign > 0.0 { high - centre } else { centre - low };
-            let mut distance = if error > 0.0 { (QUANTILE_95 * error).min(room) } else { room };
-            let mut values = estimates.values();
+            let mut distance = (QUANTILE_95 * error).min(room);
+            let mut problem = problem.clone();
             for _ in 0..SEARCHES {
-                values[k] = parameter.value(centre + sign * distance);
-                let problem = Problem { values: values.clone(), ..full.clone() };
-                let reached = search(&problem, estimates.input.loss, problem.coordinates(&values), SEARCH)?;
-                let prior = parameter.prior_residual(centre + sign * distance).map_or(0.0, |[r, _]| 0.5 * r * r);
-                let rise = (2.0 * (reached.objective + prior - least)).max(0.0).sqrt();
-                values = problem.values_at(&reached.x);
-                let ratio = target / rise;
+                let coordinate = centre + sign * distance;
+                problem.values[k] = parameter.value(coordinate);
+                let reached = search(&problem, problem.coordinates(), SEARCH)?.point;
+                let prior = parameter.prior_residual(coordinate).map_or(0.0, |[r, _]| 0.5 * r * r);
+                let ratio = target / (2.0 * (reached.objective + prior - least)).max(0.0).sqrt();
+                problem.values = problem.values_at(&reached.x);
                 if distance >= room && ratio >= 1.0 {
                     return Ok(parameter.value(centre + sign * room));
                 }
@@ -91,7 +76,7 @@ impl Fit {
                 }
                 distance = (distance * ratio.clamp(0.3, 3.0)).min(room);
             }
-            Err(FitError::NoInterval { searches: SEARCHES, values: family.named(&values) })
+            Err(FitError::NoInterval { searches: SEARCHES, values: family.named(&problem.values) })
         };
         Ok([end(-1.0)?, end(1.0)?])
     }

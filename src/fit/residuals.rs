@@ -9,7 +9,7 @@ use super::series::{Kind, Series};
 use super::{Family, FitError};
 use crate::equilibrium::NewtonSolver;
 use crate::integrator::{Grid, Integrator, MethodOfSteps};
-use crate::model::Model;
+use crate::model::{Model, next_discontinuity};
 use crate::numerics::interpolation::lagrange;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -28,11 +28,11 @@ const NEAREST: f64 = 1e-8;
 /// Largest number of iterations for the arc length of the nearest point.
 const ITERATIONS: usize = 20;
 
-/// Interval of the frames of a tip over the time step below which the tip is interpolated between the steps.
-const DENSE: f64 = 0.5;
-
 /// Number of points of an interpolation. With a tenth of a period between them, its error is 4e-4 of the amplitude.
 const NODES: usize = 6;
+
+/// Shortest piece of a path over the time step. Shorter ones are rounding.
+const SHORTEST: f64 = 1e-3;
 
 /// Time steps and elements of a run.
 pub(super) enum Steps<'a> {
@@ -53,12 +53,10 @@ pub(super) struct Row {
     pub time: f64,
 }
 
-/// Residuals of a run, in the order of time.
+/// Result of a run.
 pub(super) struct Output {
-    /// Simulated minus measured coordinates, in the unit of the data, or angles, rad.
-    pub residuals: Vec<f64>,
-    /// Origin of each residual.
-    pub rows: Vec<Row>,
+    /// Simulated minus measured coordinates, in the unit of the data, or angles, rad, in the order of time.
+    pub residuals: Vec<(Row, f64)>,
     /// Grid of the run.
     pub grid: Grid,
 }
@@ -72,110 +70,100 @@ pub(super) fn simulate<M: Model, E: Display>(
     (values, until): (&[f64], f64),
     steps: Steps,
 ) -> Result<Output, FitError> {
-    let problem = |error: E| FitError::Family { values: family.named(values), problem: error.to_string() };
-    let mut shoot = (family.build)(values).map_err(problem)?;
+    let mut shoot = family.shoot(values)?;
     let mut integrator = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(EQUILIBRIUM));
     match steps {
         Steps::Record => integrator.record(),
         Steps::Follow(grid) => integrator.follow(grid.clone()),
     }
-    let dense: Vec<bool> = data.iter().map(|series| is_dense(series, step)).collect();
-    let dense_times = data.iter().zip(&dense).filter(|(_, dense)| **dense).flat_map(|(series, _)| &series.times);
-    let last = dense_times.copied().filter(|time| *time <= until).fold(f64::NEG_INFINITY, f64::max);
-    let mut path = Path::until(shoot.time(), last, step);
+    // Frames at which steps end, and frames at which the path is interpolated.
+    let (mut exact, mut dense) = (Vec::new(), Vec::new());
+    for (index, series) in data.iter().enumerate() {
+        let frames = series.times.iter().copied().enumerate().take_while(|(_, time)| *time <= until);
+        let of = if series.is_dense(step) { &mut dense } else { &mut exact };
+        of.extend(frames.map(|(frame, time)| (time, Some((index, frame)))));
+    }
+    let last = dense.iter().map(|(time, _)| *time).fold(f64::NEG_INFINITY, f64::max);
+    let mut path = Path::until(last, step, &shoot)?;
+    let mut stops = exact;
+    stops.extend(path.times.iter().map(|time| (*time, None)));
+    stops.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let cameras: Vec<_> = data.iter().map(|series| Camera::of(series, family, values)).collect();
-    let mut next = vec![0; data.len()];
-    let (mut residuals, mut rows) = (Vec::new(), Vec::new());
-    loop {
-        let frames = data.iter().zip(&next).zip(&dense).filter(|(_, dense)| !**dense);
-        let times = frames.filter_map(|((series, next), _)| series.times.get(*next)).chain(path.next_time());
-        let time = times.copied().fold(f64::INFINITY, f64::min);
-        if !(time <= until && time.is_finite()) {
-            break;
-        }
+    let mut residuals = Vec::new();
+    for (time, frame) in stops {
         integrator
             .advance(&mut shoot, time)
             .map_err(|error| FitError::Run { values: family.named(values), error: Box::new(error) })?;
-        path.record(time, shoot.rod());
-        for (index, series) in data.iter().enumerate().filter(|(index, _)| !dense[*index]) {
-            if series.times.get(next[index]) == Some(&time) {
-                let before = residuals.len();
-                cameras[index].compare(shoot.rod(), series.kind, &series.frames[next[index]], &mut residuals);
-                let count = residuals.len() - before;
-                rows.extend((0..count).map(|coordinate| Row { series: index, coordinate, time }));
-                next[index] += 1;
-            }
+        match frame {
+            Some(frame) => cameras[frame.0].compare(shoot.rod(), frame, &mut residuals),
+            None => path.tips.push(tip_of(shoot.rod())),
         }
     }
-    for (index, series) in data.iter().enumerate().filter(|(index, _)| dense[*index]) {
-        for (time, frame) in series.times.iter().zip(&series.frames).take_while(|(time, _)| **time <= last) {
-            let Some(measured) = frame.last() else { continue };
-            let before = residuals.len();
-            cameras[index].compare_tip(path.at(*time), series.kind, measured, &mut residuals);
-            let count = residuals.len() - before;
-            rows.extend((0..count).map(|coordinate| Row { series: index, coordinate, time: *time }));
-        }
+    for (time, frame) in dense {
+        let Some(frame) = frame else { continue };
+        cameras[frame.0].compare_tip(path.at(time), frame, &mut residuals);
     }
-    let mut order: Vec<usize> = (0..rows.len()).collect();
-    order.sort_by(|i, k| rows[*i].time.total_cmp(&rows[*k].time));
-    let residuals = order.iter().map(|i| residuals[*i]).collect();
-    Ok(Output { residuals, rows: order.iter().map(|i| rows[*i]).collect(), grid: integrator.take_grid() })
+    residuals.sort_by(|(a, _): &(Row, f64), (b, _)| a.time.total_cmp(&b.time));
+    Ok(Output { residuals, grid: integrator.take_grid() })
 }
 
-/// Whether the frames of a series are so close that steps to each of them would be far shorter than necessary.
-fn is_dense(series: &Series, step: f64) -> bool {
-    series.kind != Kind::CentreLine && series.spacing() < DENSE * step
-}
-
-/// Path of the tip at equal intervals of about a time step, for frames between them.
+/// Path of the tip at points between which it is interpolated. Each piece between two discontinuities of the laws,
+/// where the path has a kink, has points at equal intervals.
 struct Path {
     /// Times, s.
     times: Vec<f64>,
+    /// Index of the first point of each piece, and of the last point of the last piece.
+    ends: Vec<usize>,
     /// Position of the tip (m) and unit tangent there, at the first of the times.
     tips: Vec<[Vector3<f64>; 2]>,
 }
 
 impl Path {
-    /// Path without points, from a start (s) to the last time (s). It has no times if the last time is not finite.
-    fn until(start: f64, last: f64, step: f64) -> Self {
-        let count = if last.is_finite() { ((last - start) / step).ceil().max(1.0) as usize } else { 0 };
-        let time = |k: usize| if k == count { last } else { start + (last - start) * k as f64 / count as f64 };
-        let times = if count == 0 { Vec::new() } else { (0..=count).map(time).collect() };
-        Self { times, tips: Vec::new() }
-    }
-
-    /// Next time at which the path needs the shoot, s.
-    fn next_time(&self) -> Option<&f64> {
-        self.times.get(self.tips.len())
-    }
-
-    /// Appends the tip of a rod if the time is the next one of the path.
-    fn record(&mut self, time: f64, rod: &Rod) {
-        if self.next_time() == Some(&time) {
-            self.tips.push(tip(rod));
+    /// Path without tips of a shoot at its start, to the last time (s), with intervals up to `step` (s). It has no
+    /// times if the last time is not finite.
+    fn until(last: f64, step: f64, shoot: &Shoot<impl Model>) -> Result<Self, FitError> {
+        let mut path = Self { times: Vec::new(), ends: Vec::new(), tips: Vec::new() };
+        if !last.is_finite() {
+            return Ok(path);
         }
+        let (mut from, shortest) = (shoot.time(), SHORTEST * step);
+        let last = last.max(from + step);
+        path.times.push(from);
+        while from < last {
+            let next = next_discontinuity(shoot.model(), from + shortest)?;
+            let to = if next < last - shortest { next } else { last };
+            // The number is the same if a parameter displaces the discontinuity a little.
+            let count = ((to - from) / step - SHORTEST).ceil().max((NODES - 1) as f64);
+            path.ends.push(path.times.len() - 1);
+            path.times.extend((1..count as usize).map(|k| from + (to - from) * k as f64 / count));
+            path.times.push(to);
+            from = to;
+        }
+        path.ends.push(path.times.len() - 1);
+        Ok(path)
     }
 
     /// Tip and tangent at a time (s) by interpolation.
     fn at(&self, time: f64) -> [Vector3<f64>; 2] {
-        let count = NODES.min(self.times.len());
-        let after = self.times.partition_point(|other| *other < time);
-        let first = after.saturating_sub(count / 2).min(self.times.len() - count);
+        let piece = self.ends.partition_point(|end| self.times[*end] < time).clamp(1, self.ends.len() - 1);
+        let (start, end) = (self.ends[piece - 1], self.ends[piece]);
+        let next = self.times.partition_point(|other| *other < time);
+        let first = next.saturating_sub(NODES / 2).clamp(start, end + 1 - NODES);
         let mut weights = [0.0; NODES];
-        lagrange(&self.times[first..first + count], time, &mut weights[..count]);
-        let sum = |i: usize| (0..count).map(|k| self.tips[first + k][i] * weights[k]).sum();
+        lagrange(&self.times[first..first + NODES], time, &mut weights);
+        let sum = |i: usize| (0..NODES).map(|k| self.tips[first + k][i] * weights[k]).sum();
         [sum(0), sum(1)]
     }
 }
 
 /// Position of the tip (m), and unit tangent there.
-fn tip(rod: &Rod) -> [Vector3<f64>; 2] {
+fn tip_of(rod: &Rod) -> [Vector3<f64>; 2] {
     [rod.tip(), rod.apex_frame() * Vector3::z()]
 }
 
-/// View with the values of its scale and offset.
+/// View of a series with the values of its scale and offset.
 struct Camera<'a> {
-    rows: &'a [Vector3<f64>],
+    series: &'a Series,
     scale: f64,
     offset: Vector3<f64>,
 }
@@ -188,13 +176,13 @@ impl<'a> Camera<'a> {
         for (k, name) in series.offset.iter().flatten().enumerate().take(3) {
             offset[k] = value(name);
         }
-        Self { rows: &series.view.0, scale: series.scale.as_ref().map_or(1.0, value), offset }
+        Self { series, scale: series.scale.as_ref().map_or(1.0, value), offset }
     }
 
     /// Image of a vector, without the offset.
     fn direction(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         let mut image = Vector3::zeros();
-        for (k, row) in self.rows.iter().enumerate() {
+        for (k, row) in self.series.view.0.iter().enumerate() {
             image[k] = self.scale * row.dot(vector);
         }
         image
@@ -205,15 +193,20 @@ impl<'a> Camera<'a> {
         self.direction(position) + self.offset
     }
 
-    /// Appends the residuals of a frame, in the unit of the data, or rad. Those of the tip are the last.
-    fn compare(&self, rod: &Rod, kind: Kind, frame: &[Vector3<f64>], residuals: &mut Vec<f64>) {
-        let Some((last, inner)) = frame.split_last() else { return };
-        // The tip is first: its coordinates have the same indices in all frames, whatever the number of points.
-        self.compare_tip(tip(rod), kind, last, residuals);
-        if kind == Kind::CentreLine && !inner.is_empty() {
+    /// Appends the residuals of a frame, in the unit of the data, or rad. Those of the tip are the first, so that they
+    /// have the same indices in all frames, whatever the number of points.
+    fn compare(&self, rod: &Rod, frame: (usize, usize), residuals: &mut Vec<(Row, f64)>) {
+        let tip = residuals.len();
+        self.compare_tip(tip_of(rod), frame, residuals);
+        let points = &self.series.frames[frame.1];
+        if self.series.kind == Kind::CentreLine && points.len() > 1 {
+            let row = residuals[tip].0;
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
             let nodes = rod.centre_line();
-            inner.iter().for_each(|point| self.compare_inner((rod, &nodes), &samples, point, residuals));
+            let inner = points[..points.len() - 1].iter();
+            let across = inner.flat_map(|point| self.across((rod, &nodes), &samples, point));
+            let first = residuals.len() - tip;
+            residuals.extend(across.enumerate().map(|(k, r)| (Row { coordinate: first + k, ..row }, r)));
         }
     }
 
@@ -221,62 +214,57 @@ impl<'a> Camera<'a> {
     fn compare_tip(
         &self,
         [tip, tangent]: [Vector3<f64>; 2],
-        kind: Kind,
-        measured: &Vector3<f64>,
-        residuals: &mut Vec<f64>,
+        (series, frame): (usize, usize),
+        residuals: &mut Vec<(Row, f64)>,
     ) {
-        if kind == Kind::Angle {
+        let (time, Some(measured)) = (self.series.times[frame], self.series.frames[frame].last()) else { return };
+        let mut difference = self.point(&tip) - measured;
+        if self.series.kind == Kind::Angle {
             let tangent = self.direction(&tangent);
-            let difference = tangent.y.atan2(tangent.x) - measured.x;
-            residuals.push((difference + PI).rem_euclid(TAU) - PI);
-        } else {
-            residuals.extend((self.point(&tip) - measured).iter().take(self.rows.len()));
+            difference.x = (tangent.y.atan2(tangent.x) - measured.x + PI).rem_euclid(TAU) - PI;
         }
+        let coordinates = difference.iter().take(self.series.dimension()).enumerate();
+        residuals.extend(coordinates.map(|(coordinate, r)| (Row { series, coordinate, time }, *r)));
     }
 
-    /// Appends the components, across the tangent, of the distance of the nearest point of the centre line from a
-    /// measured point: one in a plane, two in space. `nodes` are the ends of the elements with their arc lengths (m).
-    /// `samples` are images of the line at equal arc lengths.
-    fn compare_inner(
+    /// Components, across the tangent, of the distance of the nearest point of the centre line from a measured point:
+    /// one in a plane, two in space. `nodes` are the ends of the elements with their arc lengths (m). `samples` are
+    /// images of the line at equal arc lengths.
+    fn across(
         &self,
         (rod, nodes): (&Rod, &[(f64, Vector3<f64>)]),
         samples: &[Vector3<f64>],
         point: &Vector3<f64>,
-        residuals: &mut Vec<f64>,
-    ) {
+    ) -> Vec<f64> {
         let length = rod.length();
         let square = |k: &usize| (samples[*k] - point).norm_squared();
         let nearest = (0..samples.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0);
         let mut s = length * nearest as f64 / INTERVALS as f64;
-        let mut last = (Vector3::zeros(), [Vector3::zeros(); 3]);
+        let (mut residual, mut directors) = (Vector3::zeros(), [Vector3::zeros(); 3]);
         for _ in 0..ITERATIONS {
             let Some((element, x)) = rod.locate(s) else { break };
-            let position = nodes[element].1 + rod.chord(element, x);
             let frame = rod.frame_within(element, x);
-            let directors = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.direction(&(frame * axis)));
-            let residual = self.point(&position) - point;
-            last = (residual, directors);
+            residual = self.point(&(nodes[element].1 + rod.chord(element, x))) - point;
+            directors = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.direction(&(frame * axis)));
             let slope = directors[2].norm_squared();
             let change = if slope > 0.0 { -residual.dot(&directors[2]) / slope } else { 0.0 };
-            let new = (s + change).clamp(0.0, length);
-            let moved = (new - s).abs();
-            s = new;
-            if moved <= NEAREST * length {
+            let from = s;
+            s = (s + change).clamp(0.0, length);
+            if (s - from).abs() <= NEAREST * length {
                 break;
             }
         }
         // In a plane, the direction across the tangent is unique. In space, the images of d1 and d2 are orthogonalised
         // against that of the tangent.
-        let (residual, [d1, d2, tangent]) = last;
+        let [d1, d2, tangent] = directors;
         let unit = |v: Vector3<f64>| if v.norm() > 0.0 { v.normalize() } else { v };
         let tangent = unit(tangent);
-        if self.rows.len() == 2 {
-            residuals.push(residual.x * -tangent.y + residual.y * tangent.x);
-            return;
+        if self.series.view.0.len() == 2 {
+            return vec![residual.y * tangent.x - residual.x * tangent.y];
         }
         let first = unit(d1 - tangent * d1.dot(&tangent));
         let rest = d2 - tangent * d2.dot(&tangent);
         let second = unit(rest - first * rest.dot(&first));
-        residuals.extend([residual.dot(&first), residual.dot(&second)]);
+        vec![residual.dot(&first), residual.dot(&second)]
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use super::noise::Noise;
 use super::problem::Problem;
-use super::residuals::{Row, Steps, simulate};
+use super::residuals::Row;
 use super::series::Series;
 use super::{Estimates, Family, Fit, FitError, Verdict, Warning};
 use crate::ensemble;
@@ -22,6 +22,11 @@ const OVERSAMPLING: f64 = 2.0;
 /// Number of the longest and of the shortest period in the duration of the data, by default. Fewer periods resemble a
 /// drift. The effect of an oscillator decreases with its period.
 const PERIODS: [f64; 2] = [2.0, 100.0];
+
+/// Score of a line above which the lines beside it are computed. An oscillator with a period between two lines has 0.4
+/// times its score at both, so that it is missed only if its score is below 15. Such a score is no evidence: one of a
+/// hundred lines without an oscillator reaches it with a probability of 5 %.
+const NEAR: f64 = 6.0;
 
 /// Sensitivity of the trial oscillators of a scan. Effects of second order are far below the noise.
 const SENSITIVITY: f64 = 1e-4;
@@ -42,13 +47,14 @@ pub struct ScanLine {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Scan {
-    /// Scores of all periods, in both senses of rotation.
+    /// Scores in both senses of rotation, of all periods that the duration of the data resolves, and of those between
+    /// them near large scores.
     pub lines: Vec<ScanLine>,
     /// Line with the largest score.
     pub best: ScanLine,
     /// Upper bound on the probability that data without an oscillator reach the largest score S: 1 − (1 − exp(−S/2))^N
-    /// for N lines. The periods are twice as dense as those that the duration of the data resolves. Therefore fewer
-    /// than N lines are independent.
+    /// for N lines, including those without a computed score. Their periods are twice as dense as those that the
+    /// duration of the data resolves. Therefore fewer than N lines are independent.
     pub false_alarm: f64,
     /// Shortest and longest period of the scan, s. The scan does not exclude oscillators with other periods.
     pub periods: [f64; 2],
@@ -126,13 +132,14 @@ impl Fit {
         }
         let scans = points.into_iter().map(|point| self.scan_at(&oscillating, estimates, periods, point));
         let scans = scans.collect::<Result<Vec<_>, _>>()?;
+        // Lines without a score count, too: they would have one if their neighbours did.
         let count: usize = scans.iter().map(Vec::len).sum();
-        let larger = |a: ScanLine, b: ScanLine| if b.score > a.score { b } else { a };
-        let mut lines = scans[0].clone();
-        for other in &scans[1..] {
-            lines = lines.into_iter().zip(other).map(|(a, b)| larger(a, *b)).collect();
-        }
-        let best = lines.iter().fold(lines[0], |best, line| larger(best, *line));
+        let largest = |index: usize| {
+            let at = scans.iter().filter_map(|scan| scan[index]);
+            at.max_by(|a, b| a.score.total_cmp(&b.score))
+        };
+        let lines: Vec<ScanLine> = (0..scans[0].len()).filter_map(largest).collect();
+        let best = lines.iter().fold(lines[0], |best, line| if line.score > best.score { *line } else { best });
         let false_alarm = -f64::exp_m1(count as f64 * f64::ln_1p(-(-0.5 * best.score).exp()));
         Ok(Scan { lines, best, false_alarm, periods, warnings: estimates.warnings.clone() })
     }
@@ -145,24 +152,19 @@ impl Fit {
         estimates: &Estimates,
         [shortest, longest]: [f64; 2],
         (values, free): (Vec<f64>, Vec<usize>),
-    ) -> Result<Vec<ScanLine>, FitError> {
-        let (data, loss) = (&estimates.input.data[..], estimates.input.loss);
+    ) -> Result<Vec<Option<ScanLine>>, FitError> {
         let oscillator = |sensitivity, period, phase, handedness| Oscillator { sensitivity, period, phase, handedness };
         let family = |oscillator| Family {
             parameters: estimates.input.family.clone(),
             build: move |values: &[f64]| oscillating(values, oscillator),
         };
         let null = family(oscillator(0.0, longest, 0.0, Handedness::Counterclockwise));
-        self.check(&null, data)?;
-        let run =
-            |values: &[f64], until: f64, steps: Steps<'_>| simulate(&null, data, self.step, (values, until), steps);
-        let problem = self.problem(&estimates.input.family, data, values.clone(), &run);
-        let problem = Problem { noise: estimates.noise.clone(), free, ..problem };
-        let x = problem.coordinates(&values);
-        let at = problem.evaluate(&x)?;
-        let explained = orthonormal_basis(&problem.one_sided_jacobian(&x, &at)?);
+        self.check(&null, &estimates.input.data)?;
+        let problem = Problem { free, ..estimates.problem(self, &null, values.clone()) };
+        let at = problem.at(problem.coordinates())?;
+        let explained = orthonormal_basis(&problem.one_sided_jacobian(&at)?);
         let unexplained = |vector: DVector<f64>| &vector - &explained * explained.tr_mul(&vector);
-        let slopes = unexplained(at.residuals.map(|r| loss.slope(r)));
+        let slopes = unexplained(at.residuals.map(|r| problem.loss.slope(r)));
 
         let duration = at.rows.last().map_or(0.0, |last| last.time - at.rows[0].time);
         let resolved = duration * (shortest.recip() - longest.recip());
@@ -172,17 +174,30 @@ impl Fit {
             let part = (index / 2) as f64 / count as f64;
             let period = (longest.recip() + part * (shortest.recip() - longest.recip())).recip();
             let column = |phase: f64| -> Result<DVector<f64>, FitError> {
-                let trial = oscillator(SENSITIVITY, period, phase, handedness);
-                let all_data = (&values[..], f64::INFINITY);
-                let output = simulate(&family(trial), data, self.step, all_data, Steps::Follow(&at.grid))?;
-                Ok(unexplained((problem.over_noise(&output.residuals, &output.rows) - &at.residuals) / SENSITIVITY))
+                let family = family(oscillator(SENSITIVITY, period, phase, handedness));
+                let trial = Problem { free: vec![], ..estimates.problem(self, &family, values.clone()) };
+                Ok(unexplained((trial.near(&at, &DVector::zeros(0))? - &at.residuals) / SENSITIVITY))
             };
             let columns = DMatrix::from_columns(&[column(0.0)?, column(FRAC_PI_2)?]);
             let (amplitudes, score) = score(&columns, &slopes, &explained, &at.rows);
             let (sensitivity, phase) = (amplitudes.norm(), amplitudes.y.atan2(amplitudes.x));
             Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score })
         };
-        ensemble::collect(2 * (count + 1), self.threads, line).into_iter().collect()
+        // Lines of one sense are neighbours if their indices differ by two.
+        let mut lines: Vec<Option<ScanLine>> = vec![None; 2 * (count + 1)];
+        for refined in [false, true] {
+            let is_near = |index: usize| lines.get(index).is_some_and(|one| one.is_some_and(|one| one.score > NEAR));
+            let chosen = |index: &usize| {
+                let fine = index / 2 % 2 == 1;
+                fine == refined && (!fine || is_near(index - 2) || is_near(index + 2))
+            };
+            let indices: Vec<usize> = (0..lines.len()).filter(chosen).collect();
+            let found = ensemble::collect(indices.len(), self.threads, |k| line(indices[k]));
+            for (index, found) in indices.into_iter().zip(found) {
+                lines[index] = Some(found?);
+            }
+        }
+        Ok(lines)
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Vector2, Vector3};
 
 use super::FitError;
-use crate::tracking::{Track, median, median_gap};
+use crate::tracking::{Track, median, median_gap, robust_deviation};
 
 /// Largest absolute value of a coordinate, in the unit of the data, and of an entry of a camera matrix.
 const LARGEST: f64 = 1e9;
@@ -29,8 +29,8 @@ const EXACT: f64 = 1e-6;
 /// which it is not a part of the line. Distances by unequal digitisation differ less.
 const JUMP: [f64; 2] = [5.0, 0.25];
 
-/// Standard deviation of a normal distribution over its median absolute deviation.
-pub(super) const MAD: f64 = 1.482_602_218_505_602;
+/// Interval of the frames of a tip over the time step below which the tip is interpolated between the steps.
+const DENSE: f64 = 0.5;
 
 /// Linear view of space: one, two or three coordinates, each the product of a position (m, fixed frame, base at the
 /// origin) with a vector.
@@ -246,6 +246,11 @@ impl Series {
         if self.times.len() < 2 { f64::INFINITY } else { median_gap(&self.times) }
     }
 
+    /// Whether the frames are so close that time steps (s) to each of them would be far shorter than necessary.
+    pub(super) fn is_dense(&self, step: f64) -> bool {
+        self.kind != Kind::CentreLine && self.spacing() < DENSE * step
+    }
+
     /// Largest distance of a point from the origin of the view, in the unit of the data, or largest angle, rad.
     pub(super) fn extent(&self) -> f64 {
         self.frames.iter().flatten().map(Vector3::norm).fold(0.0, f64::max)
@@ -268,31 +273,24 @@ impl Series {
     /// Returns an error unless the series is valid, and begins at the `start` (s) of the shoot or later. `series` is
     /// the index of the series in messages.
     pub(super) fn check(&self, series: usize, start: f64) -> Result<(), FitError> {
-        let (times, frames) = (&self.times, &self.frames);
-        let of_series = |problem| Err(FitError::Series { series, problem });
-        if times.is_empty() && frames.is_empty() {
-            return of_series("has no frames");
-        }
-        if times.len() != frames.len() {
-            return of_series("has different numbers of times and positions");
-        }
-        if self.given != self.view.0.len() {
-            return of_series("has not as many coordinates as its view");
-        }
-        if self.noise.is_some_and(|noise| !(noise > 0.0 && noise.is_finite())) {
-            return of_series("has a noise that is not positive and finite");
-        }
-        if self.offset.as_ref().is_some_and(|names| names.len() != self.dimension()) {
-            return of_series("has not as many offsets as coordinates");
-        }
-        if self.kind == Kind::Angle {
-            if self.scale.is_some() || self.offset.is_some() {
-                return of_series("has angles, which have no scale and offset");
-            }
-            if self.extent() > LARGEST_ANGLE {
-                return of_series("has an angle beyond two turns: is the unit rad?");
-            }
-        }
+        let (times, frames, noise) = (&self.times, &self.frames, self.noise);
+        let refuse = |problems: &[(bool, &'static str)]| match problems.iter().find(|(is_wrong, _)| *is_wrong) {
+            Some((_, problem)) => Err(FitError::Series { series, problem }),
+            None => Ok(()),
+        };
+        let is_angle = self.kind == Kind::Angle;
+        refuse(&[
+            (times.is_empty() && frames.is_empty(), "has no frames"),
+            (times.len() != frames.len(), "has different numbers of times and positions"),
+            (self.given != self.view.0.len(), "has not as many coordinates as its view"),
+            (noise.is_some_and(|x| !(x > 0.0 && x.is_finite())), "has a noise that is not positive and finite"),
+            (
+                self.offset.as_ref().is_some_and(|names| names.len() != self.dimension()),
+                "has not as many offsets as coordinates",
+            ),
+            (is_angle && (self.scale.is_some() || self.offset.is_some()), "has angles, which have no scale and offset"),
+            (is_angle && self.extent() > LARGEST_ANGLE, "has an angle beyond two turns: is the unit rad?"),
+        ])?;
         for frame in 0..times.len() {
             let problem = if !times[frame].is_finite() {
                 "has a time that is not finite"
@@ -311,32 +309,30 @@ impl Series {
             };
             return Err(FitError::Frame { series, frame, problem });
         }
-        if frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]) {
-            return of_series("is constant: all of its frames are equal");
-        }
-        let extent = self.size();
-        if self.noise.is_some_and(|noise| noise < LEAST_NOISE * extent) {
-            return of_series("has a noise below the rounding of its coordinates");
-        }
-        if self.noise.is_some_and(|noise| noise > MOST_NOISE * extent) {
-            return of_series("has a noise far above all of its coordinates: is its unit that of the coordinates?");
-        }
-        Ok(())
+        let is_constant = frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]);
+        let relative = noise.map_or(1.0, |noise| noise / self.size());
+        refuse(&[
+            (is_constant, "is constant: all of its frames are equal"),
+            (relative < LEAST_NOISE, "has a noise below the rounding of its coordinates"),
+            (
+                relative > MOST_NOISE,
+                "has a noise far above all of its coordinates: is its unit that of the coordinates?",
+            ),
+        ])
     }
 
-    /// Robust estimate of the noise from second differences of the last points of successive frames, in the unit of the
-    /// data, or rad. It is positive.
-    pub(super) fn rough_noise(&self) -> f64 {
+    /// Scatter of neighbouring frames: a robust estimate of the noise from second differences of their last points, in
+    /// the unit of the data, or rad. It is positive.
+    pub(super) fn scatter(&self) -> f64 {
+        let largest = self.extent().max(f64::MIN_POSITIVE);
         let last = |k: usize| self.frames[k][self.frames[k].len() - 1];
-        let d = self.dimension();
-        let sizes = (2..self.frames.len()).flat_map(|k| {
-            (last(k) - last(k - 1) * 2.0 + last(k - 2)).iter().take(d).map(|x| x.abs()).collect::<Vec<_>>()
-        });
+        let second = (2..self.frames.len()).map(|k| last(k) - last(k - 1) * 2.0 + last(k - 2));
+        let second = second.flat_map(|second| (0..self.dimension()).map(move |k| second[k]));
         // The variance of a second difference of white noise is six times that of the noise.
-        let rough = MAD * median(sizes.collect()) / 6.0_f64.sqrt();
-        if self.frames.len() < 3 {
-            return self.extent().max(f64::MIN_POSITIVE) * UNKNOWN;
+        match robust_deviation(second) / 6.0_f64.sqrt() {
+            _ if self.frames.len() < 3 => largest * UNKNOWN,
+            scatter if scatter > 0.0 => scatter,
+            _ => largest * EXACT,
         }
-        if rough > 0.0 { rough } else { self.extent().max(f64::MIN_POSITIVE) * EXACT }
     }
 }

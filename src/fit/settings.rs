@@ -2,9 +2,8 @@
 
 use std::fmt::Display;
 
-use super::search::Loss;
 use super::series::{Kind, Series};
-use super::{Family, FitError};
+use super::{Family, FitError, Loss};
 use crate::ensemble;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -92,9 +91,7 @@ impl Fit {
             ParameterError::unless(*part > 0.0 && *part <= 1.0, "part of the data", *part, "positive and at most 1")?;
         }
         family.check(data)?;
-        let values: Vec<f64> = family.parameters.iter().map(|parameter| parameter.start).collect();
-        let problem = |error: E| FitError::Family { values: family.named(&values), problem: error.to_string() };
-        let shoot = (family.build)(&values).map_err(problem)?;
+        let shoot = family.shoot(&family.initial_values())?;
         let free = family.parameters.iter().filter(|parameter| !parameter.is_fixed()).count();
         let mut coordinates = 0;
         for (index, series) in data.iter().enumerate() {

@@ -26,18 +26,15 @@ pub(super) struct Singular {
 }
 
 impl Singular {
-    /// Decomposes a Jacobian and the slopes of `priors`, each with the index of its coordinate. Columns of the
-    /// Jacobian that are `rounding` count as zero. Returns `None` without coordinates, and if the decomposition does
-    /// not converge.
-    pub fn of(jacobian: &DMatrix<f64>, rounding: &[bool], priors: &[(usize, f64)]) -> Option<Self> {
+    /// Decomposes a Jacobian and the slopes of `priors`, each with the index of its coordinate. If the decomposition
+    /// does not converge, no combination has a known effect.
+    pub fn of(jacobian: &DMatrix<f64>, priors: &[(usize, f64)]) -> Self {
         let n = jacobian.ncols();
+        let unknown = |norms| Self { values: DVector::zeros(n), norms, vectors: DMatrix::identity(n, n) };
         if n == 0 {
-            return None;
+            return unknown(DVector::zeros(0));
         }
-        let mut rows = jacobian.clone().resize_vertically(jacobian.nrows() + priors.len(), 0.0);
-        for i in (0..n).filter(|i| rounding[*i]) {
-            rows.column_mut(i).fill(0.0);
-        }
+        let mut rows = jacobian.clone().resize_vertically((jacobian.nrows() + priors.len()).max(n), 0.0);
         for (row, (i, slope)) in priors.iter().enumerate() {
             rows[(jacobian.nrows() + row, *i)] = *slope;
         }
@@ -46,12 +43,12 @@ impl Singular {
         for i in 0..n {
             rows.column_mut(i).unscale_mut(norms[i]);
         }
-        // The triangular factor is small and has the same singular values. It is square if there are as many rows as
-        // columns.
-        let rows = if rows.nrows() < n { rows.resize_vertically(n, 0.0) } else { rows };
-        let svd = rows.qr().r().try_svd(false, true, f64::EPSILON, 0)?;
-        let vectors = svd.v_t?.transpose();
-        Some(Self { values: svd.singular_values, norms, vectors })
+        // The triangular factor is small and has the same singular values.
+        let svd = rows.qr().r().try_svd(false, true, f64::EPSILON, 0);
+        match svd.and_then(|svd| Some((svd.v_t?.transpose(), svd.singular_values))) {
+            Some((vectors, values)) => Self { values, norms, vectors },
+            None => unknown(norms),
+        }
     }
 
     /// Whether combination `j` has no effect on the data.
@@ -101,7 +98,7 @@ mod tests {
     #[test]
     fn scales_of_coordinates_do_not_hide_a_combination_without_effect() {
         for scales in [[1.0; 3], [1e-5, 1e7, 1.0], [1.0, 1.0, 1e12], [1.0, 1.0, 1e-12]] {
-            let found = Singular::of(&jacobian(scales), &[false; 3], &[]).unwrap();
+            let found = Singular::of(&jacobian(scales), &[]);
             let combinations = found.without_effect();
             assert_eq!(combinations.len(), 1);
             // The error is rounding of four rows.
@@ -114,9 +111,9 @@ mod tests {
     #[test]
     fn a_narrow_prior_determines_its_coordinate_only() {
         let matrix = jacobian([1.0; 3]);
-        let found = Singular::of(&matrix, &[false; 3], &[(2, 1e12)]).unwrap();
+        let found = Singular::of(&matrix, &[(2, 1e12)]);
         assert_eq!(belonging(&found), [true, true, false]);
-        let found = Singular::of(&matrix, &[false; 3], &[(0, 1e12)]).unwrap();
+        let found = Singular::of(&matrix, &[(0, 1e12)]);
         assert!(found.without_effect().is_empty());
         // Variance of the prior. Then variance of the second coordinate with the first one known: the inverse square of
         // the part of its column that is orthogonal to the third column.
@@ -127,17 +124,10 @@ mod tests {
         assert_relative_eq!(inverse[(1, 1)], rest.norm_squared().recip(), epsilon = 0.0, max_relative = 1e-12);
     }
 
-    #[test]
-    fn columns_of_rounding_have_no_effect() {
-        let matrix = jacobian([1.0, 1e-12, 1.0]);
-        let found = Singular::of(&matrix, &[false, true, false], &[]).unwrap();
-        assert_eq!(belonging(&found), [false, true, false]);
-    }
-
     /// One equation for two coordinates.
     #[test]
     fn fewer_rows_than_columns_leave_a_combination_without_effect() {
-        let found = Singular::of(&DMatrix::from_row_slice(1, 2, &[1.0, 2.0]), &[false; 2], &[]).unwrap();
+        let found = Singular::of(&DMatrix::from_row_slice(1, 2, &[1.0, 2.0]), &[]);
         let combination = &found.without_effect()[0];
         assert_relative_eq!(combination[0] + 2.0 * combination[1], 0.0, epsilon = 1e-15);
     }

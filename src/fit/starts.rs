@@ -11,15 +11,13 @@ const PRIMES: [u32; 24] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 4
 /// Free coordinates of the given initial values, and of `count` − 1 others that cover the space between the bounds
 /// evenly.
 pub(super) fn initial_guesses(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
-    let given = problem.coordinates(&problem.values);
     let others = (1..count).map(|index| {
-        let coordinate = |(i, k): (usize, &usize)| {
-            let [low, high] = problem.parameters[*k].limits();
+        DVector::from_fn(problem.free.len(), |i, _| {
+            let [low, high] = problem.limits(i);
             low + (high - low) * radical_inverse(index as u32, PRIMES[i % PRIMES.len()])
-        };
-        DVector::from_iterator(problem.free.len(), problem.free.iter().enumerate().map(coordinate))
+        })
     });
-    std::iter::once(given.clone()).chain(others).collect()
+    std::iter::once(problem.coordinates()).chain(others).collect()
 }
 
 /// Radical inverse of `index`: its digits in a base, mirrored at the radix point.

@@ -2,8 +2,13 @@
 
 use std::fmt;
 
-use super::series::{Kind, MAD, Series};
-use crate::tracking::median;
+use super::noise::Noise;
+use super::series::{Kind, Series};
+use crate::error::ParameterError;
+use crate::model::{Model, next_discontinuity};
+use crate::scene::{after, before};
+use crate::shoot::Shoot;
+use crate::tracking::robust_deviation;
 
 /// Ratio of the size of residuals to the scatter of neighbouring frames that is normal for many residuals. Second
 /// differences of a curved track enlarge the scatter, and never reduce it.
@@ -21,9 +26,6 @@ const OUTLIER: f64 = 5.0;
 
 /// Largest share of outliers: more large residuals are no exceptions.
 const MOST_OUTLIERS: f64 = 0.15;
-
-/// Correlation of successive residuals, in addition to its uncertainty, above which the noise is not white.
-const CORRELATED: f64 = 0.2;
 
 /// Ratio of the standard deviation of the data to that of the residuals below which the model explains hardly anything.
 const MOTION: f64 = 3.0;
@@ -68,7 +70,8 @@ pub enum Warning {
         /// Root mean square of the residuals over the given noise.
         ratio: f64,
     },
-    /// Successive residuals are correlated.
+    /// Residuals of neighbouring frames are correlated: the noise is slow, the model is wrong, or the search has ended
+    /// in a local minimum.
     Correlated {
         /// Correlation of the noise in successive frames.
         lag_one: f64,
@@ -137,9 +140,9 @@ impl fmt::Display for Warning {
             ),
             Self::Correlated { lag_one } => write!(
                 f,
-                "successive residuals have a correlation of {lag_one:.2}, because the noise is slow (smoothed or \
-                 repeated frames, a moving camera) or the model is wrong: the standard errors account for slow noise, \
-                 not for a wrong model"
+                "residuals of neighbouring frames are correlated ({lag_one:.2} for successive ones), because the noise \
+                 is slow (smoothed or repeated frames, a moving camera), the model is wrong, or the minimum is a local \
+                 one (use more starts): the standard errors account for slow noise only"
             ),
             Self::RepeatedFrames { series, frames } => write!(
                 f,
@@ -169,9 +172,8 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Warnings about the data and their residuals: index of the series, time and value. `lag_one` is the correlation of
-/// the noise in successive frames.
-pub(super) fn warnings(data: &[Series], all: &[(usize, f64, f64)], lag_one: f64) -> Vec<Warning> {
+/// Warnings about the data and their residuals: index of the series, time and value.
+pub(super) fn warnings(data: &[Series], all: &[(usize, f64, f64)], noise: &Noise) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (index, series) in data.iter().enumerate() {
         let residuals: Vec<f64> = all.iter().filter(|(of, ..)| *of == index).map(|(.., r)| *r).collect();
@@ -188,10 +190,27 @@ pub(super) fn warnings(data: &[Series], all: &[(usize, f64, f64)], lag_one: f64)
             warnings.push(Warning::NoMotion { series: index, ratio });
         }
     }
-    if lag_one > CORRELATED + SIGNIFICANT / (all.len().max(1) as f64).sqrt() {
-        warnings.push(Warning::Correlated { lag_one });
+    if noise.excess() > SIGNIFICANT {
+        warnings.push(Warning::Correlated { lag_one: noise.lag_one() });
     }
     warnings
+}
+
+/// Warnings about frames whose times are, up to rounding, those of a discontinuity of the laws. The shoot is at its
+/// start.
+pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Warning>, ParameterError> {
+    let last = data.iter().filter_map(|series| series.times.last()).copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut frames = vec![Vec::new(); data.len()];
+    let mut time = next_discontinuity(shoot.model(), before(shoot.time()))?;
+    while time <= last {
+        for (series, frames) in data.iter().zip(&mut frames) {
+            let first = series.times.partition_point(|t| *t < before(time));
+            frames.extend((first..series.times.len()).take_while(|k| series.times[*k] <= after(time)));
+        }
+        time = next_discontinuity(shoot.model(), after(time))?;
+    }
+    let warning = |(series, frames)| Warning::AmbiguousFrames { series, frames };
+    Ok(frames.into_iter().enumerate().filter(|(_, frames)| !frames.is_empty()).map(warning).collect())
 }
 
 /// Root mean square of some residuals.
@@ -201,7 +220,7 @@ pub(super) fn root_mean_square(residuals: &[f64]) -> f64 {
 
 /// Warning about the size of the residuals of a series.
 fn of_residuals(series: usize, data: &Series, residuals: &[f64]) -> Option<Warning> {
-    let (size, scatter) = (root_mean_square(residuals), data.rough_noise());
+    let (size, scatter) = (root_mean_square(residuals), data.scatter());
     let largest = RATIO + SIGNIFICANT * SCATTER_ERROR / (residuals.len().max(1) as f64).sqrt();
     if let Some(noise) = data.noise {
         let ratio = size / noise;
@@ -210,7 +229,7 @@ fn of_residuals(series: usize, data: &Series, residuals: &[f64]) -> Option<Warni
     if data.times.len() < FEW || size <= largest * scatter {
         return None;
     }
-    let typical = MAD * median(residuals.iter().map(|r| r.abs()).collect());
+    let typical = robust_deviation(residuals.iter().copied());
     let count = residuals.iter().filter(|r| r.abs() > OUTLIER * typical).count();
     let rare = count > 0 && (count as f64) < MOST_OUTLIERS * residuals.len() as f64;
     if rare && typical <= largest * scatter {

@@ -62,5 +62,5 @@ pub use oscillations::{Oscillation, Oscillations};
 pub use pattern::Pattern;
 pub use scalogram::{RidgePoint, Scalogram};
 pub use search::Search;
-pub(crate) use statistics::{median, median_gap};
+pub(crate) use statistics::{median, median_gap, robust_deviation};
 pub use track::Track;

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use nalgebra::Vector2;
+
 use super::ellipse::Ellipse;
 use super::harmonics::{Harmonics, Samples, Wave};
 use super::least_squares::CONVERGED;
@@ -47,6 +49,8 @@ pub struct Oscillations {
     pub noise: f64,
     /// Degree of the polynomial that describes the drift.
     pub drift: usize,
+    /// All positions less the drift, m.
+    pub without_drift: Vec<Vector2<f64>>,
     /// Indices of the positions that were excluded as outliers.
     pub outliers: Vec<usize>,
 }
@@ -70,7 +74,10 @@ impl Track {
             others.iter_mut().for_each(|other| other.harmonic = harmonic(largest, other));
         }
         let outliers = (0..good.len()).filter(|i| !good[*i]).collect();
-        Ok(Oscillations { oscillations, noise: unit * found.variance.sqrt(), drift: found.degree(), outliers })
+        let (noise, drift) = (unit * found.variance.sqrt(), found.degree());
+        let swing = Harmonics { waves: vec![], ..found }.residuals(&samples);
+        let without_drift = swing.into_iter().map(|position| position * unit).collect();
+        Ok(Oscillations { oscillations, noise, drift, without_drift, outliers })
     }
 
     /// Share of a period (s) in the motion: the mean square of the oscillation with this period over the sum of the

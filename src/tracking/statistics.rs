@@ -18,6 +18,14 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
+/// Standard deviation of a normal distribution over its median absolute deviation.
+const MAD: f64 = 1.482_602_218_505_602;
+
+/// Standard deviation of normal numbers of mean zero from the median of their sizes, which few outliers hardly change.
+pub(crate) fn robust_deviation(values: impl Iterator<Item = f64>) -> f64 {
+    MAD * median(values.map(f64::abs).collect())
+}
+
 /// The median sampling interval.
 pub(crate) fn median_gap(times: &[f64]) -> f64 {
     median(times.windows(2).map(|w| w[1] - w[0]).collect())

@@ -82,9 +82,8 @@ fn assert_combination(found: &Estimates, expected: &[(&str, f64)]) {
         let exact = sign * change / largest * expected[0].1.signum();
         assert_relative_eq!(component, exact, epsilon = 0.0, max_relative = 1e-4);
     }
-    // After extrapolation the singular value is rounding, far below the values of combinations with an effect, 1e-5.
-    let [_, extrapolated] = &found.singular_values;
-    let [largest, least] = [f64::max, f64::min].map(|f| extrapolated.iter().copied().reduce(f).unwrap());
+    // The singular value is rounding, far below the values of combinations with an effect, 1e-5.
+    let [largest, least] = [f64::max, f64::min].map(|f| found.singular_values.iter().copied().reduce(f).unwrap());
     assert!(least < 1e-9 * largest, "{least:.1e} {largest:.1e}");
 }
 
@@ -117,19 +116,13 @@ fn scale_of_a_camera_is_only_practically_not_identifiable_with_a_small_known_for
     for name in ["scale", "l_0", "E"] {
         assert_eq!(found.get(name).unwrap().verdict, Verdict::PracticallyNot, "{found}");
     }
-    let [coarse, extrapolated] = found.singular_values.each_ref().map(|values| values[values.len() - 1]);
-    // The error is of second order in the step, 1e-5, over the smallest relative singular value, above 1e-7.
-    assert_relative_eq!(coarse, extrapolated, epsilon = 0.0, max_relative = 0.01);
+    // The limit of combinations without effect is 1e-8.
+    let [largest, least] = [f64::max, f64::min].map(|f| found.singular_values.iter().copied().reduce(f).unwrap());
+    assert!(least > 3e-8 * largest, "{least:.1e} {largest:.1e}");
 }
 
-/// A combination with a small effect has the same singular value at both steps of the differences.
 #[test]
-fn singular_values_of_combinations_with_an_effect_do_not_depend_on_the_step() {
+fn combinations_with_a_small_effect_are_not_structural() {
     let found = fitted(&["beta", "eta", "alpha", "E", "rho"], TRUTH[6]);
-    let [coarse, extrapolated] = &found.singular_values;
-    for (a, b) in coarse.iter().zip(extrapolated) {
-        // The error is of second order in the step, 1e-5, over the smallest relative singular value, 1e-4.
-        assert_relative_eq!(*a, *b, epsilon = 0.0, max_relative = 1e-5);
-    }
     assert!(found.weak.iter().all(|weak| !weak.structural), "{found}");
 }
