@@ -173,8 +173,8 @@ impl ErrorEstimate {
             _ => needed,
         };
         // A larger refinement is divided. The last of its parts is the largest, since a short run costs less.
-        // At first order the next run shows the order, which may be higher, at little cost.
-        let most = if self.steps.order < MIN_ORDER { SAFETY } else { MAX_REFINEMENT };
+        // After a run with friction the next run shows the order, which may be higher than the assumed one.
+        let most = if !is_observed && self.steps.order < MIN_ORDER { SAFETY } else { MAX_REFINEMENT };
         let ratio = if compared > most { (compared / most).clamp(SAFETY, most) } else { compared };
         (ratio, is_last)
     }
@@ -198,8 +198,8 @@ impl ErrorEstimate {
         self.later / ratio.powf(self.order_of_later())
     }
 
-    /// Returns the order of the error over the delays after the call: one less than that of the method, since only the
-    /// first runs go on over the delays.
+    /// Returns the order of the error over the delays after the call: at most one less than that of the method, since
+    /// only the first runs go on over the delays.
     fn order_of_later(&self) -> f64 {
         self.steps.order.min(UNOBSERVED)
     }
