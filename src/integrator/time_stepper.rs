@@ -195,7 +195,7 @@ impl TimeStepper {
             Ok(end == discontinuity)
         });
         let discontinuity = ready.inspect_err(|_| shoot.state.copy_from(undo))?;
-        let end = StepEnd { time: end, discontinuity, kink: false, generation: 0, contact_change: false, target: end };
+        let end = StepEnd { discontinuity, ..StepEnd::smooth(end, end) };
         let mesh = shoot.mesh;
         TimeStep::begin(stepper, (shoot, solver), (end, &mesh), Some(undo))
     }

@@ -76,21 +76,28 @@ impl Rod {
     /// whose length is NaN has no positions.
     pub(crate) fn append_positions(&self, shares: impl Iterator<Item = f64>, positions: &mut Vec<Vector3<f64>>) {
         let (line, length, mut walk) = (self.centre_line(), self.length(), self.walk());
-        let places: Vec<_> = shares.filter_map(|share| walk.to(length * share)).collect();
-        for places in places.chunk_by(|a, b| a.0 == b.0) {
-            let e = places[0].0;
-            let powers = self.chord_powers(e);
-            for places in places.chunks(LANES) {
-                let t = AtPlaces::from(std::array::from_fn(|i| places.get(i).map_or(0.0, |(_, x)| 2.0 * x - 1.0)));
-                let zero = Vector3::repeat(AtPlaces::ZERO);
-                let chords = powers.iter().rfold(zero, |sum, power| sum * t + power.map(AtPlaces::splat));
-                let [x1, x2, x3]: [[f64; LANES]; 3] = [chords.x.into(), chords.y.into(), chords.z.into()];
-                positions.extend(places.iter().enumerate().map(|(i, (_, x))| match x {
-                    0.0 => line[e].1,
-                    1.0 => line[e + 1].1,
-                    _ => line[e].1 + Vector3::new(x1[i], x2[i], x3[i]),
-                }));
+        let mut places = shares.filter_map(|share| walk.to(length * share)).peekable();
+        let mut powers = (usize::MAX, [Vector3::zeros(); STATIONS + 1]);
+        while let Some((e, x)) = places.next() {
+            if e != powers.0 {
+                powers = (e, self.chord_powers(e));
             }
+            // Places in the same element are evaluated together.
+            let (mut xs, mut count) = ([x; LANES], 1);
+            while count < LANES
+                && let Some((_, x)) = places.next_if(|place| place.0 == e)
+            {
+                (xs[count], count) = (x, count + 1);
+            }
+            let t = AtPlaces::from(xs.map(|x| 2.0 * x - 1.0));
+            let zero = Vector3::repeat(AtPlaces::ZERO);
+            let chords = powers.1.iter().rfold(zero, |sum, power| sum * t + power.map(AtPlaces::splat));
+            let [x1, x2, x3]: [[f64; LANES]; 3] = [chords.x.into(), chords.y.into(), chords.z.into()];
+            positions.extend(xs[..count].iter().enumerate().map(|(i, x)| match x {
+                0.0 => line[e].1,
+                1.0 => line[e + 1].1,
+                _ => line[e].1 + Vector3::new(x1[i], x2[i], x3[i]),
+            }));
         }
     }
 

@@ -1,17 +1,20 @@
 //! Choice of elements, merge tolerance and steps by runs, in the order of [`guide::accuracy`](crate::guide::accuracy).
 //! The main loop is in `Runs::choose`.
 
+use std::rc::Rc;
+
 use super::division::{FIRST_LENGTH, LOSSLESS, longest_element, size};
-use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ErrorEstimate, order_in_space};
+use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ErrorEstimate, ORDER_WITH_FRICTION, order_in_space};
 use super::runs::{Run, Runs};
-use super::space::{MIN_RATIO, Refined, SHORTER};
+use super::space::{MIN_RATIO, SHORTER};
 use crate::equilibrium::EquilibriumError;
 use crate::integrator::error::Outcome;
-use crate::integrator::{IntegrationError, MAX_HALVINGS, ROUNDING, Statistics};
+use crate::integrator::{IntegrationError, MAX_HALVINGS, ORDER, ROUNDING, Statistics};
 use crate::load::Load;
 use crate::model::Model;
 use crate::rod::LARGEST_INSIDE;
 use crate::state::Plan;
+use crate::support::Support;
 use crate::tropism::Declaration;
 
 /// Ratio of the error of the elements to that of the steps below which two runs with different elements show the error
@@ -24,6 +27,14 @@ const MAX_FAILURES_AT_START: usize = 5;
 /// Smallest and largest number of steps of the first run, not counting short steps after discontinuities.
 const FIRST_STEPS: [f64; 2] = [8.0, 1000.0];
 
+/// The last run, with what the next one needs.
+struct Compared {
+    run: Rc<Run>,
+    /// Resolution of the next run, except for its steps: the elements and the merge tolerance that are sufficient.
+    plan: Plan,
+    estimate: ErrorEstimate,
+}
+
 impl<M: Model> Runs<'_, M> {
     /// Chooses a resolution for the time to `until` and integrates with it, by at most `max_steps` steps.
     /// Returns the resolution and the statistics of the call.
@@ -32,39 +43,38 @@ impl<M: Model> Runs<'_, M> {
         let extrapolated = max_steps < usize::MAX;
         let tolerance = self.integrator.tolerance;
         // Runs 1 to 4 of the guide.
-        let (mut run, mut estimate) = self.first_runs(until)?;
+        let Compared { mut run, plan, mut estimate } = self.first_runs(until)?;
         // Run 5: shorter steps by the observed order, until the estimate is below the tolerance.
         loop {
             let solved = run.error_of_equilibria();
             let (reached, left) = (estimate.reported() + solved, tolerance - solved);
             if reached <= tolerance && !extrapolated {
-                return Ok(self.accept(run, estimate.reported()));
+                return Ok(self.accept(&run, estimate.reported()));
             }
             if estimate.left_for_steps(left) <= 0.0 {
                 return Err(self.not_met(reached));
             }
             let (ratio, is_last) = estimate.next_refinement(left, extrapolated);
-            let plan = Plan { step: run.plan.step / ratio, ..run.plan };
+            let plan = Plan { step: run.plan.step / ratio, ..plan };
             if is_last {
                 let last = self.run_at_most(plan, max_steps)?;
-                return Ok(self.accept(last, estimate.extrapolated(ratio)));
+                return Ok(self.accept(&last, estimate.extrapolated(ratio)));
             }
-            let finer = self.run(plan, reached)?;
-            estimate = estimate.refined(ratio, finer.distance(&run));
+            let finer = Rc::new(self.run(plan, reached)?);
+            estimate = estimate.refined(ratio, finer.differences(&run)[0]);
             run = finer;
         }
     }
 
     /// Makes runs with long steps and increasing numbers of elements, and one with half the steps. Refines
-    /// steps and elements until these runs succeed and show an order of convergence. Returns the last
-    /// run and its error estimate.
-    fn first_runs(&mut self, until: f64) -> Outcome<(Run, ErrorEstimate)> {
+    /// steps and elements until these runs succeed and show an order of convergence.
+    fn first_runs(&mut self, until: f64) -> Outcome<Compared> {
         let mut coarse = self.first_plan(until);
         let (mut failure, mut too_fast, mut failures, mut reached) = (None, None, 0, f64::INFINITY);
         for _ in 0..MAX_HALVINGS {
             match self.compare(&mut coarse) {
-                Ok((run, estimate)) if estimate.is_asymptotic() => return Ok((run, estimate)),
-                Ok((_, estimate)) => (failure, reached) = (None, estimate.reported()),
+                Ok(compared) if compared.estimate.is_asymptotic() => return Ok(compared),
+                Ok(Compared { estimate, .. }) => (failure, reached) = (None, estimate.reported()),
                 Err(error @ IntegrationError::GrowsTooFast { .. }) => too_fast = Some(error),
                 Err(error) if error.is_recoverable() => {
                     // Shorter elements may prevent these failures only.
@@ -124,57 +134,74 @@ impl<M: Model> Runs<'_, M> {
 
     /// Estimates the errors of elements, of merging and of steps by runs with the steps of `coarse` and a run with half
     /// of them. The longest element of `coarse` becomes that of its run.
-    fn compare(&mut self, coarse: &mut Plan) -> Outcome<(Run, ErrorEstimate)> {
-        let tolerance = self.integrator.tolerance;
+    fn compare(&mut self, coarse: &mut Plan) -> Outcome<Compared> {
+        // Run 1.
         let first = self.run_over_delays(*coarse)?;
         *coarse = first.plan;
-        let finer = Plan { longest_element: self.next_length(coarse.longest_element), ..*coarse };
-        // Half the steps and shorter elements at once: for a large tolerance this run suffices. The elements of a run
-        // that has started already are sufficient for such a tolerance.
-        let both = !self.has_started();
-        let mut half = self.run_over_delays(Plan { step: 0.5 * coarse.step, ..if both { finer } else { *coarse } })?;
-        if both {
-            let ratio = half.element_ratio(&first);
-            let differences = [half.distance(&first), half.distance_with_delays(&first)];
-            if half.statistics.merge_loss <= LOSSLESS && ratio > MIN_RATIO && differences[1] <= ASYMPTOTIC {
-                let order = order_in_space(self.start.rod.order());
-                let estimate = ErrorEstimate::of_both(ratio, differences, order, self.initial_error(&half.plan));
-                // If the elements are sufficient, only the steps may have to be shorter.
-                let short_enough = estimate.space() <= (AIM_IN_SPACE + AIM_OF_MERGING) * tolerance;
-                if short_enough || estimate.reported() <= tolerance {
-                    return Ok((half, estimate));
-                }
-            }
+        // Run 2: half the steps and shorter elements at once, since this run suffices for a large tolerance. The
+        // elements of a shoot that has started already are sufficient for such a tolerance.
+        let shorter = Plan { longest_element: self.next_length(coarse.longest_element), ..*coarse };
+        let elements = if self.has_started() { *coarse } else { shorter };
+        let half = self.run_over_delays(Plan { step: 0.5 * coarse.step, ..elements })?;
+        if let Some(estimate) = self.error_of_both(&half, &first) {
+            return Ok(Compared { plan: half.plan, run: half, estimate });
         }
-        let finer = self.run_over_delays(finer)?;
-        // The run with the elements of `half` and twice its steps.
-        let double = if both { &finer } else { &first };
-        let steps = [half.distance(double), half.distance_with_delays(double)];
-        let Refined { run, error: elements, errors } = self.refine_elements(first, finer)?;
-        if elements.is_infinite() {
+        // Runs 3 with the same steps and shorter elements. One of these runs has the elements of run 2, and twice its
+        // steps.
+        let finer = self.run_over_delays(shorter)?;
+        let double = Rc::clone(if self.has_started() { &first } else { &finer });
+        let (run, error) = self.refine_elements(first, finer)?;
+        if error.is_infinite() {
             // The next runs need as many elements.
             coarse.longest_element = run.plan.longest_element;
-            return Ok((run, ErrorEstimate::of_half_steps([elements; 2], elements)));
+            let estimate = ErrorEstimate::of_half_steps([error; 2], ORDER as f64, error);
+            return Ok(Compared { plan: run.plan, run, estimate });
         }
+        let error_of_half = error + run.differences(&double)[1];
+        // Runs 4.
         let (run, merging) = self.refine_merging(run)?;
-        let space = elements + merging + self.initial_error(&run.plan);
-        let estimate = ErrorEstimate::of_half_steps(steps, space);
-        let is_met = estimate.reported() <= tolerance;
-        if run.plan.merge_tolerance == half.plan.merge_tolerance {
-            let length = run.plan.longest_element;
-            if is_met && length >= half.plan.longest_element {
-                return Ok((half, estimate));
+        let space = error + merging + self.initial_error(&run.plan);
+        let estimate = self.error_of_steps(&half, &double, space);
+        let (plan, is_met) = (run.plan, estimate.reported() <= self.integrator.tolerance);
+        if plan.merge_tolerance == half.plan.merge_tolerance {
+            if is_met && plan.longest_element >= half.plan.longest_element {
+                return Ok(Compared { plan: half.plan, run: half, estimate });
             }
-            if !is_met && errors[usize::from(both)] <= NEGLIGIBLE * estimate.time() {
-                // The next run has the elements of the result, and is compared with this one.
-                half.plan.longest_element = length;
-                return Ok((half, estimate));
+            // The difference between run 2 and the next run shows the error of the steps, although elements differ.
+            if !is_met && error_of_half <= NEGLIGIBLE * estimate.time() {
+                return Ok(Compared { plan, run: half, estimate });
             }
         }
-        // The elements of the run with half the steps are too long to show the error of the steps.
-        let half = self.run_over_delays(Plan { step: half.plan.step, ..run.plan })?;
-        let steps = [half.distance(&run), half.distance_with_delays(&run)];
-        Ok((half, ErrorEstimate::of_half_steps(steps, space)))
+        let half = self.run_over_delays(Plan { step: half.plan.step, ..plan })?;
+        let estimate = self.error_of_steps(&half, &run, space);
+        Ok(Compared { plan, run: half, estimate })
+    }
+
+    /// Returns the error of a run with half the steps and shorter elements than the run `first`, if this error is small
+    /// or if the elements are short enough. Only the steps may have to be shorter then.
+    fn error_of_both(&self, half: &Run, first: &Run) -> Option<ErrorEstimate> {
+        let (ratio, differences) = (half.element_ratio(first), half.differences(first));
+        let is_smooth = half.statistics.merge_loss <= LOSSLESS && differences[1] <= ASYMPTOTIC;
+        if self.has_started() || !is_smooth || ratio <= MIN_RATIO {
+            return None;
+        }
+        let orders = [self.order_in_time(half), order_in_space(self.start.rod.order())];
+        let estimate = ErrorEstimate::of_both(ratio, differences, orders, self.initial_error(&half.plan));
+        let tolerance = self.integrator.tolerance;
+        let short_enough = estimate.space <= (AIM_IN_SPACE + AIM_OF_MERGING) * tolerance;
+        (short_enough || estimate.reported() <= tolerance).then_some(estimate)
+    }
+
+    /// Returns the error of a run from its difference from a run with the same elements and twice the steps. `space` is
+    /// the error of the elements that the next run has.
+    fn error_of_steps(&self, half: &Run, double: &Run, space: f64) -> ErrorEstimate {
+        ErrorEstimate::of_half_steps(half.differences(double), self.order_in_time(half), space)
+    }
+
+    /// Returns the order of the steps of a run. It is one if the shoot may slide on an obstacle with friction.
+    fn order_in_time(&self, run: &Run) -> f64 {
+        let rubs = || self.shoot.model().support().contacts().iter().any(|contact| contact.friction > 0.0);
+        if run.track.touches && rubs() { ORDER_WITH_FRICTION } else { ORDER as f64 }
     }
 }
 
@@ -188,4 +215,42 @@ fn first_step(laws: &Declaration, start: f64, until: f64) -> f64 {
     let scale = Some(scales.fold(0.0, f64::max)).filter(|scale| *scale > 0.0).unwrap_or(span);
     let [fewest, most] = FIRST_STEPS;
     scale.max(span / most).min(span / fewest).max(ROUNDING * until.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::constitutive::LinearElastic;
+    use crate::growth::UniformGrowth;
+    use crate::integrator::Adaptive;
+    use crate::shoot::Shoot;
+    use crate::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+    use crate::{Still, load::Weight};
+
+    /// A horizontal shoot bends upwards from the start, and its tissue leaves the growth zone. The call ends before the
+    /// tissue is bent, and the run goes on over a delay of an hour.
+    #[test]
+    fn losses_of_mergers_after_the_call_count() {
+        let memory = |delay: f64| Memory { time: 720.0, delay };
+        let laws = (
+            Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory(0.0)),
+            Proprioception { sensitivity: 1.0 }.remembered(memory(3600.0)),
+        );
+        let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+            .length(0.05)
+            .radius(5e-4)
+            .growth(UniformGrowth { zone_length: 0.04, time: 72e3 })
+            .tropism(laws)
+            .load(Weight { density: 1000.0 })
+            .scene(Still::tilted(FRAC_PI_2));
+        let mut shoot = shoot.build().unwrap();
+        let (start, mut integrator) = (shoot.state.clone(), Adaptive::new(1e-3));
+        let mut runs = Runs::new(&mut integrator, &mut shoot, &start);
+        let plan = runs.first_plan(60.0);
+        let alone = runs.run(plan, f64::INFINITY).unwrap().statistics.merge_loss;
+        let with_delays = runs.run_over_delays(plan).unwrap().statistics.merge_loss;
+        assert!(with_delays > 2.0 * alone, "{alone:e}, {with_delays:e}");
+    }
 }

@@ -164,18 +164,6 @@ impl Adaptive {
         };
         stepper.advance(shoot, solver, options, observe)
     }
-
-    /// Calls `work` with the shoot and a copy of its state. Restores this state if `work` fails.
-    fn undo_on_error<M: Model>(
-        &mut self,
-        shoot: &mut Shoot<M>,
-        work: impl FnOnce(&mut Self, &mut Shoot<M>, &State) -> Outcome<Statistics>,
-    ) -> Outcome<Statistics> {
-        let mut backup = self.workspace.backup.take();
-        let answer = undo_on_error(shoot, &mut backup, |shoot, before| work(self, shoot, before));
-        self.workspace.backup = backup;
-        answer
-    }
 }
 
 /// Returns the tolerance of equilibria and corrections in a run with a tolerance, rad.
@@ -187,7 +175,7 @@ fn tolerance_of_equilibria(tolerance: f64) -> f64 {
 impl Integrator for Adaptive {
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics> {
         self.check()?;
-        self.undo_on_error(shoot, |integrator, shoot, _| integrator.start_on_refined_elements(shoot, history))
+        undo_on_error(shoot, &mut None, |shoot, _| self.start_on_refined_elements(shoot, history))
     }
 
     fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics> {
@@ -197,18 +185,21 @@ impl Integrator for Adaptive {
         if until == shoot.time() && !started {
             return self.start(shoot, &ConstantHistory::Empty);
         }
-        self.undo_on_error(shoot, |integrator, shoot, start| {
+        let mut backup = self.workspace.backup.take();
+        let outcome = undo_on_error(shoot, &mut backup, |shoot, start| {
             let valid = started && !start.changed;
-            let usable = |plan: &Plan| valid && plan.tolerance == integrator.tolerance && until <= plan.until;
+            let usable = |plan: &Plan| valid && plan.tolerance == self.tolerance && until <= plan.until;
             let (plan, statistics) = match start.plan.filter(usable) {
                 Some(plan) => {
-                    let limits = [max_steps, integrator.max_work];
-                    (plan, integrator.follow(shoot, &plan, until, limits, None, |_, _| ())?)
+                    let limits = [max_steps, self.max_work];
+                    (plan, self.follow(shoot, &plan, until, limits, None, |_, _| ())?)
                 }
-                None => Runs::new(integrator, shoot, start).choose(until, max_steps)?,
+                None => Runs::new(self, shoot, start).choose(until, max_steps)?,
             };
             shoot.state.plan = Some(plan);
             Ok(Statistics { error: Some(plan.error), ..statistics })
-        })
+        });
+        self.workspace.backup = backup;
+        outcome
     }
 }

@@ -9,10 +9,9 @@ pub(super) const SAFETY: f64 = 2.0;
 /// the tolerance, and far less on average, since the number of elements is an integer and merging is nearly exact.
 pub(super) const AIM_IN_SPACE: f64 = 0.2;
 pub(super) const AIM_OF_MERGING: f64 = 0.1;
-/// Target error in time, relative to what the error in space leaves of the tolerance. A run whose error is three times
-/// as large as expected is not repeated. The reserve costs a third more steps, and a repetition more than twice as
-/// many.
-const AIM_IN_TIME: f64 = 0.3;
+/// Target error in time, relative to what the error in space leaves of the tolerance. A run whose error is twice as
+/// large as expected is not repeated. The reserve costs a fifth more steps, and a repetition more than twice as many.
+const AIM_IN_TIME: f64 = 0.5;
 /// Largest difference of two runs, relative to the length, that shows an order of convergence.
 pub(super) const ASYMPTOTIC: f64 = 0.02;
 /// Largest refinement of the steps between two runs that are compared. It changes the error by 8⁴ = 4096. The
@@ -20,10 +19,13 @@ pub(super) const ASYMPTOTIC: f64 = 0.02;
 const MAX_REFINEMENT: f64 = 8.0;
 /// Smallest refinement. The difference of two nearly equal runs does not show their errors.
 const MIN_REFINEMENT: f64 = 1.25;
-/// Smallest assumed order. Kinks reduce the order in time to three, and runs that are not resolved show no order.
+/// Smallest order, except that of steps with friction. Kinks reduce the order in time to three, and runs that are not
+/// resolved show no order.
 const MIN_ORDER: f64 = 2.0;
 /// Assumed order before an order is observed, in time and in the length of elements.
-const UNOBSERVED: f64 = 3.0;
+pub(super) const UNOBSERVED: f64 = 3.0;
+/// Order of steps in which a contact with friction slides: the friction force depends on the path.
+pub(super) const ORDER_WITH_FRICTION: f64 = 1.0;
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;
 
@@ -33,60 +35,45 @@ pub(super) fn order_in_space(order: Order) -> f64 {
     (2.0 * p).min(p + 2.0)
 }
 
+/// Returns the assumed order in space of a shoot whose tissue is likely to be smooth, before an order is observed: one
+/// less than the order of the elements.
+pub(super) fn order_before_observation(order_in_space: f64) -> f64 {
+    (order_in_space - 1.0).max(MIN_ORDER)
+}
+
 /// Error estimate of a sequence of runs with increasing resolution in time or in space, and their observed
 /// order of convergence.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Richardson {
-    max_order: f64,
+    /// Smallest and largest order.
+    orders: [f64; 2],
     /// Ratio of the last refinement, and the difference of its two runs.
     last: Option<(f64, f64)>,
+    /// Observed order, or the assumed one.
     order: f64,
-    converges: bool,
+    /// Whether the differences decrease about as fast as the smallest order requires, or faster.
+    pub converges: bool,
+    /// Whether the order is that of two differences.
     is_observed: bool,
 }
 
 impl Richardson {
-    /// An estimate for a method of the given order.
-    pub fn new(max_order: f64) -> Self {
-        Self { max_order, last: None, order: max_order, converges: true, is_observed: false }
-    }
-
-    /// An estimate for elements of the given order. A lower one is assumed before an order is observed, since shapes
-    /// are not smooth everywhere.
-    pub fn in_space(max_order: f64) -> Self {
-        Self { order: max_order.min(UNOBSERVED), ..Self::new(max_order) }
-    }
-
-    /// An estimate for elements of the given order in a shoot whose tissue is likely to be smooth. An order of one less
-    /// is assumed before an order is observed.
-    pub fn in_smooth_space(max_order: f64) -> Self {
-        Self { order: (max_order - 1.0).max(MIN_ORDER), ..Self::new(max_order) }
-    }
-
-    /// Returns the observed order, at most that of the method.
-    pub fn order(&self) -> f64 {
-        self.order
+    /// An estimate for a method of order `max_order`. Before an order is observed the order `assumed` is used if it is
+    /// lower.
+    pub fn assuming(assumed: f64, max_order: f64) -> Self {
+        let order = assumed.min(max_order);
+        Self { orders: [order.min(MIN_ORDER), max_order], last: None, order, converges: true, is_observed: false }
     }
 
     /// Returns the ratio of the next refinement for an error `gain` times smaller, by the order of the method. It may
     /// be too small, which costs less than elements that are too short.
     pub fn refinement(&self, gain: f64) -> f64 {
-        gain.powf(1.0 / self.max_order)
+        gain.powf(1.0 / self.orders[1])
     }
 
     /// Returns the error of the coarser one of two runs with a difference, by the present order.
     pub fn error_of_coarser(&self, ratio: f64, difference: f64) -> f64 {
         difference / (1.0 - ratio.powf(-self.order))
-    }
-
-    /// Returns whether the order is that of two differences.
-    pub fn is_observed(&self) -> bool {
-        self.is_observed
-    }
-
-    /// Returns whether the differences decrease about as fast as the smallest order requires, or faster.
-    pub fn converges(&self) -> bool {
-        self.converges
     }
 
     /// Returns the error of a run that is refined by `ratio` and differs from the run before by `difference`.
@@ -96,8 +83,8 @@ impl Richardson {
             // b^−q), which increases with q.
             let quotient = |q: f64| (before.powf(q) - 1.0) / (1.0 - ratio.powf(-q));
             self.is_observed = true;
-            self.converges = quotient(MIN_ORDER) * difference <= SAFETY * larger;
-            let (mut low, mut high) = (MIN_ORDER, self.max_order);
+            self.converges = quotient(self.orders[0]) * difference <= SAFETY * larger;
+            let [mut low, mut high] = self.orders;
             for _ in 0..BISECTIONS {
                 let middle = 0.5 * (low + high);
                 if quotient(middle) * difference < larger { low = middle } else { high = middle }
@@ -117,41 +104,38 @@ pub(super) struct ErrorEstimate {
     /// Further error of the steps over the delays after the call, in which the memories act.
     later: f64,
     /// Error of elements, merging and the initial equilibrium.
-    space: f64,
+    pub space: f64,
     /// Runs with decreasing steps.
     steps: Richardson,
 }
 
 impl ErrorEstimate {
-    /// Error estimate from two runs whose step sizes differ by a factor of two. Their differences are those over the
-    /// time of the call, and over this time and the delays after it.
-    pub fn of_half_steps([difference, later]: [f64; 2], space: f64) -> Self {
-        let mut steps = Richardson::new(ORDER as f64);
-        let time = steps.error(2.0, difference);
+    /// Error estimate of a run from its differences from a run with steps twice as long. The differences are those over
+    /// the time of the call, and over this time and the delays after it. `order` is the assumed order of the steps, and
+    /// `space` the error of elements, merging and the initial equilibrium.
+    pub fn of_half_steps([difference, all]: [f64; 2], order: f64, space: f64) -> Self {
+        let first = Richardson::assuming(order, ORDER as f64);
+        let (mut steps, mut with_delays) = (first, first);
+        let (time, all) = (steps.error(2.0, difference), with_delays.error(2.0, all));
         // Infinite differences have no further error.
-        let later = (Richardson::new(ORDER as f64).error(2.0, later) - time).max(0.0);
-        Self { time, later, space, steps }
+        Self { time, later: (all - time).max(0.0), space, steps }
     }
 
-    /// Error estimate of a run from its differences from a run with steps twice as long, and elements of the given
-    /// order that are longer by `ratio`. The differences are those over the time of the call, and over this time and
-    /// the delays after it. Either steps or elements may have caused all of them. An order of one less than that of the
-    /// method is assumed, since no order has been observed. `initial` is the error of the initial equilibrium.
-    pub fn of_both(ratio: f64, [difference, later]: [f64; 2], order_in_space: f64, initial: f64) -> Self {
-        let space = initial + Richardson::in_smooth_space(order_in_space).error(ratio, later);
-        let [time, all] = [difference, later].map(|difference| difference / (2.0_f64.powf(UNOBSERVED) - 1.0));
+    /// Error estimate of a run whose steps are half of those of another run, and whose elements are shorter by
+    /// `ratio`. Either steps or elements may have caused all of the differences. The orders are those in time and in
+    /// space; of orders above one an order of one less is assumed, since no order has been observed. `initial` is the
+    /// error of the initial equilibrium.
+    pub fn of_both(ratio: f64, differences: [f64; 2], [order, order_in_space]: [f64; 2], initial: f64) -> Self {
+        let assumed = order_before_observation(order_in_space);
+        let space = initial + Richardson::assuming(assumed, order_in_space).error(ratio, differences[1]);
+        let estimate = Self::of_half_steps(differences, order.min(UNOBSERVED), space);
         // The differences are not due to the steps alone, so that they show no order.
-        Self { time, later: (all - time).max(0.0), space, steps: Richardson::new(ORDER as f64) }
+        Self { steps: Richardson::assuming(order, ORDER as f64), ..estimate }
     }
 
     /// Returns whether the runs are close enough to each other to show an order of convergence.
     pub fn is_asymptotic(&self) -> bool {
         self.time() <= ASYMPTOTIC && self.space <= ASYMPTOTIC
-    }
-
-    /// Returns the error of elements, merging and the initial equilibrium, relative to the length.
-    pub fn space(&self) -> f64 {
-        self.space
     }
 
     /// Returns the error of the steps over the time of the call and the delays after it, relative to the length.
@@ -178,10 +162,10 @@ impl ErrorEstimate {
         // A run that is not compared may have the steps of the first run, whose error is known.
         let least = if extrapolated { SAFETY.recip() } else { MIN_REFINEMENT };
         let needed = |error: f64, order: f64| (error * caution / aim).powf(1.0 / order);
-        let needed = needed(self.time, self.steps.order()).max(needed(self.later, UNOBSERVED)).max(least);
+        let needed = needed(self.time, self.steps.order).max(needed(self.later, self.order_of_later())).max(least);
         // An extrapolated run is refined by SAFETY, or by SAFETY * MIN_REFINEMENT if the refinement before was
         // too small. It follows runs whose order is observed, since a single difference may be small by chance.
-        let is_observed = self.steps.is_observed();
+        let is_observed = self.steps.is_observed;
         let is_last = extrapolated && is_observed && needed <= SAFETY * MIN_REFINEMENT;
         let compared = match (extrapolated && !is_last, is_observed) {
             (true, true) => needed / SAFETY,
@@ -189,17 +173,15 @@ impl ErrorEstimate {
             _ => needed,
         };
         // A larger refinement is divided. The last of its parts is the largest, since a short run costs less.
-        let ratio = if compared > MAX_REFINEMENT {
-            (compared / MAX_REFINEMENT).clamp(SAFETY, MAX_REFINEMENT)
-        } else {
-            compared
-        };
+        // After a run with friction the next run shows the order, which may be higher than the assumed one.
+        let most = if !is_observed && self.steps.order < MIN_ORDER { SAFETY } else { MAX_REFINEMENT };
+        let ratio = if compared > most { (compared / most).clamp(SAFETY, most) } else { compared };
         (ratio, is_last)
     }
 
     /// Returns the expected error of a run with steps refined by `ratio`, with both safety factors.
     pub fn extrapolated(&self, ratio: f64) -> f64 {
-        let time = self.time / ratio.powf(self.steps.order());
+        let time = self.time / ratio.powf(self.steps.order);
         SAFETY * Self { time, later: self.later_at(ratio), ..*self }.reported()
     }
 
@@ -211,10 +193,15 @@ impl ErrorEstimate {
         Self { time, later: self.later_at(ratio), steps, ..*self }
     }
 
-    /// Returns the expected error over the delays after the call, of a run with steps refined by `ratio`. An order of
-    /// one less than that of the method is assumed, since only the first runs go on over the delays.
+    /// Returns the expected error over the delays after the call, of a run with steps refined by `ratio`.
     fn later_at(&self, ratio: f64) -> f64 {
-        self.later / ratio.powf(UNOBSERVED)
+        self.later / ratio.powf(self.order_of_later())
+    }
+
+    /// Returns the order of the error over the delays after the call: at most one less than that of the method, since
+    /// only the first runs go on over the delays.
+    fn order_of_later(&self) -> f64 {
+        self.steps.order.min(UNOBSERVED)
     }
 }
 
@@ -226,7 +213,7 @@ mod tests {
     fn runs_of_fourth_order_report_twice_their_error() {
         // Runs with steps h, h/2 and h/6 whose errors are (h/1000)⁴.
         let errors = [1e-3, 5e-4, 5e-4 / 3.0].map(|step: f64| step.powi(4));
-        let first = ErrorEstimate::of_half_steps([errors[0] - errors[1]; 2], 0.0);
+        let first = ErrorEstimate::of_half_steps([errors[0] - errors[1]; 2], ORDER as f64, 0.0);
         // Rounding of the difference.
         assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
         let second = first.refined(3.0, errors[1] - errors[2]);
@@ -236,12 +223,26 @@ mod tests {
 
     #[test]
     fn run_with_half_the_steps_and_the_elements_is_not_better_than_estimated() {
-        // Errors (h/1000)⁴ of the steps and (l/10)⁵ of the elements, for steps h and elements of length l.
-        let error = |h: f64, l: f64| (h / 1000.0).powi(4) + (l / 10.0).powi(5);
-        for ratio in [1.25, 1.5, 2.0, 3.0] {
-            let (coarse, fine) = (error(200.0, 1.0), error(100.0, 1.0 / ratio));
-            let estimate = ErrorEstimate::of_both(ratio, [coarse - fine; 2], 6.0, 0.0);
-            assert!(estimate.reported() >= 2.0 * fine, "{ratio}: {estimate:?}");
+        // Errors (h/1000)^q of the steps and (l/10)⁵ of the elements, for steps h and elements of length l.
+        for (order, q) in [(ORDER as f64, 4), (ORDER_WITH_FRICTION, 1)] {
+            let error = |h: f64, l: f64| (h / 1000.0).powi(q) + (l / 10.0).powi(5);
+            for ratio in [1.25, 1.5, 2.0, 3.0] {
+                let (coarse, fine) = (error(200.0, 1.0), error(100.0, 1.0 / ratio));
+                let estimate = ErrorEstimate::of_both(ratio, [coarse - fine; 2], [order, 6.0], 0.0);
+                assert!(estimate.reported() >= 2.0 * fine, "{ratio}: {estimate:?}");
+            }
         }
+    }
+
+    #[test]
+    fn steps_with_friction_report_twice_their_error_of_first_order() {
+        // Runs with steps h, h/2 and h/8 whose errors are h/1000, of which the part in the call is 3/4.
+        let errors = [1.0, 0.5, 0.125].map(|step: f64| 1e-3 * step);
+        let difference = errors[0] - errors[1];
+        let first = ErrorEstimate::of_half_steps([0.75 * difference, difference], ORDER_WITH_FRICTION, 0.0);
+        assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
+        let second = first.refined(4.0, 0.75 * (errors[1] - errors[2]));
+        // The error of the order is (4 − 1)/2²⁰ = 3e-6.
+        assert!((second.reported() / (2.0 * errors[2]) - 1.0).abs() < 1e-5, "{second:?}");
     }
 }

@@ -1,6 +1,8 @@
 //! Runs of a call. Each starts from the state at the beginning of the call, and is a value that later runs are compared
 //! with.
 
+use std::rc::Rc;
+
 use super::division::{FIRST_LENGTH, cut, longest_element, merge_lossless};
 use super::richardson::{AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::Track;
@@ -23,23 +25,18 @@ const MOST_LATER_STEPS: f64 = 1000.0;
 pub(super) struct Run {
     /// Resolution of the run. Its longest element is not longer than those of the initial equilibrium.
     pub plan: Plan,
-    /// Statistics of the run, without the time after the end of the call.
+    /// Statistics of the run, without the time after the end of the call except for the loss of mergers.
     pub statistics: Statistics,
     /// State at the end of the call.
     state: State,
-    track: Track,
+    pub track: Track,
 }
 
 impl Run {
-    /// Returns the largest distance from a run with longer steps, relative to the length, over the time of the call.
-    pub fn distance(&self, coarser: &Self) -> f64 {
-        self.track.distance(&coarser.track, self.plan.until)
-    }
-
-    /// Returns the largest distance from a run with longer steps, relative to the length, over the time of the call and
-    /// the delays after it.
-    pub fn distance_with_delays(&self, coarser: &Self) -> f64 {
-        self.track.distance(&coarser.track, f64::INFINITY)
+    /// Returns the largest distances from a run with longer steps, relative to the length: over the time of the call,
+    /// and over this time and the delays after it.
+    pub fn differences(&self, coarser: &Self) -> [f64; 2] {
+        self.track.distances(&coarser.track, self.plan.until)
     }
 
     /// Returns the errors of equilibria and corrections, relative to the length, which the comparison with another run
@@ -113,9 +110,9 @@ impl<'a, M: Model> Runs<'a, M> {
     }
 
     /// Makes a run to the end of a plan, and continues it over the longest delay. What the memories hold at the end of
-    /// the call acts until then. The continuation ends early where it fails or snaps, which is not a failure of the
-    /// call.
-    pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Run> {
+    /// the call acts until then, and the plan holds for this time, so that the losses of its mergers count. The
+    /// continuation ends early where it fails or snaps, which is not a failure of the call.
+    pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Rc<Run>> {
         let mut run = self.run(plan, f64::INFINITY)?;
         let (plan, longest_delay) = (run.plan, self.laws.longest_delay());
         if longest_delay > 0.0 {
@@ -126,13 +123,15 @@ impl<'a, M: Model> Runs<'a, M> {
                     track.record(shoot, end)
                 }
             };
-            let later = self.follow(&plan, until, usize::MAX, None, record);
-            if !later.is_ok_and(|statistics| statistics.snaps == 0) {
-                run.track.truncate(samples);
+            match self.follow(&plan, until, usize::MAX, None, record) {
+                Ok(later) if later.snaps == 0 => {
+                    run.statistics.merge_loss = run.statistics.merge_loss.max(later.merge_loss);
+                }
+                _ => run.track.truncate(samples),
             }
         }
         self.reached = self.reached.min(run.track.end());
-        Ok(run)
+        Ok(Rc::new(run))
     }
 
     /// Makes the first steps of a plan, by at most `max_steps`.
@@ -168,7 +167,7 @@ impl<'a, M: Model> Runs<'a, M> {
 
     /// Makes a run the result of the call, whose steps and elements have an `error`. Returns its resolution and the
     /// statistics of the call.
-    pub fn accept(&mut self, run: Run, error: f64) -> (Plan, Statistics) {
+    pub fn accept(&mut self, run: &Run, error: f64) -> (Plan, Statistics) {
         self.shoot.state.copy_from(&run.state);
         let error = self.start.plan.map_or(0.0, |plan| plan.error) + error + run.error_of_equilibria();
         let trial_steps = self.spent.trial_steps - run.statistics.steps;

@@ -1,7 +1,11 @@
 //! Refinement of the elements and of the merge tolerance, by runs with equal steps.
 
+use std::rc::Rc;
+
 use super::division::LOSSLESS;
-use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, Richardson, SAFETY, order_in_space};
+use super::richardson::{
+    AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, Richardson, SAFETY, UNOBSERVED, order_before_observation, order_in_space,
+};
 use super::runs::{Run, Runs};
 use crate::integrator::error::Outcome;
 use crate::model::Model;
@@ -21,64 +25,51 @@ const MAX_REFINEMENTS: usize = 13;
 /// mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
 
-/// A run with elements that are short enough.
-pub(super) struct Refined {
-    pub run: Run,
-    /// Error of its elements, relative to the length; infinite if the steps are too long to show it.
-    pub error: f64,
-    /// Bounds of the errors of the elements in the two given runs.
-    pub errors: [f64; 2],
-}
-
 impl<M: Model> Runs<'_, M> {
     /// Returns the longest element of a run with shorter elements than one before, m.
     pub fn next_length(&self, longest: f64) -> f64 {
         longest * if self.has_started() { SHORTER } else { SHORTER_AT_START }
     }
 
-    /// Refines the elements at constant steps until their error is small enough, beginning with two runs.
-    pub fn refine_elements(&mut self, coarse: Run, fine: Run) -> Outcome<Refined> {
+    /// Refines the elements at constant steps until their error is small enough, beginning with two runs. Returns the
+    /// run with these elements, and the error of its elements relative to the length. The error is infinite if the
+    /// steps are too long to show it.
+    pub fn refine_elements(&mut self, mut compared: Rc<Run>, mut run: Rc<Run>) -> Outcome<(Rc<Run>, f64)> {
         let order = order_in_space(self.start.rod.order());
         // Merged tissue and tissue with a history are often not smooth.
-        let smooth = !self.has_started() && fine.statistics.merge_loss <= LOSSLESS;
-        let mut estimate = if smooth { Richardson::in_smooth_space(order) } else { Richardson::in_space(order) };
-        let enough = AIM_IN_SPACE * self.integrator.tolerance;
-        let (mut compared, mut run) = (coarse, fine);
-        let (mut error, mut errors) = (f64::INFINITY, [f64::INFINITY; 2]);
-        // Run and error estimate before the first difference that did not decrease. The difference before may have been
-        // small by chance.
-        let mut irregular = None;
-        for refinement in 0..MAX_REFINEMENTS {
-            let (ratio, difference) = (run.element_ratio(&compared), run.distance_with_delays(&compared));
+        let smooth = !self.has_started() && run.statistics.merge_loss <= LOSSLESS;
+        let assumed = if smooth { order_before_observation(order) } else { UNOBSERVED };
+        let mut estimate = Richardson::assuming(assumed, order);
+        let (enough, tolerance) = (AIM_IN_SPACE * self.integrator.tolerance, self.integrator.tolerance);
+        let mut error = f64::INFINITY;
+        // The run before the first difference that did not decrease, and its error. The difference before may have
+        // been small by chance.
+        let mut regular = None;
+        for _ in 0..MAX_REFINEMENTS {
+            let (ratio, difference) = (run.element_ratio(&compared), run.differences(&compared)[1]);
             let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
-            // The error of the longer elements; that of the shorter ones is smaller.
             let coarser_error = estimate.error_of_coarser(ratio.max(ratio.recip()), difference);
-            if refinement < 2 && differ {
-                errors[refinement..].fill(coarser_error);
-            }
-            if coarser_error <= enough && differ {
-                let run = if ratio > 1.0 { compared } else { run };
-                return Ok(Refined { run, error: coarser_error, errors });
+            if differ && coarser_error <= enough {
+                return Ok((if ratio > 1.0 { compared } else { run }, coarser_error));
             }
             let plan = run.plan;
             let mut longest_element = self.next_length(plan.longest_element);
             if ratio >= MIN_RATIO {
                 let finer_error = estimate.error(ratio, difference);
-                let converges = estimate.converges();
-                if !converges && let Some((run, error)) = irregular {
+                if !estimate.converges
+                    && let Some((regular, error)) = regular
+                {
                     // The remaining difference is due to the steps.
-                    let sufficient = SAFETY * error <= self.integrator.tolerance;
-                    let unknown = Refined { run: compared, error: f64::INFINITY, errors: [f64::INFINITY; 2] };
-                    return Ok(if sufficient { Refined { run, error, errors } } else { unknown });
+                    let sufficient = SAFETY * error <= tolerance;
+                    return Ok(if sufficient { (regular, error) } else { (compared, f64::INFINITY) });
                 }
                 if difference <= ASYMPTOTIC && finer_error <= enough {
-                    errors[1] = if refinement == 0 { finer_error } else { errors[1] };
-                    return Ok(Refined { run, error: finer_error, errors });
+                    return Ok((run, finer_error));
                 }
                 let before = std::mem::replace(&mut compared, run);
-                if !converges {
-                    irregular = Some((before, error));
-                    estimate = Richardson::in_space(order);
+                if !estimate.converges {
+                    regular = Some((before, error));
+                    estimate = Richardson::assuming(UNOBSERVED, order);
                 }
                 // The observed order does not hold for refinements by more than two.
                 let shortest = 0.5 * plan.longest_element;
@@ -91,15 +82,12 @@ impl<M: Model> Runs<'_, M> {
             }
             run = self.run_over_delays(Plan { longest_element, ..plan })?;
         }
-        if SAFETY * error <= self.integrator.tolerance {
-            return Ok(Refined { run, error, errors });
-        }
-        Err(self.not_met(SAFETY * error))
+        if SAFETY * error <= tolerance { Ok((run, error)) } else { Err(self.not_met(SAFETY * error)) }
     }
 
     /// Reduces the merge tolerance until the error of merging is small enough. Returns the run, and this error, which
     /// is estimated by a run that merges less.
-    pub fn refine_merging(&mut self, mut run: Run) -> Outcome<(Run, f64)> {
+    pub fn refine_merging(&mut self, mut run: Rc<Run>) -> Outcome<(Rc<Run>, f64)> {
         let mut error = 0.0;
         for _ in 0..MAX_REFINEMENTS {
             let needed = run.statistics.merge_loss;
@@ -107,7 +95,7 @@ impl<M: Model> Runs<'_, M> {
                 return Ok((run, 0.0));
             }
             let finer = self.run_over_delays(Plan { merge_tolerance: FINER_MERGING * needed, ..run.plan })?;
-            error = finer.distance_with_delays(&run) / (1.0 - FINER_MERGING);
+            error = finer.differences(&run)[1] / (1.0 - FINER_MERGING);
             if error <= AIM_OF_MERGING * self.integrator.tolerance {
                 break;
             }

@@ -19,6 +19,8 @@ const PLACES: usize = 37;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Track {
     samples: Vec<Sample>,
+    /// Whether the shoot touches an obstacle at one of the samples.
+    pub touches: bool,
     /// Places of all samples, one after the other, m.
     places: Vec<Vector3<f64>>,
 }
@@ -75,6 +77,7 @@ impl Track {
             _ => Smoothness::Jump,
         };
         let (length, longest_element) = (shoot.rod().length(), longest_element(&shoot.state));
+        self.touches |= !shoot.state.contact.patches.is_empty();
         self.samples.push(Sample { time: shoot.time(), smoothness, length, longest_element });
         shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut self.places);
         // A rod whose length is NaN has no positions.
@@ -91,13 +94,12 @@ impl Track {
         self.samples.iter().map(|sample| sample.longest_element).sum::<f64>() / self.samples.len() as f64
     }
 
-    /// Returns the largest distance between this run and a coarser one at the steps of the coarser one up to the time
-    /// `until` (s), relative to the length. Times after the end of either run are not compared.
-    pub fn distance(&self, coarser: &Self, until: f64) -> f64 {
-        let until = until.min(self.end());
-        let mut largest = 0.0_f64;
+    /// Returns the largest distances between this run and a coarser one at the steps of the coarser one, relative to
+    /// the length: up to the time `until` (s), and over all times. Times after the end of either run are not compared.
+    pub fn distances(&self, coarser: &Self, until: f64) -> [f64; 2] {
+        let mut largest = [0.0_f64; 2];
         let mut near = 0;
-        for (i, sample) in coarser.samples.iter().enumerate().take_while(|(_, sample)| sample.time <= until) {
+        for (i, sample) in coarser.samples.iter().enumerate().take_while(|(_, sample)| sample.time <= self.end()) {
             if sample.smoothness == Smoothness::ContactChange {
                 continue;
             }
@@ -108,7 +110,10 @@ impl Track {
             for (a, b) in places.iter().zip(coarser.places(i)) {
                 // NaN counts as an infinite distance.
                 let distance = (a - b).norm() / sample.length;
-                largest = if distance.is_nan() { f64::INFINITY } else { largest.max(distance) };
+                largest[1] = if distance.is_nan() { f64::INFINITY } else { largest[1].max(distance) };
+            }
+            if sample.time <= until {
+                largest[0] = largest[1];
             }
         }
         largest

@@ -71,15 +71,7 @@ impl Stepper {
             let passes = skips || width <= shortest;
             located += usize::from(passes);
             let time = if passes || !known { high } else { last.time + 0.5 * width };
-            let part = StepEnd {
-                time,
-                discontinuity: false,
-                kink: false,
-                generation: 0,
-                contact_change: false,
-                target: end.target,
-            };
-            let part = if time == end.time { end } else { part };
+            let part = if time == end.time { end } else { StepEnd::smooth(time, end.target) };
             let changes = self.change_in(shoot, solver, (start, part), options, passes);
             // A divided step counts as one.
             self.statistics.steps = before.steps + 1;

@@ -72,6 +72,6 @@ impl Stepper {
             return refuse("breaking points, discontinuities and ends of calls are in another order");
         }
         let &GridStep { discontinuity, kink, generation, .. } = step;
-        Ok(StepEnd { time, discontinuity, kink, generation, contact_change: false, target })
+        Ok(StepEnd { discontinuity, kink, generation, ..StepEnd::smooth(time, target) })
     }
 }

@@ -46,6 +46,11 @@ pub(in crate::integrator) struct StepEnd {
 }
 
 impl StepEnd {
+    /// The end of a step at `time` (s) on the way to the time `target` (s), without a discontinuity or a kink.
+    pub fn smooth(time: f64, target: f64) -> Self {
+        Self { time, discontinuity: false, kink: false, generation: 0, contact_change: false, target }
+    }
+
     /// Time at which the laws are evaluated at the end of the step, s: before a discontinuity.
     pub fn before(&self) -> f64 {
         if self.discontinuity { before(self.time) } else { self.time }
@@ -244,5 +249,5 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     let kink = time == next_point;
     let sharp = if kink && time != discontinuity { sharp_generation(shoot, laws, options, time) } else { None };
     let (generation, discontinuity) = (sharp.unwrap_or(0), sharp.is_some() || time == discontinuity);
-    Ok(StepEnd { time, discontinuity, kink, generation, contact_change: false, target })
+    Ok(StepEnd { discontinuity, kink, generation, ..StepEnd::smooth(time, target) })
 }
