@@ -367,8 +367,8 @@ fn periods_that_are_not_positive_are_refused() {
         let words = format!("shortest period of the laws {words} but must be positive, and infinite");
         let sum = (Oscillator::new(0.1, 1440.0), Periodic(period));
         assert_clear(vec![
-            (&words, run(plain().tropism(Periodic(period)).into_dyn(), |_| ())),
-            (&words, run(plain().tropism(sum).into_dyn(), |_| ())),
+            (words.as_str(), run(plain().tropism(Periodic(period)).into_dyn(), |_| ())),
+            (words.as_str(), run(plain().tropism(sum).into_dyn(), |_| ())),
         ]);
     }
 }
