@@ -91,7 +91,7 @@ impl Shard {
 impl FromStr for Shard {
     type Err = ParameterError;
 
-    /// Reads `number/of`, for example `2/8`. Text that is not a whole number counts as NaN.
+    /// Reads `number/of`, for example `2/8`. Text that is not a whole number counts as a missing one.
     fn from_str(text: &str) -> Result<Self, ParameterError> {
         let read = |text: &str| text.parse::<usize>().ok();
         let parts = text.split_once('/').and_then(|(number, of)| read(number).zip(read(of)));
