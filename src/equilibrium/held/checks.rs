@@ -112,8 +112,8 @@ impl HeldSearch<'_> {
                     "relative error of the curvature of an obstacle",
                     (expected - here.curvature * along).norm() / scale,
                 );
-                let requirement = "zero: the curvature must be the derivative of the normal, and no place deep inside an \
-                    obstacle; `check::obstacle` names the component that is wrong";
+                let requirement = "zero: the curvature must be the derivative of the normal, and no place deep inside \
+                    an obstacle; `check::obstacle` names the component that is wrong";
                 ParameterError::unless(error <= DISTANCE_ERROR, name, error, requirement)
                     .map_err(|error| error.at(place))?;
             }
