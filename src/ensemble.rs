@@ -75,6 +75,7 @@ impl Shard {
     /// # Errors
     /// A number that is zero or larger than that of the parts.
     pub fn new(number: usize, of: usize) -> Result<Self, ParameterError> {
+        ParameterError::unless(of > 0, "number of shards", of as f64, "at least 1")?;
         let inside = (1..=of).contains(&number);
         ParameterError::unless(inside, "number of a shard", number as f64, "from 1 to the number of shards")?;
         Ok(Self { number, of })
@@ -90,11 +91,12 @@ impl Shard {
 impl FromStr for Shard {
     type Err = ParameterError;
 
-    /// Reads `number/of`, for example `2/8`. Text that is not a whole number counts as NaN.
+    /// Reads `number/of`, for example `2/8`. Text that is not a whole number counts as a missing one.
     fn from_str(text: &str) -> Result<Self, ParameterError> {
         let read = |text: &str| text.parse::<usize>().ok();
         let parts = text.split_once('/').and_then(|(number, of)| read(number).zip(read(of)));
-        let malformed = || ParameterError::refused("shard", f64::NAN, "two whole numbers, as in 2/8");
+        let malformed =
+            || ParameterError::missing("number of a shard", "whole, and followed by that of all shards, as in 2/8");
         parts.ok_or_else(malformed).and_then(|(number, of)| Self::new(number, of))
     }
 }

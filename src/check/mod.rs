@@ -47,6 +47,7 @@ pub(crate) use error::describe_type;
 pub use error::{LawError, Quantity, Where};
 pub use growth::growth_law;
 pub use obstacle::obstacle;
+pub(crate) use obstacle::{BESIDE, Derivatives};
 pub use tropism::{perception, response, tropism_law};
 
 use nalgebra::SVector;

@@ -31,9 +31,9 @@ pub enum CycleError {
     },
     /// The shoot lacks a symmetry that the equations assume: laws, loads, elasticity or the scene change under a
     /// rotation about the tangent of the base, or under a shift in time by the period of the forcing.
-    #[error("{what} is not invariant: the change is {:.2} of the size", Number(*change))]
+    #[error("{what}, but it changes by {:.2} of its size", Number(*change))]
     NotInvariant {
-        /// Part of the shoot, with the transformation.
+        /// Requirement of the symmetry, which names the part of the shoot.
         what: &'static str,
         /// Change relative to the size.
         change: f64,
@@ -102,8 +102,9 @@ pub enum CycleError {
     },
     /// An iteration did not converge.
     #[error(
-        "the iteration for {what} did not converge: the relative residual is {} after {iterations} iterations; an \
-         initial guess nearer to the solution, more `max_iterations` or a larger `tolerance` may help",
+        "the iteration for {what} did not converge: the relative residual is {} after {iterations} iterations; \
+         check the units of the initial guess (a period in s, an amplitude in m, a rate in rad/s), and that the shoot \
+         is beyond its onset; a nearer guess, more `max_iterations` or a larger `tolerance` may help",
         Known(*residual)
     )]
     NotConverged {

@@ -46,7 +46,7 @@ pub(super) fn check_periodic(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) 
     }
     // A phase after many periods has that many roundings.
     let invariant = change < 0.1 * ROUNDING;
-    let what = "the forcing, under a shift in time by the period,";
+    let what = "the forcing must be the same after the given period, which all laws, loads and the scene must have (s)";
     if invariant { Ok(()) } else { Err(CycleError::NotInvariant { what, change }) }
 }
 
@@ -58,13 +58,13 @@ pub(super) fn check_equilibrium(shoot: &Shoot<impl Model>, rod: &Rod, angle: f64
     let mut solver = NewtonSolver::with_tolerance(PRECISE);
     let _ = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
     let what =
-        "the equilibrium (elasticity, section, load or gravity), under a rotation about the tangent of the base,";
+        "the equilibrium (elasticity, section, load and gravity) must be symmetric about the tangent of the base";
     check_rotation(what, (rod.tip() - before).norm() / rod.length())
 }
 
 /// Returns an error unless the relative change of the growth gradients under a rotation is rounding.
 pub(super) fn check_tropism(change: f64) -> Result<(), CycleError> {
-    check_rotation("the tropism, under a rotation about the tangent of the base,", change)
+    check_rotation("the tropism must be symmetric about the tangent of the base", change)
 }
 
 fn check_rotation(what: &'static str, change: f64) -> Result<(), CycleError> {

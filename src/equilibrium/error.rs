@@ -8,6 +8,9 @@ use crate::check::LawError;
 use crate::error::{Number, ParameterError, debug_by_display};
 use crate::rod::RodError;
 
+/// Rotation of a frame (rad) below which a step of a search is rounding: that of the sums over some hundreds of nodes.
+const ROUNDING: f64 = 1e-13;
+
 /// Contact that violates its condition at the end of a search without success.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactViolation {
@@ -148,8 +151,18 @@ fn describe_search(step: f64, couple: f64, force: f64) -> String {
     if couple == 0.0 {
         return moved;
     }
+    if !(couple.is_finite() && force.is_finite()) {
+        return format!("{moved}, and the unbalanced couples are not finite");
+    }
     let [couple, force] = [couple, force].map(Number);
-    format!("{moved}, the largest unbalanced couple is {couple:.4} N m, and the largest force {force:.4} N")
+    let balance = format!("the largest unbalanced couple is {couple:.4} N m, and the largest force {force:.4} N");
+    let hint = "this step is rounding: perhaps the tolerance is too small, or the rod, which does not stretch, is held \
+                at places that are as far apart as the part between them is long";
+    if (f64::MIN_POSITIVE..ROUNDING).contains(&step) {
+        format!("{moved}, {balance}; {hint}")
+    } else {
+        format!("{moved}, {balance}")
+    }
 }
 
 impl EquilibriumError {

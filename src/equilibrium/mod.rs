@@ -137,6 +137,20 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) nearby: bool,
 }
 
+impl Equilibrium {
+    /// Checks what a solver reports.
+    ///
+    /// # Errors
+    /// The first number that no equilibrium has.
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::not_negative("error that the equilibrium solver reports", self.error, "rad")?;
+        ParameterError::finite("energy that the equilibrium solver reports", self.energy, "J")?;
+        ParameterError::not_negative("jump that the equilibrium solver reports", self.jump.unwrap_or(0.0), "m")?;
+        let (name, margin) = ("margin of stability that the equilibrium solver reports", self.inertia.margin);
+        ParameterError::unless(!margin.is_nan(), name, margin, "a number, or infinite without a tangent")
+    }
+}
+
 impl std::fmt::Display for Equilibrium {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Inertia { negative, neutral, positive, .. } = self.inertia;

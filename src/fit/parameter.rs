@@ -114,6 +114,8 @@ impl Parameter {
         let [low, high] = self.bounds;
         let problem = if ![low, high, self.start].iter().all(|x| x.abs() <= LARGEST) {
             "has an initial value or a bound that is not finite or beyond 1e100"
+        } else if self.name.is_empty() {
+            "has an empty name"
         } else if low > high {
             "has a lower bound above its upper bound"
         } else if !self.is_fixed() && !(high - low > CLOSEST * low.abs().max(high.abs())) {

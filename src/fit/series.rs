@@ -295,7 +295,7 @@ impl Series {
             let problem = if !times[frame].is_finite() {
                 "has a time that is not finite"
             } else if times[frame] < start {
-                "has a time before the start of the shoot"
+                "has a time before that of the shoot of the family: count times from its start, and do not advance it"
             } else if frame > 0 && times[frame] <= times[frame - 1] {
                 "has a time that is not later than the one before it"
             } else if frames[frame].is_empty() {

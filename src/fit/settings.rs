@@ -97,7 +97,8 @@ impl Fit {
         for (index, series) in data.iter().enumerate() {
             series.check(index, shoot.time())?;
             let duration = series.times[series.times.len() - 1] - shoot.time();
-            let requirement = "long enough that the data end within 100,000 steps: are their times in s?";
+            let requirement = "long enough that the data end within 100,000 steps: are their times in s, and counted \
+                from the start of the shoot?";
             ParameterError::unless(duration <= MOST_STEPS * self.step, "time step of a fit", self.step, requirement)?;
             coordinates += series.residuals();
             // The likelihood has no maximum if a fit can explain a series exactly.

@@ -182,7 +182,7 @@ macro_rules! sum_of_loads {
         fn shortest_period(&$self, t: f64) -> f64 {
             let mut shortest = f64::INFINITY;
             $(for load in $loads {
-                shortest = shortest.min(load.shortest_period(t));
+                shortest = earlier(shortest, load.shortest_period(t));
             })*
             shortest
         }

@@ -152,7 +152,7 @@ impl<M: Model> Shoot<M> {
 
     /// Returns an error unless the growing part of a state is as long as the growth zone of the law of this shoot, or
     /// the whole shoot grows and is shorter.
-    fn check_zone(&self, state: &State) -> Result<(), ParameterError> {
+    pub(crate) fn check_zone(&self, state: &State) -> Result<(), ParameterError> {
         let (growth, rod) = (self.model.growth(), &state.rod);
         let (zone, first) = (growth.zone_length(), rod.first_growing());
         if !growth.elongates() {
@@ -160,7 +160,8 @@ impl<M: Model> Shoot<M> {
         }
         let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], SAME_PLACE * rod.length());
         let same = growing <= zone + margin && (first == 0 || growing >= zone - margin);
-        let requirement = "that of the shoot's growth law (m): restore the state under its own laws";
+        let requirement = "that of the shoot's growth law, `zone_length`, which is constant (m): restore a state \
+            under its own laws, and compare the methods of the law by `check::growth_law`";
         ParameterError::unless(same, "length of the growth zone of the state", growing, requirement)
     }
 

@@ -42,7 +42,9 @@ pub(super) fn user_nodes(nodes: &[f64], length: f64, mature: f64) -> Result<(Vec
 /// Returns an error if elements of the length `longest` (m) would exceed the largest number of elements.
 fn check_number(length: f64, longest: f64) -> Result<(), ParameterError> {
     let number = length / longest;
-    ParameterError::unless(number < MOST_ELEMENTS, "number of elements over the whole length", number, "below 1e6")
+    let requirement =
+        "below 1e6, if all are as long as those of the growth zone: are its length (m) and the number right?";
+    ParameterError::unless(number < MOST_ELEMENTS, "number of elements over the whole length", number, requirement)
 }
 
 /// Inserts a node at an arc length (m), unless there is one at the same place. Returns the arc length of the node.

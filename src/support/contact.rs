@@ -60,6 +60,8 @@ impl<O: Obstacle> Support for Contact<O> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.obstacle.check()?;
+        let surfaces = self.obstacle.surfaces();
+        ParameterError::unless(surfaces > 0, "number of surfaces of an obstacle", surfaces as f64, "at least 1")?;
         ParameterError::not_negative("radius of a shoot in contact", self.radius, "m")?;
         let sharp = self.radius == 0.0 && self.obstacle.has_edges();
         let (name, requirement) = ("radius of a shoot in contact with an obstacle with edges", "positive (m)");

@@ -119,8 +119,16 @@ impl Track {
         ParameterError::finite("duration of the track", duration, "s")?;
         // The cones of influence of both ends cover 2.74 periods.
         let needed = (2.0 * CONE / period_over_scale()).ceil() * longest;
-        TrackingError::unless_at_least(needed, "duration (s)", duration)?;
-        TrackingError::unless_at_least(2.0 * interval, "shortest period (s)", shortest)?;
+        TrackingError::unless_at_least(
+            needed,
+            "duration of the track (s), three times the longest period of the band,",
+            duration,
+        )?;
+        TrackingError::unless_at_least(
+            2.0 * interval,
+            "shortest period of the band (s), two sampling intervals,",
+            shortest,
+        )?;
         // With 24 instants in the shortest period the velocity on an ellipse with a roundness of 1/8 rotates by less
         // than π between two of them.
         let sampling = Sampling::new(&track.times, interval, interval.max(shortest / 24.0), shortest);

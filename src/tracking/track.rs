@@ -153,7 +153,7 @@ impl Track {
         ParameterError::positive("length of a window", length, "s")?;
         ParameterError::positive("time from one window to the next", every, "s")?;
         let (start, duration) = (self.times.first().copied().unwrap_or(0.0), self.duration());
-        TrackingError::unless_at_least(length, "duration (s)", duration)?;
+        TrackingError::unless_at_least(length, "duration of the track (s), that of a window,", duration)?;
         let count = whole_steps(duration - length, every).saturating_add(1);
         let (name, requirement) = ("time from one window to the next", "such that there are at most 1e9 windows (s)");
         ParameterError::unless(count <= MOST_WINDOWS, name, every, requirement)?;

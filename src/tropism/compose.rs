@@ -73,7 +73,7 @@ macro_rules! composition {
         fn shortest_period(&$self) -> f64 {
             let mut shortest = f64::INFINITY;
             $(for law in $laws {
-                shortest = shortest.min(law.shortest_period());
+                shortest = earlier(shortest, law.shortest_period());
             })*
             shortest
         }

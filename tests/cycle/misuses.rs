@@ -2,7 +2,7 @@
 
 use super::absent_orbits::{LENGTH, Plan, plan};
 use crate::fixtures::shoots::WEIGHT;
-use morphorod::cycle::{CycleError, PeriodicSolver, RotatingWaveSolver};
+use morphorod::cycle::{Continuation, CycleError, PeriodicSolver, RotatingWaveSolver};
 use morphorod::load::Weight;
 
 #[test]
@@ -26,4 +26,23 @@ fn orbit_of_another_shoot_is_named() {
     };
     named(RotatingWaveSolver::default().from_mode(&shoot, &root, 0.02).unwrap().roots(&lighter, 2).unwrap_err());
     named(PeriodicSolver::default().from_mode(&shoot, &root, 0.02).unwrap().multipliers(&lighter, 2).unwrap_err());
+}
+
+#[test]
+fn first_step_of_a_branch_beyond_its_range_is_refused() {
+    let shoot = plan(LENGTH).shoot();
+    let orbit = RotatingWaveSolver::default().from_mode(&shoot, &super::mode(&shoot), 0.02).unwrap();
+    for step in [0.0, f64::NAN, 0.02] {
+        let family = super::family(|length| Ok(plan(length).shoot()));
+        let range = LENGTH - 0.005..=LENGTH + 0.005;
+        let branch = Continuation::from_orbit(RotatingWaveSolver::default(), family, &orbit, LENGTH, step, range);
+        let text = branch.err().unwrap().to_string();
+        assert!(text.contains("but must be positive or negative, and at most the length of the range"), "{text}");
+    }
+}
+
+#[test]
+fn period_in_minutes_is_questioned() {
+    let error = CycleError::NotConverged { what: "the orbit", iterations: 8, residual: 0.21 }.to_string();
+    assert!(error.contains("8 iterations; check the units of the initial guess (a period in s"), "{error}");
 }

@@ -6,6 +6,7 @@ use super::plants::{Build, NOISE, family, righting, tips};
 use crate::fixtures::shoots::YOUNG;
 use morphorod::fit::{Family, Fit, FitError, Parameter, Series, View, Warning};
 use morphorod::growth::UniformGrowth;
+use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tracking::Track;
 use morphorod::tropism::Oscillator;
 use morphorod::{DynLaws, Shoot};
@@ -170,4 +171,27 @@ fn given_noise_in_another_unit_is_questioned() {
     for noise in [1e3 * NOISE, 1e-6 * NOISE] {
         assert!(text(noise).contains(question), "{}", text(noise));
     }
+}
+
+#[test]
+fn shoot_that_the_family_advances_is_named() {
+    let (times, positions) = tips(NOISE, 9);
+    let start = times[0] + 1.0;
+    let build = move |p: &[f64]| -> Result<Shoot<DynLaws>, String> {
+        let mut shoot = righting(p).map_err(|error| error.to_string())?;
+        MethodOfSteps::new(200.0).advance(&mut shoot, start).map_err(|error| error.to_string())?;
+        Ok(shoot)
+    };
+    let parameters = family(&["beta"], 1.0).parameters;
+    let error = Fit::default().run(&Family { parameters, build }, &[Series::tips(times, &positions)]).unwrap_err();
+    let words = "frame number 0 of series 0 has a time before that of the shoot of the family: count times";
+    assert!(error.to_string().contains(words), "{error}");
+}
+
+#[test]
+fn parameter_without_a_name_is_refused() {
+    let (times, positions) = tips(NOISE, 9);
+    let family = Family { parameters: vec![Parameter::positive("", [0.1, 5.0])], build: righting };
+    let error = Fit::default().run(&family, &[Series::tips(times, &positions)]).unwrap_err();
+    assert_eq!(error.to_string(), "parameter '' has an empty name");
 }

@@ -251,3 +251,18 @@ fn rod_of_one_element_and_one_material_point_is_solved() {
         assert_abs_diff_eq!(InNorm(rod.tip()), InNorm(straight), epsilon = 0.0157 / 8.0 * 0.01);
     }
 }
+
+#[test]
+fn search_that_ends_at_rounding_or_without_finite_couples_is_described() {
+    let ended = |step: f64, residual: f64| {
+        EquilibriumError::NoConvergence { iterations: 7, step, residual, force: 1.0, contact: None }.to_string()
+    };
+    assert!(
+        ended(f64::NAN, f64::INFINITY).contains("no step was accepted, and the unbalanced couples are not finite;")
+    );
+    assert!(
+        ended(1e-3, 1e-9)
+            .contains("by 0.001 rad, the largest unbalanced couple is 1e-9 N m, and the largest force 1 N;")
+    );
+    assert!(ended(9e-17, 1e-17).contains("N; this step is rounding: perhaps the tolerance is too small"));
+}

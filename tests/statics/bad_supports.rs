@@ -149,6 +149,20 @@ fn functions_that_are_no_signed_distance_are_refused() {
 }
 
 #[test]
+fn obstacle_without_surfaces_is_refused() {
+    struct Absent;
+    impl Obstacle for Absent {
+        fn distance(&self, place: &Vector3<f64>, _time: f64) -> Distance {
+            Distance { value: place.z + 1.0, normal: Vector3::z(), curvature: Matrix3::zeros() }
+        }
+        fn surfaces(&self) -> usize {
+            0
+        }
+    }
+    refused(&contact(Absent, 0.0), 0.0, &["number of surfaces of an obstacle is 0 but must be at least 1"]);
+}
+
+#[test]
 fn start_inside_an_obstacle_is_projected_out() {
     // The straight rod is inside the wedge of a plane, through a pole, and inside a ball beyond its middle.
     let slope = HalfSpace { through: -Vector3::z() * 0.002, normal: Vector3::new(-0.3, 0.0, 1.0) };

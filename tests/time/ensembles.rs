@@ -53,3 +53,16 @@ fn failed_shoot_is_reported_with_its_index_and_error() {
     let failed: Vec<&str> = whole.lines().filter(|line| line.contains("step")).collect();
     assert_eq!(failed, [format!("7,{}", member(7).unwrap_err())]);
 }
+
+#[test]
+fn parts_that_do_not_exist_are_refused() {
+    let refused = |text: &str, words: &str| {
+        let error = text.parse::<Shard>().unwrap_err().to_string();
+        assert!(error.contains(words), "{text}: {error}");
+    };
+    refused("9/8", "number of a shard is 9 but must be from 1 to the number of shards");
+    refused("1/0", "number of shards is 0 but must be at least 1");
+    for text in ["", "1", "a/b", "-1/8", "1 / 8"] {
+        refused(text, "number of a shard is missing: it must be whole, and followed by that of all shards, as in 2/8");
+    }
+}

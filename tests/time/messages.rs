@@ -69,6 +69,13 @@ fn fit(times: &[f64], x: f64) -> Outcome {
     Ok(())
 }
 
+/// Searches for an orbit of a given period (s) of a shoot with an oscillator of 1440 s.
+fn forced_by_oscillator(period: f64) -> Outcome {
+    let shoot = righting().tropism(Oscillator::new(0.1, 1440.0)).scene(Still::upright()).build()?;
+    let _ = PeriodicSolver::default().forced(&shoot, period)?;
+    Ok(())
+}
+
 fn mode(amplitude: f64) -> Outcome {
     let shoot = righting().scene(Still::upright()).build()?;
     let root = Linearisation::about(&shoot)?.rightmost()?;
@@ -109,6 +116,9 @@ fn messages_of_the_builder_name_value_and_requirement() {
         ("tilt or frame of the base is not a number", build(growing().scene(Still::tilted(NAN)).into_dyn())),
         ("density is not a number", build(growing().load(Weight { density: NAN }).into_dyn())),
         ("load jumps is 10 but must be between 0 and the length", build(growing().load(far).into_dyn())),
+        ("are as long as those of the growth zone: are its length", {
+            build(growing().growth(UniformGrowth { zone_length: 1e-9, time: 72e3 }).into_dyn())
+        }),
         ("growth time is 0", build(growing().growth(UniformGrowth { zone_length: 0.04, time: 0.0 }).into_dyn())),
         (
             "memory time is 0",
@@ -161,7 +171,11 @@ fn messages_of_runs_name_the_first_cause() {
             "the equilibrium solver has changed the material points of the rod",
             solve(|rod, _| rod.set_intrinsic(|_| Vector3::x() * 5.0)),
         ),
-        ("error or energy that the equilibrium solver reports is not finite", solve(|_, found| found.error = NAN)),
+        ("error that the equilibrium solver reports is not a number", solve(|_, found| found.error = NAN)),
+        ("error that the equilibrium solver reports is -1", solve(|_, found| found.error = -1.0)),
+        ("energy that the equilibrium solver reports is infinite", solve(|_, found| found.energy = INF)),
+        ("jump that the equilibrium solver reports is not a number", solve(|_, found| found.jump = Some(NAN))),
+        ("margin of stability that the equilibrium solver reports", solve(|_, found| found.inertia.margin = NAN)),
     ]);
 }
 
@@ -183,6 +197,7 @@ fn messages_of_analyses_name_the_wrong_input() {
         ("amplitude of the initial guess is 20", mode(20.0)),
         ("amplitude of the initial guess is not a number", mode(NAN)),
         ("period is not a number", period(NAN)),
+        ("the forcing must be the same after the given period", forced_by_oscillator(1000.0)),
         ("start of the parameter's range is not a number", onset(line, NAN, 0.06).map(|_| ()).map_err(Box::from)),
         ("no root crosses the axis", onset(line, 0.02, 0.03).map(|_| ()).map_err(Box::from)),
     ]);

@@ -51,11 +51,11 @@ fn steps_that_do_not_resolve_a_period_are_refused() {
     let oscillator = |period: f64| (Oscillator::new(0.2, 1440.0), Some(Oscillator::new(0.1, period)));
     assert_clear(vec![
         (
-            "time step is 120 but must be at most half of the shortest period",
+            "shortest period of the laws is 239 but must be 240, or more, twice the time step",
             run(plain().tropism(oscillator(239.0)).into_dyn(), |_| ()),
         ),
         (
-            "time step is 3600 but must be at most half of the shortest period",
+            "shortest period of the laws is 1440 but must be 7200, or more, twice the time step",
             run(plain().tropism(oscillator(1440.0)).into_dyn(), |run| run.step = 1e6),
         ),
     ]);
@@ -64,7 +64,7 @@ fn steps_that_do_not_resolve_a_period_are_refused() {
     run(plain().tropism(Oscillator::new(0.0, 1.0)).into_dyn(), |_| ()).unwrap();
     // A load has a period while it acts, also as a part of a sum.
     let whirl = |force: f64, turns: f64| (WEIGHT, Some(Whirl { force, period: 200.0, turns }));
-    let words = "time step is 120 but must be at most half of the shortest period";
+    let words = "shortest period of the laws is 200 but must be 240, or more, twice the time step";
     assert_clear(vec![(words, run(plain().load(whirl(1e-6, 40.0)).into_dyn(), |_| ()))]);
     run(plain().load(whirl(0.0, 40.0)).into_dyn(), |_| ()).unwrap();
     let mut shoot = plain().load(whirl(1e-6, 0.5)).into_dyn().build().unwrap();
@@ -327,4 +327,48 @@ impl GrowthLaw for Hasty {
 fn exit_times_that_contradict_the_rate_name_the_check() {
     let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(Hasty).into_dyn().build().unwrap();
     assert_says(MethodOfSteps::new(300.0).advance(&mut shoot, HOUR), "`check::growth_law`");
+}
+
+/// A law whose growth zone becomes longer with each call.
+#[derive(Default)]
+struct Spreading(AtomicUsize);
+
+impl GrowthLaw for Spreading {
+    fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+        1e-5
+    }
+    fn zone_length(&self) -> f64 {
+        0.03 + 1e-6 * self.0.fetch_add(1, Ordering::SeqCst) as f64
+    }
+}
+
+#[test]
+fn growth_zone_that_changes_is_refused() {
+    let mut shoot =
+        Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(Spreading::default()).into_dyn().build().unwrap();
+    assert_says(MethodOfSteps::new(300.0).advance(&mut shoot, HOUR), "`zone_length`, which is constant (m)");
+}
+
+/// A law with a shortest period (s).
+struct Periodic(f64);
+
+impl TropismLaw for Periodic {
+    fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::x()
+    }
+    fn shortest_period(&self) -> f64 {
+        self.0
+    }
+}
+
+#[test]
+fn periods_that_are_not_positive_are_refused() {
+    for (period, words) in [(0.0, "is 0"), (-1.0, "is -1"), (f64::NAN, "is not a number")] {
+        let words = format!("shortest period of the laws {words} but must be positive, and infinite");
+        let sum = (Oscillator::new(0.1, 1440.0), Periodic(period));
+        assert_clear(vec![
+            (words.as_str(), run(plain().tropism(Periodic(period)).into_dyn(), |_| ())),
+            (words.as_str(), run(plain().tropism(sum).into_dyn(), |_| ())),
+        ]);
+    }
 }

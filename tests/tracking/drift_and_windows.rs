@@ -96,7 +96,11 @@ fn windows_show_changes_of_the_period_and_gaps() {
     assert_eq!(error.to_string(), "the number of positions is 0 but must be at least 14");
     assert_eq!(
         tip.windows(31.0 * HOUR, HOUR).err().unwrap(),
-        TrackingError::Insufficient { what: "duration (s)", value: 30.0 * HOUR, needed: 31.0 * HOUR }
+        TrackingError::Insufficient {
+            what: "duration of the track (s), that of a window,",
+            value: 30.0 * HOUR,
+            needed: 31.0 * HOUR
+        }
     );
     for (length, every) in [(0.0, 1.0), (1.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY), (-1.0, 1.0)] {
         assert!(matches!(tip.windows(length, every), Err(TrackingError::Parameter(_))), "{length} {every}");

@@ -176,8 +176,9 @@ where
         step: f64,
         within: RangeInclusive<f64>,
     ) -> Result<Self, CycleError> {
-        ParameterError::unless(step != 0.0 && step.is_finite(), "first step of the parameter", step, "not zero")?;
         check_range(&within, ("parameter of the initial guess", parameter))?;
+        let (name, ok) = ("first step of the parameter", step != 0.0 && step.abs() <= within.end() - within.start());
+        ParameterError::unless(ok, name, step, "positive or negative, and at most the length of the range")?;
         let shoot = family(parameter)?;
         let guess = OrbitUnknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);

@@ -1,13 +1,16 @@
 //! Checks of the supports in the configurations before and after a search.
 
+use nalgebra::Vector3;
+
 use super::search::{HeldSearch, project};
 use super::settings::SETTINGS;
 use super::sites::across;
+use crate::check::{BESIDE, Derivatives};
 use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::so3;
 
-/// Displacement, relative to the length, by which derivatives of obstacles are checked.
+/// Largest displacement, relative to the length, by which derivatives of obstacles are checked.
 const DISTANCE_STEP: f64 = 1e-6;
 /// Largest error of such a derivative, for example at an edge of an obstacle.
 const DISTANCE_ERROR: f64 = 1e-3;
@@ -19,18 +22,21 @@ impl HeldSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return Ok(());
         }
-        let step = DISTANCE_STEP * self.length;
         for station in self.line.stations() {
             for obstacle in 0..self.obstacles.contacts.len() {
-                let gap = self.obstacles.gap_at(obstacle, &station.position);
-                let (name, norm) = ("norm of the gradient of the distance from an obstacle", gap.normal.norm());
+                let here = self.obstacles.gap_at(obstacle, &station.position);
+                let (name, norm) = ("norm of the gradient of the distance from an obstacle", here.normal.norm());
                 let at = |error: ParameterError| error.at(station.arc_length);
-                ParameterError::finite("distance from an obstacle", gap.value, "m").map_err(at)?;
+                ParameterError::finite("distance from an obstacle", here.value, "m").map_err(at)?;
                 ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1").map_err(at)?;
-                let ahead = self.obstacles.gap_at(obstacle, &(station.position + gap.normal * step)).value;
-                let (name, slope) =
-                    ("derivative of the distance from an obstacle along its gradient", (ahead - gap.value) / step);
-                let requirement = "1: the gradient is the normal, which must point away from the obstacle";
+                let step = here.normal * (DISTANCE_STEP * self.length);
+                let there = self.obstacles.gap_at(obstacle, &(station.position + step));
+                let (name, slope) = (
+                    "derivative of the distance from an obstacle along its gradient",
+                    Derivatives::along(&step, &here, &there).normal,
+                );
+                let requirement = "1: the gradient is the normal, which must point away from the obstacle; \
+                    `check::obstacle` names the component that is wrong";
                 ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, requirement).map_err(at)?;
             }
         }
@@ -96,18 +102,18 @@ impl HeldSearch<'_> {
     /// a tangent: it may be discontinuous at the contact.
     fn check_curvatures(&self) -> Result<(), ParameterError> {
         for at in self.candidates.iter().filter(|at| at.position.iter().all(|x| x.is_finite())) {
-            let (gap, place) = (self.obstacles.gap_at(at.obstacle, &at.position), at.arc_length);
-            let scale = gap.curvature.norm().max(1.0 / self.length);
-            // Differences have the relative error of the step over the radius.
-            let step = (DISTANCE_STEP * self.length).min(0.1 * DISTANCE_ERROR / scale);
-            for along in across(&gap.normal) {
-                let error = |side: f64| {
-                    let ahead = self.obstacles.gap_at(at.obstacle, &(at.position + along * (side * step))).normal;
-                    ((ahead - gap.normal) / (side * step) - gap.curvature * along).norm() / scale
-                };
-                let (name, error) = ("relative error of the curvature of an obstacle", error(1.0).min(error(-1.0)));
-                let requirement =
-                    "zero: the curvature must be the derivative of the normal, and no place deep inside an obstacle";
+            let moved = |by: &Vector3<f64>| self.obstacles.gap_at(at.obstacle, &(at.position + by));
+            let (here, place) = (moved(&Vector3::zeros()), at.arc_length);
+            let scale = here.curvature.norm().max(1.0 / self.length);
+            let step = (DISTANCE_STEP * self.length).min(BESIDE / scale);
+            for along in across(&here.normal) {
+                let expected = Derivatives::to_a_side(&(along * step), &here, moved).bend;
+                let (name, error) = (
+                    "relative error of the curvature of an obstacle",
+                    (expected - here.curvature * along).norm() / scale,
+                );
+                let requirement = "zero: the curvature must be the derivative of the normal, and no place deep inside \
+                    an obstacle; `check::obstacle` names the component that is wrong";
                 ParameterError::unless(error <= DISTANCE_ERROR, name, error, requirement)
                     .map_err(|error| error.at(place))?;
             }

@@ -11,13 +11,10 @@
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
-/// Gap between a place of the centre line and an obstacle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Gap {
-    pub value: f64,
-    pub normal: Vector3<f64>,
-    pub curvature: Matrix3<f64>,
-}
+use crate::support::Distance;
+
+/// Gap between a place of the centre line and an obstacle: the distance minus the radius of the contact.
+pub(super) type Gap = Distance;
 
 /// State of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

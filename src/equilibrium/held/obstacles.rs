@@ -102,7 +102,7 @@ impl<'a> Obstacles<'a> {
     fn gap_in(&self, obstacle: usize, place: &Vector3<f64>, time: f64) -> Gap {
         let contact = &self.contacts[obstacle];
         let distance = contact.obstacle.distance_to(self.names[obstacle].1, place, time);
-        Gap { value: distance.value - contact.radius, normal: distance.normal, curvature: distance.curvature }
+        Gap { value: distance.value - contact.radius, ..distance }
     }
 
     /// The displacements of the obstacles by the opposites of forces on the rod (N), m.

@@ -66,9 +66,14 @@ impl RunOptions {
             return Ok(());
         }
         let (step, model) = (self.step.min(self.until - shoot.time()), shoot.model());
-        let period = model.tropism().shortest_period().min(model.load().shortest_period(shoot.time()));
-        let requirement = "at most half of the shortest period of the laws, which longer steps do not show (s)";
-        ParameterError::unless(step <= 0.5 * period, "time step", step, requirement)
+        for period in [model.tropism().shortest_period(), model.load().shortest_period(shoot.time())] {
+            let (name, requirement) = ("shortest period of the laws", "positive, and infinite if they have none (s)");
+            ParameterError::unless(period > 0.0, name, period, requirement)?;
+            let requirement = "or more, twice the time step: take shorter steps, which show the period (s)";
+            ParameterError::unless(step <= 0.5 * period, name, period, requirement)
+                .map_err(|error| ParameterError { needed: Some(2.0 * step), ..error })?;
+        }
+        Ok(())
     }
 }
 

@@ -132,9 +132,7 @@ impl Stepper {
             if examined {
                 // The history belongs to these elements, and the scene determines the base.
                 self.unshaped.changed(rod).map_or(Ok(()), |what| Err(EquilibriumError::Changed { what }))?;
-                let what = "error or energy that the equilibrium solver reports";
-                let finite = found.error.is_finite() && found.energy.is_finite();
-                finite.then_some(()).ok_or(EquilibriumError::NotFinite { what })?;
+                found.check()?;
                 check_balance(rod, material, &self.force, found.error)?;
             }
             Ok(found)

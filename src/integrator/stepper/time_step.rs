@@ -85,6 +85,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         };
         let Self { stepper, shoot, step, moments, .. } = &mut begun;
         check_base_turn(shoot, [step.from, step.to])?;
+        shoot.check_zone(&shoot.state)?;
         stepper.begin_increment(shoot);
         *step = stepper.begin_step(shoot, mesh, end)?;
         stepper.begin_variables();
