@@ -8,7 +8,7 @@ use faer::linalg::solvers::Solve;
 use faer::{MatMut, MatRef};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::law::{Gap, Law, Status};
+use super::law::{Gap, Law, Smoothing, Status};
 
 /// Obstacles.
 pub(super) trait Surfaces {
@@ -88,8 +88,6 @@ pub(super) struct Reduced<'a> {
     pub compliance: &'a DMatrix<f64>,
     /// The coordinates for the forces zero.
     pub free: DVector<f64>,
-    /// The coordinates at the start of the step of the rod.
-    pub present: DVector<f64>,
     /// Magnitude of the force in the rod, N.
     pub scale: f64,
 }
@@ -118,12 +116,12 @@ impl Reduced<'_> {
         (place + tangent * shift + contact.bend * (0.5 * shift * shift), tangent + contact.bend * shift)
     }
 
-    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>) -> Evaluated {
+    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>, smoothing: Smoothing) -> Evaluated {
         let (place, tangent) = Self::place(contact, coordinates);
         let mut gap = self.surfaces.gap(contact.obstacle, &place);
         gap.value -= contact.clearance;
         let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.shift;
-        let law = Law::new(&gap, &contact.force, &displacement, (contact.friction, contact.k));
+        let law = Law::new(&gap, &contact.force, &displacement, (contact.friction, contact.k), smoothing);
         let slide = contact.range.map(|[from, to]| {
             // The slope over its derivative at the start is the displacement to the place of least gap.
             let slope = gap.normal.dot(&tangent);
@@ -148,36 +146,9 @@ impl Reduced<'_> {
         contacts.iter().zip(all).map(|(contact, at)| at.squares(contact)).sum()
     }
 
-    pub fn evaluate_all(&self, contacts: &[Contact]) -> Vec<Evaluated> {
+    pub fn evaluate_all(&self, contacts: &[Contact], smoothing: Smoothing) -> Vec<Evaluated> {
         let coordinates = self.coordinates(contacts);
-        contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
-    }
-
-    /// The first Newton step: the laws are linear at the start of the step of the rod, and the rod responds by its whole
-    /// step. A rod that is almost unstable moves far without changes of the forces, so that the laws at the place to
-    /// which it would move lead away from the near solution. Returns whether the step is finite.
-    pub fn begin(&self, contacts: &mut [Contact], proximal: f64) -> bool {
-        let moved = self.coordinates(contacts) - &self.present;
-        let linear = |contact: &Contact| {
-            let mut at = self.evaluate(contact, &self.present);
-            let mut place: Vector3<f64> = moved.fixed_rows::<3>(contact.first).into_owned();
-            if contact.range.is_some() {
-                let tangent: Vector3<f64> = moved.fixed_rows::<3>(contact.first + 3).into_owned();
-                place += tangent * contact.shift;
-                if let Some((distance, by_place, by_tangent, _)) = &mut at.slide {
-                    *distance += by_place.dot(&place) + by_tangent.dot(&tangent);
-                }
-            }
-            at.law.residual += at.law.by_place * place;
-            at
-        };
-        let all: Vec<Evaluated> = contacts.iter().map(linear).collect();
-        let Some(steps) = self.step(contacts, &all, proximal) else { return false };
-        for (contact, (force, shift)) in contacts.iter_mut().zip(steps) {
-            contact.force += force;
-            contact.shift = contact.range.map_or(0.0, |[from, to]| (contact.shift + shift).clamp(from, to));
-        }
-        true
+        contacts.iter().map(|contact| self.evaluate(contact, &coordinates, smoothing)).collect()
     }
 
     /// The displacements of a contact by another one.

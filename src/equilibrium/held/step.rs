@@ -102,8 +102,8 @@ impl HeldSearch<'_> {
         });
         let contacts: Vec<Contact> = each.collect();
         let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
-        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, present, scale };
-        problem.free = &problem.present + moved - &linear.compliance * problem.reactions(&contacts);
+        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
+        problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
     }
 
