@@ -1,12 +1,17 @@
 //! Estimates of parameters, with their uncertainty.
 
+use std::fmt::Display;
+
 use nalgebra::DVector;
 
 use super::confidence::Linear;
 use super::jacobian::DIFFERENCE;
+use super::problem::Problem;
 use super::series::Series;
 use super::warning::root_mean_square;
-use super::{FitError, Loss, Parameter, Warning};
+use super::{Family, Fit, FitError, Loss, Parameter, Warning};
+use crate::model::Model;
+use crate::shoot::Shoot;
 
 /// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
 pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;
@@ -139,6 +144,19 @@ pub(super) struct Input {
     pub family: Vec<Parameter>,
     pub data: Vec<Series>,
     pub loss: Loss,
+}
+
+impl Estimates {
+    /// Problem of the data, the noise and the loss of these estimates.
+    pub(super) fn problem<'a, M: Model, E: Display>(
+        &'a self,
+        fit: &Fit,
+        family: &'a Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
+        values: Vec<f64>,
+    ) -> Problem<'a> {
+        let (noise, loss) = (self.noise.clone(), self.input.loss);
+        Problem { noise, loss, ..fit.problem(family, &self.input.data, values) }
+    }
 }
 
 impl Estimates {

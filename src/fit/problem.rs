@@ -8,7 +8,7 @@ use nalgebra::DVector;
 use super::residuals::{Output, Row, Steps, simulate};
 use super::series::Series;
 use super::warning::root_mean_square;
-use super::{Estimates, Family, Fit, FitError, Loss, Parameter};
+use super::{Family, Fit, FitError, Loss, Parameter};
 use crate::integrator::Grid;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -74,19 +74,6 @@ impl Fit {
             threads: self.threads,
             run: Arc::new(move |values, until, steps| simulate(family, data, step, (values, until), steps)),
         }
-    }
-}
-
-impl Estimates {
-    /// Problem of the data, the noise and the loss of these estimates.
-    pub(super) fn problem<'a, M: Model, E: Display>(
-        &'a self,
-        fit: &Fit,
-        family: &'a Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
-        values: Vec<f64>,
-    ) -> Problem<'a> {
-        let (noise, loss) = (self.noise.clone(), self.input.loss);
-        Problem { noise, loss, ..fit.problem(family, &self.input.data, values) }
     }
 }
 

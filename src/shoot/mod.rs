@@ -143,7 +143,7 @@ impl<M: Model> Shoot<M> {
         state.check_laws((size.variables, size.stimuli))?;
         state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
         self.model.growth().check(state.rod.length())?;
-        self.check_zone(state)?;
+        self.check_zone(state, SAME_PLACE)?;
         self.check_scene(state)?;
         self.state.copy_from(state);
         self.state.release_if_absent(self.model.support());
@@ -151,14 +151,14 @@ impl<M: Model> Shoot<M> {
     }
 
     /// Returns an error unless the growing part of a state is as long as the growth zone of the law of this shoot, or
-    /// the whole shoot grows and is shorter.
-    pub(crate) fn check_zone(&self, state: &State) -> Result<(), ParameterError> {
+    /// the whole shoot grows and is shorter. The accuracy is relative to the length of the shoot.
+    pub(crate) fn check_zone(&self, state: &State, accuracy: f64) -> Result<(), ParameterError> {
         let (growth, rod) = (self.model.growth(), &state.rod);
         let (zone, first) = (growth.zone_length(), rod.first_growing());
         if !growth.elongates() {
             return Ok(());
         }
-        let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], SAME_PLACE * rod.length());
+        let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], accuracy * rod.length());
         let same = growing <= zone + margin && (first == 0 || growing >= zone - margin);
         let requirement = "that of the shoot's growth law, `zone_length`, which is constant (m): restore a state \
             under its own laws, and compare the methods of the law by `check::growth_law`";
