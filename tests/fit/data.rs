@@ -145,8 +145,9 @@ fn frames_between_the_steps_are_accurate_near_a_discontinuity() {
     let found = Fit { step: 200.0, ..fit() }.run(&family, &data).unwrap();
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let error = largest(&mut found.residuals.iter().map(|(.., r)| *r));
-    // The pulse is half a sine wave, and the deflection is proportional to it within 1e-4. Interpolation of degree five in six steps has an error of (π/6)⁶ · 17/720 of its
-    // height. A polynomial across the discontinuity would have one of several per cent.
+    // The pulse is half a sine wave, and the deflection is proportional to it within 1e-4. Interpolation of degree five
+    // in six steps has an error of (π/6)⁶ · 17/720 of its height. A polynomial across the discontinuity would have one
+    // of several per cent.
     assert!(error < 5e-4 * largest(&mut tips.iter().map(|p| p.y)), "{error:.1e}");
 }
 
