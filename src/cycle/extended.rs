@@ -247,7 +247,7 @@ impl<J: StateJacobian> BorderedSystem<J> {
     ) -> Result<Option<Difference>, CycleError> {
         let n = residual.len();
         let mut residuals = residual.clone().resize_vertically(n + self.border.len(), 0.0);
-        residuals.as_mut_slice()[n..][..conditions.len()].copy_from_slice(conditions);
+        residuals.iter_mut().skip(n).zip(conditions).for_each(|(to, condition)| *to = *condition);
         let Some(found) = self.jacobian.solve(&self.border, &residuals)? else { return Ok(None) };
         let scalars = &found.as_slice()[n..];
         let symmetry = |k: usize| if k < self.symmetries { scalars[k] } else { 0.0 };

@@ -157,9 +157,7 @@ impl Estimates {
         let (noise, loss) = (self.noise.clone(), self.input.loss);
         Problem { noise, loss, ..fit.problem(family, &self.input.data, values) }
     }
-}
 
-impl Estimates {
     /// χ² per degree of freedom. It is about one if the model and the given noise are correct. If the noise is
     /// estimated, it is about one for any model.
     #[must_use]

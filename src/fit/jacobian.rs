@@ -115,3 +115,44 @@ impl Problem<'_> {
         (low..=high).contains(&x[k]).then(|| self.near(point, &x))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use approx::assert_relative_eq;
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::fit::residuals::{Output, Row, Steps};
+    use crate::fit::{Loss, Parameter, Series};
+    use crate::integrator::Grid;
+
+    /// The first coordinate x has the effect sin x, and the second one an effect of the size of rounding.
+    #[test]
+    fn column_of_rounding_is_zero() {
+        let parameters = ["a", "b"].map(|name| Parameter::positive(name, [0.1, 10.0]));
+        let data = [Series::tips(vec![1.0], &[Vector3::x()])];
+        let run = |values: &[f64], _: f64, _: Steps| {
+            let residual = values[0].ln().sin() + 1e-14 * (1e6 * values[1].ln()).sin();
+            let rows = (0..3).map(|coordinate| Row { series: 0, coordinate, time: 1.0 });
+            Ok(Output { residuals: rows.map(|row| (row, residual)).collect(), grid: Grid::default() })
+        };
+        let problem = Problem {
+            parameters: &parameters,
+            data: &data,
+            loss: Loss::Squares,
+            values: vec![2.0, 3.0],
+            free: vec![0, 1],
+            noise: vec![1.0],
+            until: f64::INFINITY,
+            threads: 1,
+            run: Arc::new(run),
+        };
+        let point = problem.at(problem.coordinates()).unwrap();
+        let jacobian = problem.jacobian(&point).unwrap();
+        // The error of fourth order is 1e-20, and that by rounding 1e-16 over the step of 3e-6.
+        assert_relative_eq!(jacobian[(0, 0)], 2.0_f64.ln().cos(), epsilon = 1e-9);
+        assert_eq!(jacobian.column(1).amax(), 0.0);
+    }
+}

@@ -23,7 +23,7 @@ pub struct Parameter {
     pub bounds: [f64; 2],
     /// Whether the search uses the logarithm of the parameter.
     pub logarithmic: bool,
-    /// Centre and standard deviation of a Gaussian prior; `None` if there is none. The centre is a value of the
+    /// Centre and standard deviation of a Gaussian prior, or `None` without a prior. The centre is a value of the
     /// parameter. The deviation is that of the logarithm (without unit) if the parameter is logarithmic, otherwise that
     /// of the parameter, in its unit.
     pub prior: Option<[f64; 2]>,

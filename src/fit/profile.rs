@@ -49,8 +49,10 @@ impl Fit {
             return Err(refused(problem));
         }
         let [variance, white] = [&estimates.linear.covariance, &estimates.linear.white].map(|matrix| matrix[(i, i)]);
-        // Correlated noise and outliers widen the interval by the same factor as the standard error.
-        let (error, target) = (variance.sqrt(), QUANTILE_95 * (variance / white).sqrt());
+        // Correlated noise and outliers widen the interval by the same factor as the standard error. Rounding may leave
+        // variances that are not positive.
+        let wider = if white > 0.0 { variance / white } else { 1.0 };
+        let (error, target) = (variance.max(0.0).sqrt(), QUANTILE_95 * wider.max(f64::MIN_POSITIVE).sqrt());
         let mut problem = estimates.problem(self, family, estimates.values());
         // Parameters at a bound may leave it.
         problem.free.retain(|other| *other != k);
@@ -59,7 +61,7 @@ impl Fit {
         let [low, high] = parameter.limits();
         let end = |sign: f64| -> Result<f64, FitError> {
             let room = if sign > 0.0 { high - centre } else { centre - low };
-            let mut distance = (QUANTILE_95 * error).min(room);
+            let mut distance = if error > 0.0 { (QUANTILE_95 * error).min(room) } else { room };
             let mut problem = problem.clone();
             for _ in 0..SEARCHES {
                 let coordinate = centre + sign * distance;

@@ -15,8 +15,8 @@ use super::problem::{Point, Problem};
 /// Damping of the first step, relative to the diagonal of the normal equations.
 const DAMPING: f64 = 1e-3;
 
-/// Factor between two dampings that are tried. The first one of an iteration is smaller by this factor than the last
-/// one of the iteration before.
+/// Factor between two dampings that are tried. The first damping of an iteration is that of the step before, divided by
+/// this factor.
 const MORE: f64 = 10.0;
 
 /// Smallest and largest damping.

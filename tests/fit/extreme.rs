@@ -42,7 +42,7 @@ fn settings_out_of_range_are_refused() {
 fn data_of_impossible_size_are_refused() {
     let (times, positions) = tips(NOISE, 9);
     let late = Series::tips(times.iter().map(|time| 1000.0 * time).collect(), &positions);
-    assert!(refused(&fit(), late).contains("are their times in s"));
+    assert!(refused(&fit(), late).contains("are their times in s, and counted from the start of the shoot?"));
     for noise in [1e200, 1e-300] {
         assert!(refused(&fit(), exact().with_noise(noise)).contains("noise"));
     }

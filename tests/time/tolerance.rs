@@ -219,11 +219,11 @@ fn error_estimates_of_successive_calls_add_up() {
 fn trial_steps_are_at_most_half_of_the_work() {
     let mut shoot = growing().into_dyn().build().unwrap();
     let cost = Adaptive::new(1e-5).advance(&mut shoot, 10.0 * HOUR).unwrap();
-    // Measured: 345 trial steps, most of them long, 666 steps of the run, and one Newton iteration for each
+    // Measured: 351 trial steps, most of them long, 692 steps of the run, and one Newton iteration for each
     // equilibrium.
     let all = cost.steps + cost.trial_steps;
-    assert!(cost.trial_steps * 2 <= all && all < 1100, "{cost:?}");
-    assert!(cost.iterations * 2 < cost.equilibria * 3, "{cost:?}");
+    assert!(cost.trial_steps * 5 <= all * 2 && all < 1100, "{cost:?}");
+    assert!(cost.steps < 900 && cost.iterations * 2 < cost.equilibria * 3, "{cost:?}");
     assert!(shoot.rod().elements() <= 24, "{}", shoot.rod().elements());
 }
 
