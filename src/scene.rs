@@ -257,6 +257,6 @@ impl<P: Fn(f64) -> Vector3<f64>, S: Scene> Scene for Along<P, S> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.scene.check()?;
-        ParameterError::finite("position of the base", self.position(0.0).sum(), "m")
+        ParameterError::finite("position of the base at t = 0", self.position(0.0).sum(), "m")
     }
 }

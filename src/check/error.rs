@@ -12,6 +12,8 @@ use crate::error::{Number, debug_by_display};
 pub enum Quantity {
     /// Number of points, sites or places at which a law is checked.
     Points,
+    /// Distance (m) or time (s) of a point at which a growth law is checked.
+    Point,
     /// Time over which the motion of points is checked, s.
     Span,
     /// Elastic energy per length at zero strain, J/m.
@@ -84,6 +86,7 @@ impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Points => write!(f, "number of points"),
+            Self::Point => write!(f, "distance (m) or time (s) of a point"),
             Self::Span => write!(f, "span (s)"),
             Self::Energy => write!(f, "elastic energy (J/m)"),
             Self::EnergySlope(i) => write!(f, "derivative of the elastic energy by the strain u{} (N m)", i + 1),

@@ -25,9 +25,10 @@ pub fn growth_law<G: GrowthLaw>(law: &G, points: &[(f64, f64)], span: f64) -> Re
         return Err(arguments.error(Quantity::Span, [span, f64::NAN], "positive and finite"));
     }
     for &(sigma, time) in points {
+        arguments.finite(Quantity::Point, sigma)?;
+        arguments.finite(Quantity::Point, time)?;
         let until = (time + span).min(before(law.next_discontinuity(time)));
         let at = At::of::<G>(Where::Growing { sigma, time });
-        at.finite(Quantity::Distance, sigma)?;
         let point = Point { law, at, sigma, time, until };
         if !law.elongates() {
             point.check_fixed()?;

@@ -94,10 +94,13 @@ pub enum StabilityError {
     /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
     /// appears as a shape that no mesh resolves.
     #[error(
-        "the mesh does not resolve {what}: the error is {:.2}; take more elements, or `Linearisation::resolved`",
+        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements, up to 128 by \
+         `Linearisation::resolved`; with fast growth or little proprioception no mesh may suffice",
         Number(*error)
     )]
     UnderResolved {
+        /// The number of elements in the growth zone.
+        elements: usize,
         /// The quantity, with the unit of its error.
         what: &'static str,
         /// Its estimated error.

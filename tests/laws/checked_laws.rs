@@ -386,10 +386,14 @@ fn laws_of_a_shoot_are_checked_at_its_places() {
 }
 
 #[test]
-fn span_of_a_growth_check_must_be_positive_and_finite() {
+fn points_of_a_growth_check_must_be_finite_and_its_span_positive() {
     let law = UniformGrowth { zone_length: 0.03, time: 72e3 };
     for span in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = check::growth_law(&law, &[(0.01, 3600.0)], span).unwrap_err();
         assert_eq!(error.quantity, Quantity::Span, "{error}");
+    }
+    for point in [(f64::NAN, 3600.0), (0.01, f64::INFINITY)] {
+        let error = check::growth_law(&law, &[point], 3600.0).unwrap_err();
+        assert_eq!(error.quantity, Quantity::Point, "{error}");
     }
 }

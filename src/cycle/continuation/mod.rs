@@ -158,7 +158,7 @@ where
         let conditions = inner.arclength(&of_amplitude(&solver, 0.0)?.to(&guess), &guess);
         let found = correct_resolved(&mut solver, &mut family, guess, &conditions)?;
         let (what, parameter) = ("parameter of the first orbit", found.unknowns.parameter);
-        ParameterError::unless(within.contains(&parameter), what, parameter, "within the range")?;
+        ParameterError::unless(within.contains(&parameter), what, parameter, "within the given range: extend it")?;
         let secant = of_amplitude(&solver, 0.0)?.with_past_of(&found.unknowns).to(&found.unknowns);
         Self::begin(solver, family, within, (inner, shoot.rod().length()), secant, found)
     }
@@ -393,5 +393,5 @@ fn observe<S: OrbitSolver, M: Model>(
 fn check_range(within: &RangeInclusive<f64>, (name, start): (&'static str, f64)) -> Result<(), ParameterError> {
     let (what, range) = ("range of the parameter", within.end() - within.start());
     ParameterError::unless(range > 0.0 && range.is_finite(), what, range, "positive")?;
-    ParameterError::unless(within.contains(&start), name, start, "within the range")
+    ParameterError::unless(within.contains(&start), name, start, "within the given range: extend it")
 }

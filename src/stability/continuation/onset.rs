@@ -109,7 +109,8 @@ pub fn crossings(
 
 fn check_range(from: f64, to: f64) -> Result<(), ParameterError> {
     ParameterError::finite("start of the parameter's range", from, "")?;
-    ParameterError::finite("end of the parameter's range", to, "")
+    ParameterError::finite("end of the parameter's range", to, "")?;
+    ParameterError::unless(from != to, "end of the parameter's range", to, "another value than its start")
 }
 
 /// The number of unstable roots; the largest number if there are infinitely many.

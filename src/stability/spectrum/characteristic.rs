@@ -119,9 +119,14 @@ impl CharacteristicMatrix {
         })
     }
 
+    /// Number of elements in the growth zone.
+    pub fn elements(&self) -> usize {
+        self.lengths.len()
+    }
+
     /// Number of material points in an element.
     pub fn points_per_element(&self) -> usize {
-        self.kind.len() / self.lengths.len()
+        self.kind.len() / self.elements()
     }
 
     /// T(λ) of every kind of point.

@@ -53,7 +53,8 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, Stability
     });
     let change: Option<f64> = changes.sum();
     if !(error < RESOLVED) {
-        return Err(StabilityError::UnderResolved { what: "waves of the characteristic function (relative)", error });
+        let (elements, what) = (f.characteristic().elements(), "waves of the characteristic function (relative)");
+        return Err(StabilityError::UnderResolved { elements, what, error });
     }
     let value = last.1.value;
     let failed = |what, residual| StabilityError::NoConvergence { what, residual };

@@ -86,7 +86,7 @@ impl Linearisation {
     /// The number of elements in the growth zone.
     #[must_use]
     pub fn elements(&self) -> usize {
-        self.characteristic.lengths.len()
+        self.characteristic.elements()
     }
 
     /// The number of roots with a positive real part, counted with multiplicity, by the argument principle,

@@ -68,7 +68,8 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
         if by_strain.iter().all(|matrix| matrix.iter().all(|slope| *slope == 0.0)) {
             return Err(StabilityError::NoProprioception);
         }
-        return Err(StabilityError::UnderResolved { what: "the shape of the steady state (rad)", error });
+        let (elements, what) = (rod.elements() - rod.first_growing(), "the shape of the steady state (rad)");
+        return Err(StabilityError::UnderResolved { elements, what, error });
     }
     // The visible strain is the sum of the elastic strain under the couple and the intrinsic strain.
     let material = shoot.model.constitutive();
