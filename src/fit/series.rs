@@ -204,8 +204,8 @@ impl Series {
         same && self.view == other.view && self.noise == other.noise
     }
 
-    /// Number of residuals: all coordinates of a tip, and one fewer for any other point of a centre line, whose residual
-    /// is across the tangent.
+    /// Number of residuals: all coordinates of a tip, and one fewer for any other point of a centre line, whose
+    /// residual is across the tangent.
     pub(super) fn residuals(&self) -> usize {
         let d = self.dimension();
         let others = if self.kind == Kind::CentreLine { d - 1 } else { 0 };
@@ -242,9 +242,10 @@ impl Series {
         if self.times.len() < 2 { f64::INFINITY } else { median_gap(&self.times) }
     }
 
-    /// Whether the frames are so close that time steps (s) to each of them would be far shorter than necessary.
+    /// Whether the frames have only a tip, and are so close that time steps (s) to each of them would be far shorter than
+    /// necessary.
     pub(super) fn is_dense(&self, step: f64) -> bool {
-        self.kind != Kind::CentreLine && self.spacing() < DENSE * step
+        self.spacing() < DENSE * step && self.frames.iter().all(|frame| frame.len() == 1)
     }
 
     /// Largest distance of a point from the origin of the view, in the unit of the data, or largest angle, rad.
