@@ -242,8 +242,8 @@ impl Series {
         if self.times.len() < 2 { f64::INFINITY } else { median_gap(&self.times) }
     }
 
-    /// Whether the frames have only a tip, and are so close that time steps (s) to each of them would be far shorter than
-    /// necessary.
+    /// Whether the frames have only a tip, and are so close that time steps (s) to each of them would be far shorter
+    /// than necessary.
     pub(super) fn is_dense(&self, step: f64) -> bool {
         self.spacing() < DENSE * step && self.frames.iter().all(|frame| frame.len() == 1)
     }
@@ -323,8 +323,8 @@ impl Series {
     }
 }
 
-/// Whether one distance of neighbouring points of a frame is far above the others, as between the tip of a plant and the
-/// base of the next one. Four distances show what is normal.
+/// Whether one distance of neighbouring points of a frame is far above the others, as between the tip of a plant and
+/// the base of the next one. Four distances show what is normal.
 fn has_jump(points: &[Vector3<f64>]) -> bool {
     let chords: Vec<f64> = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
     let (longest, sum) = (chords.iter().copied().fold(0.0, f64::max), chords.iter().sum::<f64>());

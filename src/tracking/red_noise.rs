@@ -1,8 +1,8 @@
 //! Noise that is the sum of white noise and of a first-order autoregressive process.
 
 /// Correlation of values k intervals apart: 1 for k = 0, otherwise `share` · `decay`ᵏ. White noise has the share zero.
-/// The red noise of Torrence and Compo (1998, section 4) has the share one. The sum of both has a share between zero and
-/// one.
+/// The red noise of Torrence and Compo (1998, section 4) has the share one. The sum of both has a share between zero
+/// and one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RedNoise {
     /// Part of the variance that belongs to the autoregressive process.
@@ -15,8 +15,8 @@ impl RedNoise {
     /// White noise.
     pub const WHITE: Self = Self { share: 0.0, decay: 0.0 };
 
-    /// Noise with the given correlations of values one and two intervals apart. The first one is positive. If it is also
-    /// that of the autoregressive process, there is no white noise. The decay is at most `largest`.
+    /// Noise with the given correlations of values one and two intervals apart, the first of which is positive. The
+    /// decay is their quotient, at least the first one, and at most `largest`.
     pub fn of([one, two]: [f64; 2], largest: f64) -> Self {
         let decay = (two / one).clamp(one.min(largest), largest);
         Self { share: (one / decay).min(1.0), decay }
