@@ -59,7 +59,7 @@ pub(super) fn estimates(
     if let Outcome::Unfinished = reached.outcome {
         estimates.warnings.push(Warning::NotConverged { iterations: reached.iterations });
     }
-    estimates.warnings.extend(warnings(problem.data, &residuals, &noise));
+    estimates.warnings.extend(warnings(problem.data, problem.loss, &residuals, &noise));
     let at_bound = estimates.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
     estimates.warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));
     Ok(estimates)

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::Loss;
 use super::noise::Noise;
 use super::residuals::Row;
 use super::series::{Kind, Series};
@@ -66,7 +67,7 @@ pub enum Warning {
         /// Scatter of neighbouring frames, in the same unit.
         scatter: f64,
     },
-    /// A few frames have residuals far above those of the others.
+    /// A few frames have residuals far above those of the others, and the loss is that of squares.
     #[error("{count} coordinates of series {series} are outliers beyond five times the scatter: use the robust loss")]
     Outliers {
         /// Index of the series, from 0.
@@ -154,12 +155,12 @@ fn listed(frames: &[usize]) -> String {
 }
 
 /// Warnings about the data and their residuals, in the unit of the data, or rad.
-pub(super) fn warnings(data: &[Series], all: &[(Row, f64)], noise: &Noise) -> Vec<Warning> {
+pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Row, f64)], noise: &Noise) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (index, series) in data.iter().enumerate() {
         let own = || all.iter().filter(|(row, _)| row.series == index);
         let residuals: Vec<f64> = own().map(|(_, r)| *r).collect();
-        warnings.extend(of_residuals(index, series, &residuals));
+        warnings.extend(of_residuals(index, series, loss, &residuals));
         let frames = series.repeated_frames();
         if !frames.is_empty() {
             warnings.push(Warning::RepeatedFrames { series: index, frames });
@@ -196,8 +197,8 @@ pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Re
     Ok(frames.into_iter().enumerate().filter(|(_, frames)| !frames.is_empty()).map(warning).collect())
 }
 
-/// Warning about the size of the residuals of a series.
-fn of_residuals(series: usize, data: &Series, residuals: &[f64]) -> Option<Warning> {
+/// Warning about the size of the residuals of a series. Outliers need none with a robust loss.
+fn of_residuals(series: usize, data: &Series, loss: Loss, residuals: &[f64]) -> Option<Warning> {
     let (size, scatter) = (root_mean_square(residuals), data.scatter());
     let largest = RATIO + SIGNIFICANT * SCATTER_ERROR / (residuals.len().max(1) as f64).sqrt();
     if let Some(noise) = data.noise {
@@ -211,7 +212,7 @@ fn of_residuals(series: usize, data: &Series, residuals: &[f64]) -> Option<Warni
     let count = residuals.iter().filter(|r| r.abs() > OUTLIER * typical).count();
     let rare = count > 0 && (count as f64) < MOST_OUTLIERS * residuals.len() as f64;
     if rare && typical <= largest * scatter {
-        return Some(Warning::Outliers { series, count });
+        return (loss == Loss::Squares).then_some(Warning::Outliers { series, count });
     }
     Some(Warning::Unexplained { series, residuals: size, scatter })
 }
