@@ -76,7 +76,12 @@ fn options() -> Options {
         Opt::value("zone", "MM", "70", "length of the growth zone, mm; 0 for a shoot of constant length"),
         Opt::value("growth-hours", "H", "40", "growth time, h"),
         Opt::value("tilt", "DEG", "0", "angle of the base from the vertical, degrees"),
-        Opt::value("free", "NAMES", "", "parameters to estimate"),
+        Opt::value(
+            "free",
+            "NAMES",
+            "",
+            "parameters to estimate; by default beta,eta,tau_m,tau_r,l_0, and bends from above",
+        ),
         Opt::value("set", "NAME=X,…", "", NAMES),
         Opt::value("bounds", "NAME=LOW:HIGH,…", "", "bounds of free parameters, in SI units"),
         Opt::value("starts", "N", "8", "number of initial guesses"),

@@ -42,10 +42,10 @@ pub const PARAMETERS: [(&str, f64, f64); 22] = [
 ];
 
 /// Text of `--help` about the names in [`PARAMETERS`].
-pub const NAMES: &str = "names, in SI units: beta, eta, tau_m, tau_r, tau_g, l_g, E, l_0; oscillator alpha, tau_e, \
-                         phase; initial curvature bend_x, bend_y; radius r; density rho; stiffening, the modulus of \
-                         mature tissue over E, and its time tau_l; tilt of the base; largest force at the tip during \
-                         the first push_time, push_x, push_y, push_z";
+pub const NAMES: &str = "given values, and initial values of free parameters, in SI units: beta, eta, tau_m, tau_r, \
+                         tau_g, l_g, E, l_0; oscillator alpha, tau_e, phase; initial curvature bend_x, bend_y; radius \
+                         r; density rho; stiffening, the modulus of mature tissue over E, and its time tau_l; tilt of \
+                         the base; largest force at the tip during the first push_time, push_x, push_y, push_z";
 
 /// Index in [`PARAMETERS`] of the parameter with a name.
 pub fn index(name: &str) -> Option<usize> {

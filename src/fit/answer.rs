@@ -40,7 +40,8 @@ pub(super) fn estimates(
     let mut times: Vec<f64> = point.rows.iter().map(|row| row.time).collect();
     times.dedup();
     let bounds = (widest, times.len() > problem.free.len());
-    let rows = point.rows.iter().zip(point.residuals.iter());
+    let all = point.rows.iter().zip(point.residuals.iter());
+    let residuals: Vec<_> = all.map(|(row, r)| (*row, r * problem.noise[row.series])).collect();
     let mut estimates = Estimates {
         parameters: parameter_estimates(&problem, &linear, bounds),
         weak: weak_directions(&problem, &linear, bounds),
@@ -49,7 +50,7 @@ pub(super) fn estimates(
         degrees_of_freedom: point.residuals.len().saturating_sub(problem.free.len()),
         noise: problem.noise.clone(),
         lag_one: noise.lag_one(),
-        residuals: rows.map(|(row, r)| (row.series, row.time, r * problem.noise[row.series])).collect(),
+        residuals: residuals.iter().map(|(row, r)| (row.series, row.time, *r)).collect(),
         objectives,
         singular_values: singular.values.as_slice().to_vec(),
         input: Input { family: problem.parameters.to_vec(), data: problem.data.to_vec(), loss: problem.loss },
@@ -58,7 +59,7 @@ pub(super) fn estimates(
     if let Outcome::Unfinished = reached.outcome {
         estimates.warnings.push(Warning::NotConverged { iterations: reached.iterations });
     }
-    estimates.warnings.extend(warnings(problem.data, &estimates.residuals, &noise));
+    estimates.warnings.extend(warnings(problem.data, problem.loss, &residuals, &noise));
     let at_bound = estimates.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
     estimates.warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));
     Ok(estimates)

@@ -111,6 +111,11 @@ pub enum FitError {
 
 debug_by_display!(FitError);
 
+/// Text of the first of some conditions that is true.
+pub(super) fn first_problem(conditions: &[(bool, &'static str)]) -> Option<&'static str> {
+    conditions.iter().find(|(is_true, _)| *is_true).map(|(_, problem)| *problem)
+}
+
 fn describe(values: &[(String, f64)]) -> String {
     values.iter().map(|(name, value)| format!("{name} = {:.7}", Number(*value))).collect::<Vec<_>>().join(", ")
 }

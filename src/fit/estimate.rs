@@ -8,10 +8,10 @@ use super::confidence::Linear;
 use super::jacobian::DIFFERENCE;
 use super::problem::Problem;
 use super::series::Series;
-use super::warning::root_mean_square;
 use super::{Family, Fit, FitError, Loss, Parameter, Warning};
 use crate::model::Model;
 use crate::shoot::Shoot;
+use crate::tracking::root_mean_square;
 
 /// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
 pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;

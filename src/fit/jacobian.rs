@@ -62,8 +62,8 @@ impl Problem<'_> {
     /// Long steps may fail, because a displaced shoot cannot follow the grid. They may also be longer than the range in
     /// which the path is smooth, because the bounds of a linear parameter, which determine them, may be wide.
     fn extrapolated(&self, point: &Point, k: usize) -> Result<DVector<f64>, FitError> {
-        let squares = point.rows.iter().map(|row| (self.data[row.series].size() / self.noise[row.series]).powi(2));
-        let size = squares.sum::<f64>().sqrt();
+        let sizes: Vec<f64> = self.data.iter().zip(&self.noise).map(|(series, noise)| series.size() / noise).collect();
+        let size = point.rows.iter().map(|row| sizes[row.series].powi(2)).sum::<f64>().sqrt();
         let steps = std::iter::successors(Some(DIFFERENCE), |h| Some(h / RATIO)).take(STEPS);
         let (mut longer, mut last) = (None, Ok(DVector::zeros(point.residuals.len())));
         for h in steps {

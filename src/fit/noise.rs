@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::residuals::Row;
-use crate::tracking::median;
+use crate::tracking::{RedNoise, median};
 
 /// Largest part of the squares of the residuals that a fit absorbs, in the estimate of the noise.
 const MOST_ABSORBED: f64 = 0.75;
@@ -21,38 +21,6 @@ const ITERATIONS: usize = 8;
 const LAGS: usize = 20;
 const LEAST_PER_LAG: usize = 8;
 
-/// Correlation of values k frames apart: 1 for k = 0, otherwise `share` · `decay`^k. White noise has the share zero. A
-/// first-order autoregressive process has the share one. The sum of both has a share between zero and one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Correlation {
-    /// Part of the variance that belongs to the autoregressive process.
-    pub share: f64,
-    /// Correlation of successive values of the autoregressive process.
-    pub decay: f64,
-}
-
-impl Correlation {
-    /// White noise.
-    pub const WHITE: Self = Self { share: 0.0, decay: 0.0 };
-
-    /// Process with the given correlations of values one frame and two frames apart. Correlations below `uncertainty`
-    /// count as zero.
-    fn of([one, two]: [f64; 2], uncertainty: f64) -> Self {
-        if one < uncertainty {
-            return Self::WHITE;
-        }
-        // The quotient of two uncertain numbers is used only if both differ from zero.
-        let decay = if two < uncertainty { one } else { (two / one).clamp(one, LARGEST_CORRELATION) };
-        Self { share: one / decay, decay }
-    }
-
-    /// Variance of the mean of many values over that of white noise of the same variance. This number of successive
-    /// values contains the information of one.
-    pub fn redundancy(self) -> f64 {
-        1.0 - self.share + self.share * (1.0 + self.decay) / (1.0 - self.decay)
-    }
-}
-
 /// Noise of each series, estimated from the residuals of a fit.
 pub(super) struct Noise(Vec<SeriesNoise>);
 
@@ -62,7 +30,7 @@ struct SeriesNoise {
     chains: Chains,
     /// Correlation of successive values of a coordinate, and model of the correlations at all lags.
     lag_one: f64,
-    correlation: Correlation,
+    correlation: RedNoise,
     /// Mean square of the noise.
     variance: f64,
     /// Result of the test for correlated noise: see [`Noise::excess`].
@@ -107,9 +75,10 @@ impl Noise {
         self.0.iter().map(|series| series.excess).fold(0.0, f64::max)
     }
 
-    /// Largest redundancy of a series.
+    /// Number of successive residuals that contain the information of one, the largest of all series: the variance of
+    /// the mean of many residuals over that of white noise, which is the spectrum at frequency zero.
     pub fn redundancy(&self) -> f64 {
-        self.0.iter().map(|series| series.correlation.redundancy()).fold(1.0, f64::max)
+        self.0.iter().map(|series| series.correlation.spectrum(1.0)).fold(1.0, f64::max)
     }
 }
 
@@ -133,16 +102,22 @@ impl SeriesNoise {
             let square = chains.correlated_square(jacobian, correlation);
             (inverse * square).trace().min(MOST_ABSORBED * n).max(0.0)
         };
-        let (mut lag_one, mut correlation) = (0.0, Correlation::WHITE);
+        let (mut lag_one, mut correlation) = (0.0, RedNoise::WHITE);
         for _ in 0..ITERATIONS {
             let part = absorbed(correlation) / n;
             let lags = observed.map(|one| (one + (1.0 - one) * part).clamp(0.0, LARGEST_CORRELATION));
-            (lag_one, correlation) = (lags[0], Correlation::of(lags, uncertainty));
+            (lag_one, correlation) = (lags[0], significant(lags, uncertainty));
         }
         let variance = residuals.norm_squared() / (n - absorbed(correlation)).max(1.0);
         let excess = chains.excess(residuals);
         Self { indices, chains, lag_one, correlation, variance, excess }
     }
+}
+
+/// Noise with the given correlations of values one frame and two frames apart. Those below `uncertainty` count as zero.
+fn significant([one, two]: [f64; 2], uncertainty: f64) -> RedNoise {
+    let two = if two < uncertainty { 0.0 } else { two };
+    if one < uncertainty { RedNoise::WHITE } else { RedNoise::of([one, two], LARGEST_CORRELATION) }
 }
 
 /// Chains of the residuals of a series: those of one coordinate in successive frames.
@@ -190,8 +165,8 @@ impl Chains {
     }
 
     /// Jᵀ R J with the correlations R of the noise.
-    fn correlated_square(&self, jacobian: &DMatrix<f64>, noise: Correlation) -> DMatrix<f64> {
-        if noise == Correlation::WHITE {
+    fn correlated_square(&self, jacobian: &DMatrix<f64>, noise: RedNoise) -> DMatrix<f64> {
+        if noise == RedNoise::WHITE {
             return jacobian.tr_mul(jacobian);
         }
         let mut tails = DMatrix::zeros(jacobian.nrows(), jacobian.ncols());
@@ -212,16 +187,9 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn correlations_of_two_lags_give_share_and_decay() {
-        for (share, decay) in [(1.0, 0.8), (0.5, 0.95), (0.3, 0.9)] {
-            let found = Correlation::of([share * decay, share * decay * decay], 0.1);
-            // The error is rounding.
-            assert_relative_eq!(found.share, share, epsilon = 0.0, max_relative = 1e-14);
-            assert_relative_eq!(found.decay, decay, epsilon = 0.0, max_relative = 1e-14);
-        }
-        assert_eq!(Correlation::of([0.09, 0.09], 0.1), Correlation::WHITE);
-        // The second correlation counts as zero.
-        assert_eq!(Correlation::of([0.2, 0.09], 0.1), Correlation { share: 1.0, decay: 0.2 });
+    fn correlations_below_their_uncertainty_are_zero() {
+        assert_eq!(significant([0.09, 0.09], 0.1), RedNoise::WHITE);
+        assert_eq!(significant([0.2, 0.09], 0.1), RedNoise { share: 1.0, decay: 0.2 });
     }
 
     /// Rows of one coordinate in frames at times 0, 1, 2, 4.
@@ -229,7 +197,7 @@ mod tests {
     fn correlations_decay_with_time() {
         let rows: Vec<_> = [0.0, 1.0, 2.0, 4.0].map(|time| Row { series: 0, coordinate: 0, time }).into();
         let jacobian = DMatrix::from_column_slice(4, 1, &[1.0, 2.0, -1.0, 3.0]);
-        let noise = Correlation { share: 0.6, decay: 0.5 };
+        let noise = RedNoise { share: 0.6, decay: 0.5 };
         let found = Chains::new(&rows).correlated_square(&jacobian, noise);
         let mut expected = 0.0;
         for (i, row) in rows.iter().enumerate() {
@@ -241,8 +209,6 @@ mod tests {
         }
         // The error is rounding.
         assert_relative_eq!(found[0], expected, epsilon = 0.0, max_relative = 1e-14);
-        // Sum over all lags, 1 + 2 · 0.6 · (0.5 + 0.25 + …).
-        assert_relative_eq!(noise.redundancy(), 2.2, epsilon = 0.0, max_relative = 1e-14);
     }
 
     /// White noise with a wave of a third of its variance, and a period of 40 frames, is not white.
@@ -276,8 +242,8 @@ mod tests {
         let [slow, white] = &found.0[..] else { panic!("two series") };
         // The sums of a wave over a period without its end.
         assert_relative_eq!(slow.variance, 0.5, epsilon = 1e-12);
-        assert!(slow.lag_one > 0.95 && slow.correlation.redundancy() > 10.0, "{}", slow.lag_one);
+        assert!(slow.lag_one > 0.95 && slow.correlation.spectrum(1.0) > 10.0, "{}", slow.lag_one);
         assert_relative_eq!(white.variance, 9.0, epsilon = 1e-12);
-        assert!(white.correlation == Correlation::WHITE, "{:?}", white.correlation);
+        assert!(white.correlation == RedNoise::WHITE, "{:?}", white.correlation);
     }
 }

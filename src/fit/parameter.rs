@@ -1,6 +1,6 @@
 //! Parameters of a family of shoots.
 
-use super::FitError;
+use super::error::{FitError, first_problem};
 
 /// Smallest distance of the bounds relative to the larger one, ten times the step of a difference quotient.
 const CLOSEST: f64 = 1e-4;
@@ -111,28 +111,25 @@ impl Parameter {
 
     /// Returns an error unless the initial value, the bounds and the prior are valid.
     pub(super) fn check(&self) -> Result<(), FitError> {
-        let [low, high] = self.bounds;
-        let problem = if ![low, high, self.start].iter().all(|x| x.abs() <= LARGEST) {
-            "has an initial value or a bound that is not finite or beyond 1e100"
-        } else if self.name.is_empty() {
-            "has an empty name"
-        } else if low > high {
-            "has a lower bound above its upper bound"
-        } else if !self.is_fixed() && !(high - low > CLOSEST * low.abs().max(high.abs())) {
-            "has bounds that are almost equal: fix it"
-        } else if self.logarithmic && !(low > 0.0) {
-            "has a bound that is not positive, though its scale is logarithmic"
-        } else if !(self.start >= low && self.start <= high) {
-            "has an initial value outside its bounds"
-        } else if self.prior.is_some_and(|[centre, deviation]| {
-            !(deviation > 0.0 && deviation.is_finite() && self.coordinate(centre).is_finite())
-        }) {
-            "has a prior without a finite centre and a positive standard deviation"
-        } else if !self.is_fixed() && self.has_exact_prior() {
-            "has a prior that is almost exact: fix it"
-        } else {
-            return Ok(());
+        let ([low, high], is_free) = (self.bounds, !self.is_fixed());
+        let is_normal = |[centre, deviation]: [f64; 2]| {
+            deviation > 0.0 && deviation.is_finite() && self.coordinate(centre).is_finite()
         };
-        Err(FitError::Parameter { name: self.name.clone(), problem })
+        let is_finite = [low, high, self.start].iter().all(|x| x.abs() <= LARGEST);
+        let is_apart = high - low > CLOSEST * low.abs().max(high.abs());
+        let problem = first_problem(&[
+            (!is_finite, "has an initial value or a bound that is not finite or beyond 1e100"),
+            (self.name.is_empty(), "has an empty name"),
+            (low > high, "has a lower bound above its upper bound"),
+            (is_free && !is_apart, "has bounds that are almost equal: fix it"),
+            (self.logarithmic && !(low > 0.0), "has a bound that is not positive, though its scale is logarithmic"),
+            (!(self.start >= low && self.start <= high), "has an initial value outside its bounds"),
+            (
+                !self.prior.is_none_or(is_normal),
+                "has a prior without a finite centre and a positive standard deviation",
+            ),
+            (is_free && self.has_exact_prior(), "has a prior that is almost exact: fix it"),
+        ]);
+        problem.map_or(Ok(()), |problem| Err(FitError::Parameter { name: self.name.clone(), problem }))
     }
 }

@@ -7,12 +7,11 @@ use nalgebra::DVector;
 
 use super::residuals::{Output, Row, Steps, simulate};
 use super::series::Series;
-use super::warning::root_mean_square;
 use super::{Family, Fit, FitError, Loss, Parameter};
 use crate::integrator::Grid;
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tracking::robust_deviation;
+use crate::tracking::{robust_deviation, root_mean_square};
 
 /// Relative change below which the estimate of a noise has converged. The standard error of a noise from a thousand
 /// coordinates is 2 %.

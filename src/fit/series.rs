@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::FitError;
+use super::error::{FitError, first_problem};
 use crate::tracking::{Track, median, median_gap, robust_deviation};
 
 /// Largest absolute value of a coordinate, in the unit of the data, and of an entry of a camera matrix.
@@ -204,28 +204,24 @@ impl Series {
         same && self.view == other.view && self.noise == other.noise
     }
 
-    /// Number of residuals: all coordinates of a tip, and one fewer for a point of a centre line, whose residual is
-    /// across the tangent.
+    /// Number of residuals: all coordinates of a tip, and one fewer for any other point of a centre line, whose
+    /// residual is across the tangent.
     pub(super) fn residuals(&self) -> usize {
-        self.frames.iter().map(|frame| self.residuals_of(frame)).sum()
+        let d = self.dimension();
+        let others = if self.kind == Kind::CentreLine { d - 1 } else { 0 };
+        self.frames.iter().filter(|frame| !frame.is_empty()).map(|frame| d + others * (frame.len() - 1)).sum()
     }
 
-    /// Number of residuals of a frame. Those of the tip are the first.
-    pub(super) fn residuals_of(&self, frame: &[Vector3<f64>]) -> usize {
-        let d = self.dimension();
-        match self.kind {
-            _ if frame.is_empty() => 0,
-            Kind::Tip | Kind::Angle => d,
-            Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
-        }
+    /// Last point of a frame, in the unit of the data, or rad.
+    pub(super) fn last_point(&self, frame: usize) -> Vector3<f64> {
+        self.frames[frame][self.frames[frame].len() - 1]
     }
 
     /// Standard deviation of the coordinates of the last points of all frames, in the unit of the data, or rad.
     pub(super) fn deviation(&self) -> f64 {
-        let points = || self.frames.iter().filter_map(|frame| frame.last());
-        let count = points().count().max(1) as f64;
-        let mean = points().sum::<Vector3<f64>>() / count;
-        (points().map(|point| (point - mean).norm_squared()).sum::<f64>() / (count * self.dimension() as f64)).sqrt()
+        let (points, count) = ((0..self.frames.len()).map(|k| self.last_point(k)), self.frames.len() as f64);
+        let mean = points.clone().sum::<Vector3<f64>>() / count;
+        (points.map(|point| (point - mean).norm_squared()).sum::<f64>() / (count * self.dimension() as f64)).sqrt()
     }
 
     /// Number of residuals without those of coordinates of a tip that are zero in all frames, as those across the plane
@@ -246,9 +242,10 @@ impl Series {
         if self.times.len() < 2 { f64::INFINITY } else { median_gap(&self.times) }
     }
 
-    /// Whether the frames are so close that time steps (s) to each of them would be far shorter than necessary.
+    /// Whether the frames have only a tip, and are so close that time steps (s) to each of them would be far shorter
+    /// than necessary.
     pub(super) fn is_dense(&self, step: f64) -> bool {
-        self.kind != Kind::CentreLine && self.spacing() < DENSE * step
+        self.spacing() < DENSE * step && self.frames.iter().all(|frame| frame.len() == 1)
     }
 
     /// Largest distance of a point from the origin of the view, in the unit of the data, or largest angle, rad.
@@ -261,25 +258,14 @@ impl Series {
         if self.kind == Kind::Angle { 1.0 } else { self.extent() }
     }
 
-    /// Whether one distance of neighbouring points of a frame is far above the others, as between the tip of a plant
-    /// and the base of the next one. Four distances show what is normal.
-    fn has_jump(&self, frame: usize) -> bool {
-        let chords: Vec<f64> = self.frames[frame].windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
-        let (longest, sum) =
-            chords.iter().fold((0.0_f64, 0.0), |(longest, sum), chord| (longest.max(*chord), sum + chord));
-        chords.len() >= 4 && longest > JUMP[0] * median(chords) && longest > JUMP[1] * (sum - longest)
-    }
-
     /// Returns an error unless the series is valid, and begins at the `start` (s) of the shoot or later. `series` is
     /// the index of the series in messages.
     pub(super) fn check(&self, series: usize, start: f64) -> Result<(), FitError> {
         let (times, frames, noise) = (&self.times, &self.frames, self.noise);
-        let refuse = |problems: &[(bool, &'static str)]| match problems.iter().find(|(is_wrong, _)| *is_wrong) {
-            Some((_, problem)) => Err(FitError::Series { series, problem }),
-            None => Ok(()),
-        };
+        let refuse =
+            |problem: Option<&'static str>| problem.map_or(Ok(()), |problem| Err(FitError::Series { series, problem }));
         let is_angle = self.kind == Kind::Angle;
-        refuse(&[
+        refuse(first_problem(&[
             (times.is_empty() && frames.is_empty(), "has no frames"),
             (times.len() != frames.len(), "has different numbers of times and positions"),
             (self.given != self.view.0.len(), "has not as many coordinates as its view"),
@@ -290,19 +276,19 @@ impl Series {
             ),
             (is_angle && (self.scale.is_some() || self.offset.is_some()), "has angles, which have no scale and offset"),
             (is_angle && self.extent() > LARGEST_ANGLE, "has an angle beyond two turns: is the unit rad?"),
-        ])?;
-        for frame in 0..times.len() {
-            let problem = if !times[frame].is_finite() {
+        ]))?;
+        for (frame, (time, points)) in times.iter().zip(frames).enumerate() {
+            let problem = if !time.is_finite() {
                 "has a time that is not finite"
-            } else if times[frame] < start {
+            } else if *time < start {
                 "has a time before that of the shoot of the family: count times from its start, and do not advance it"
-            } else if frame > 0 && times[frame] <= times[frame - 1] {
+            } else if frame > 0 && *time <= times[frame - 1] {
                 "has a time that is not later than the one before it"
-            } else if frames[frame].is_empty() {
+            } else if points.is_empty() {
                 "has no points"
-            } else if !frames[frame].iter().flatten().all(|x| x.abs() <= LARGEST) {
+            } else if !points.iter().flatten().all(|x| x.abs() <= LARGEST) {
                 "has a coordinate that is not finite or beyond 1e9"
-            } else if self.has_jump(frame) {
+            } else if has_jump(points) {
                 "has neighbouring points at a large distance: are they of one plant, in order from the base?"
             } else {
                 continue;
@@ -311,22 +297,22 @@ impl Series {
         }
         let is_constant = frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]);
         let relative = noise.map_or(1.0, |noise| noise / self.size());
-        refuse(&[
+        refuse(first_problem(&[
             (is_constant, "is constant: all of its frames are equal"),
             (relative < LEAST_NOISE, "has a noise below the rounding of its coordinates"),
             (
                 relative > MOST_NOISE,
                 "has a noise far above all of its coordinates: is its unit that of the coordinates?",
             ),
-        ])
+        ]))
     }
 
     /// Scatter of neighbouring frames: a robust estimate of the noise from second differences of their last points, in
     /// the unit of the data, or rad. It is positive.
     pub(super) fn scatter(&self) -> f64 {
         let largest = self.extent().max(f64::MIN_POSITIVE);
-        let last = |k: usize| self.frames[k][self.frames[k].len() - 1];
-        let second = (2..self.frames.len()).map(|k| last(k) - last(k - 1) * 2.0 + last(k - 2));
+        let point = |k: usize| self.last_point(k);
+        let second = (2..self.frames.len()).map(|k| point(k) - point(k - 1) * 2.0 + point(k - 2));
         let second = second.flat_map(|second| (0..self.dimension()).map(move |k| second[k]));
         // The variance of a second difference of white noise is six times that of the noise.
         match robust_deviation(second) / 6.0_f64.sqrt() {
@@ -335,4 +321,12 @@ impl Series {
             _ => largest * EXACT,
         }
     }
+}
+
+/// Whether one distance of neighbouring points of a frame is far above the others, as between the tip of a plant and
+/// the base of the next one. Four distances show what is normal.
+fn has_jump(points: &[Vector3<f64>]) -> bool {
+    let chords: Vec<f64> = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
+    let (longest, sum) = (chords.iter().copied().fold(0.0, f64::max), chords.iter().sum::<f64>());
+    chords.len() >= 4 && longest > JUMP[0] * median(chords) && longest > JUMP[1] * (sum - longest)
 }

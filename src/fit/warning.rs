@@ -1,14 +1,16 @@
 //! Warnings about data and fits, each with its probable causes.
 
-use std::fmt;
+use nalgebra::DVector;
 
+use super::Loss;
 use super::noise::Noise;
+use super::residuals::Row;
 use super::series::{Kind, Series};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
 use crate::shoot::Shoot;
-use crate::tracking::robust_deviation;
+use crate::tracking::{robust_deviation, root_mean_square};
 
 /// Ratio of the size of residuals to the scatter of neighbouring frames that is normal for many residuals. Second
 /// differences of a curved track enlarge the scatter, and never reduce it.
@@ -36,18 +38,27 @@ const FEW: usize = 20;
 /// Largest number of frames that a message lists.
 const LISTED: usize = 8;
 
-/// Reason to doubt a fit, with its numbers. [`Display`](fmt::Display) names the probable causes.
-#[derive(Debug, Clone, PartialEq)]
+/// Reason to doubt a fit, with its numbers. The message names the probable causes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
     /// The last search did not converge. The estimates are those of its last point, which is not a minimum. They may be
     /// the initial guess of another fit.
+    #[error(
+        "the search did not converge in {iterations} iterations, and its last point is not a minimum: permit more \
+         iterations, or begin another fit at these values"
+    )]
     NotConverged {
         /// Number of iterations of the search.
         iterations: usize,
     },
     /// The residuals are larger than the scatter of neighbouring frames. The model does not explain the data, the
     /// search has ended in a local minimum, or the noise is slow.
+    #[error(
+        "the residuals of series {series}, {residuals:.2e}, are {:.1} times the scatter of successive frames: the \
+         model is wrong, the search has ended in a local minimum (use more starts), or the noise is slow",
+        residuals / scatter
+    )]
     Unexplained {
         /// Index of the series, from 0.
         series: usize,
@@ -56,7 +67,8 @@ pub enum Warning {
         /// Scatter of neighbouring frames, in the same unit.
         scatter: f64,
     },
-    /// A few frames have residuals far above those of the others.
+    /// A few frames have residuals far above those of the others, and the loss is that of squares.
+    #[error("{count} coordinates of series {series} are outliers beyond five times the scatter: use the robust loss")]
     Outliers {
         /// Index of the series, from 0.
         series: usize,
@@ -64,6 +76,10 @@ pub enum Warning {
         count: usize,
     },
     /// The residuals do not have the size of the given noise.
+    #[error(
+        "the residuals of series {series} are {ratio:.2e} times the given noise: is the noise right (in the unit of \
+         the data), and the model?"
+    )]
     GivenNoise {
         /// Index of the series, from 0.
         series: usize,
@@ -72,11 +88,21 @@ pub enum Warning {
     },
     /// Residuals of neighbouring frames are correlated: the noise is slow, the model is wrong, or the search has ended
     /// in a local minimum.
+    #[error(
+        "residuals of neighbouring frames are correlated ({lag_one:.2} for successive ones), because the noise is \
+         slow (smoothed or repeated frames, a moving camera), the model is wrong, or the minimum is a local one (use \
+         more starts): the standard errors account for slow noise only"
+    )]
     Correlated {
         /// Correlation of the noise in successive frames.
         lag_one: f64,
     },
     /// Frames are equal to the frame before them.
+    #[error(
+        "{} frames of series {series} are equal to the frame before them ({}): a tracker that repeats frames creates \
+         periodic errors, which resemble an oscillator",
+        frames.len(), listed(frames)
+    )]
     RepeatedFrames {
         /// Index of the series, from 0.
         series: usize,
@@ -84,6 +110,7 @@ pub enum Warning {
         frames: Vec<usize>,
     },
     /// Frames are at a discontinuity of the laws, and are compared with the shoot just before it.
+    #[error("frames of series {series} are at a discontinuity of the laws: {}", listed(frames))]
     AmbiguousFrames {
         /// Index of the series, from 0.
         series: usize,
@@ -91,6 +118,10 @@ pub enum Warning {
         frames: Vec<usize>,
     },
     /// The residuals increase with the speed of the tip, as by errors of the times.
+    #[error(
+        "the residuals of series {series} increase with the speed of the tip, as if the times of the frames were \
+         uncertain by {deviation:.0} s: is the interval of the frames constant, and the model right?"
+    )]
     UncertainTimes {
         /// Index of the series, from 0.
         series: usize,
@@ -98,6 +129,11 @@ pub enum Warning {
         deviation: f64,
     },
     /// A constant explains the data almost as well as the model: the shoot hardly moves, or the model is wrong.
+    #[error(
+        "a constant explains series {series} almost as well as the model: the standard deviation of the data is \
+         {ratio:.1} times that of the residuals, because the shoot hardly moves or the model is wrong, and errors of \
+         the estimates are larger than stated"
+    )]
     NoMotion {
         /// Index of the series, from 0.
         series: usize,
@@ -105,84 +141,32 @@ pub enum Warning {
         ratio: f64,
     },
     /// The estimate of a parameter is at a bound: the values that explain the data best may be beyond it.
+    #[error("{name} is at a bound: its value and those of the other parameters depend on the bound")]
     AtBound {
         /// Name of the parameter.
         name: String,
     },
 }
 
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let listed = |frames: &[usize]| {
-            let first: Vec<String> = frames.iter().take(LISTED).map(usize::to_string).collect();
-            format!("{}{}", first.join(", "), if frames.len() > LISTED { ", …" } else { "" })
-        };
-        match self {
-            Self::NotConverged { iterations } => write!(
-                f,
-                "the search did not converge in {iterations} iterations, and its last point is not a minimum: permit \
-                 more iterations, or begin another fit at these values"
-            ),
-            Self::Unexplained { series, residuals, scatter } => write!(
-                f,
-                "the residuals of series {series}, {residuals:.2e}, are {:.1} times the scatter of successive frames: \
-                 the model is wrong, the search has ended in a local minimum (use more starts), or the noise is slow",
-                residuals / scatter
-            ),
-            Self::Outliers { series, count } => write!(
-                f,
-                "{count} coordinates of series {series} are outliers beyond five times the scatter: use the robust loss"
-            ),
-            Self::GivenNoise { series, ratio } => write!(
-                f,
-                "the residuals of series {series} are {ratio:.2e} times the given noise: is the noise right (in the \
-                 unit of the data), and the model?"
-            ),
-            Self::Correlated { lag_one } => write!(
-                f,
-                "residuals of neighbouring frames are correlated ({lag_one:.2} for successive ones), because the noise \
-                 is slow (smoothed or repeated frames, a moving camera), the model is wrong, or the minimum is a local \
-                 one (use more starts): the standard errors account for slow noise only"
-            ),
-            Self::RepeatedFrames { series, frames } => write!(
-                f,
-                "{} frames of series {series} are equal to the frame before them ({}): a tracker that repeats frames \
-                 creates periodic errors, which resemble an oscillator",
-                frames.len(),
-                listed(frames)
-            ),
-            Self::AmbiguousFrames { series, frames } => {
-                write!(f, "frames of series {series} are at a discontinuity of the laws: {}", listed(frames))
-            }
-            Self::UncertainTimes { series, deviation } => write!(
-                f,
-                "the residuals of series {series} increase with the speed of the tip, as if the times of the frames \
-                 were uncertain by {deviation:.0} s: is the interval of the frames constant, and the model right?"
-            ),
-            Self::NoMotion { series, ratio } => write!(
-                f,
-                "a constant explains series {series} almost as well as the model: the standard deviation of the data \
-                 is {ratio:.1} times that of the residuals, because the shoot hardly moves or the model is wrong, and \
-                 errors of the estimates are larger than stated"
-            ),
-            Self::AtBound { name } => {
-                write!(f, "{name} is at a bound: its value and those of the other parameters depend on the bound")
-            }
-        }
-    }
+/// The first of some frames as text.
+fn listed(frames: &[usize]) -> String {
+    let first: Vec<String> = frames.iter().take(LISTED).map(usize::to_string).collect();
+    format!("{}{}", first.join(", "), if frames.len() > LISTED { ", …" } else { "" })
 }
 
-/// Warnings about the data and their residuals: index of the series, time and value.
-pub(super) fn warnings(data: &[Series], all: &[(usize, f64, f64)], noise: &Noise) -> Vec<Warning> {
+/// Warnings about the data and their residuals, in the unit of the data, or rad.
+pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Row, f64)], noise: &Noise) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (index, series) in data.iter().enumerate() {
-        let residuals: Vec<f64> = all.iter().filter(|(of, ..)| *of == index).map(|(.., r)| *r).collect();
-        warnings.extend(of_residuals(index, series, &residuals));
+        let own = || all.iter().filter(|(row, _)| row.series == index);
+        let residuals: Vec<f64> = own().map(|(_, r)| *r).collect();
+        warnings.extend(of_residuals(index, series, loss, &residuals));
         let frames = series.repeated_frames();
         if !frames.is_empty() {
             warnings.push(Warning::RepeatedFrames { series: index, frames });
         }
-        if let Some(deviation) = uncertainty_of_times(series, &residuals) {
+        let of_tip = own().filter(|(row, _)| row.coordinate < series.dimension()).map(|(_, r)| *r);
+        if let Some(deviation) = uncertainty_of_times(series, &of_tip.collect::<Vec<_>>()) {
             warnings.push(Warning::UncertainTimes { series: index, deviation });
         }
         let ratio = series.deviation() / root_mean_square(&residuals);
@@ -213,13 +197,8 @@ pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Re
     Ok(frames.into_iter().enumerate().filter(|(_, frames)| !frames.is_empty()).map(warning).collect())
 }
 
-/// Root mean square of some residuals.
-pub(super) fn root_mean_square(residuals: &[f64]) -> f64 {
-    (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64).sqrt()
-}
-
-/// Warning about the size of the residuals of a series.
-fn of_residuals(series: usize, data: &Series, residuals: &[f64]) -> Option<Warning> {
+/// Warning about the size of the residuals of a series. Outliers need none with a robust loss.
+fn of_residuals(series: usize, data: &Series, loss: Loss, residuals: &[f64]) -> Option<Warning> {
     let (size, scatter) = (root_mean_square(residuals), data.scatter());
     let largest = RATIO + SIGNIFICANT * SCATTER_ERROR / (residuals.len().max(1) as f64).sqrt();
     if let Some(noise) = data.noise {
@@ -233,7 +212,7 @@ fn of_residuals(series: usize, data: &Series, residuals: &[f64]) -> Option<Warni
     let count = residuals.iter().filter(|r| r.abs() > OUTLIER * typical).count();
     let rare = count > 0 && (count as f64) < MOST_OUTLIERS * residuals.len() as f64;
     if rare && typical <= largest * scatter {
-        return Some(Warning::Outliers { series, count });
+        return (loss == Loss::Squares).then_some(Warning::Outliers { series, count });
     }
     Some(Warning::Unexplained { series, residuals: size, scatter })
 }
@@ -247,25 +226,17 @@ fn uncertainty_of_times(series: &Series, residuals: &[f64]) -> Option<f64> {
     if series.kind == Kind::Angle || count < FEW {
         return None;
     }
-    let mut place = 0;
-    let mut tips = Vec::with_capacity(count);
-    for frame in &series.frames {
-        let tip: Option<Vec<[f64; 2]>> =
-            (0..d).map(|k| Some([*residuals.get(place + k)?, residuals[place + k] + frame.last()?[k]])).collect();
-        tips.push(tip?);
-        place += series.residuals_of(frame);
-    }
-    let mut pairs = Vec::with_capacity(count * d);
-    for j in 1..count - 1 {
-        let duration = series.times[j + 1] - series.times[j - 1];
-        let pair = |k: usize| [((tips[j + 1][k][1] - tips[j - 1][k][1]) / duration).powi(2), tips[j][k][0].powi(2)];
-        pairs.extend((0..d).map(pair));
-    }
-    let n = pairs.len() as f64;
-    let mean = |i: usize| pairs.iter().map(|pair| pair[i]).sum::<f64>() / n;
-    let means = [mean(0), mean(1)];
-    let moment = |i: usize, k: usize| pairs.iter().map(|p| (p[i] - means[i]) * (p[k] - means[k])).sum::<f64>();
-    let (cross, squares) = (moment(0, 1), [moment(0, 0), moment(1, 1)]);
-    let correlation = cross / (squares[0] * squares[1]).sqrt();
-    (correlation * n.sqrt() > SIGNIFICANT).then(|| (cross / squares[0]).sqrt())
+    let simulated = |frame: usize, k: usize| series.last_point(frame)[k] + residuals[frame * d + k];
+    let speed = |frame: usize, k: usize| {
+        let [before, after] = [frame - 1, frame + 1];
+        (simulated(after, k) - simulated(before, k)) / (series.times[after] - series.times[before])
+    };
+    let inner = || (1..count - 1).flat_map(|frame| (0..d).map(move |k| (frame, k)));
+    let centred = |values: DVector<f64>| values.add_scalar(-values.mean());
+    let n = (count - 2) * d;
+    let speeds = centred(DVector::from_iterator(n, inner().map(|(frame, k)| speed(frame, k).powi(2))));
+    let squares = centred(DVector::from_iterator(n, inner().map(|(frame, k)| residuals[frame * d + k].powi(2))));
+    let correlation = speeds.dot(&squares) / (speeds.norm() * squares.norm());
+    let is_significant = correlation * (n as f64).sqrt() > SIGNIFICANT;
+    is_significant.then(|| (speeds.dot(&squares) / speeds.norm_squared()).sqrt())
 }

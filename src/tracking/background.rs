@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
+use super::red_noise::RedNoise;
 use super::statistics::{SIGNIFICANT, resolved_interval};
 use crate::numerics::sines::sines;
 
@@ -16,24 +17,18 @@ const APART: f64 = 2.0;
 /// of them is enough, and a third more are examined on either side.
 const NEIGHBOURS: usize = 12;
 
-/// Spectrum of noise over that of white noise with the same variance.
-///
-/// The noise is the sum of white noise and of a first-order autoregressive process, the red noise of Torrence and
-/// Compo (1998, section 4). Its autocorrelation at a lag of k ≥ 1 intervals is `red` `correlation`ᵏ if no frame is
-/// lost.
+/// Spectrum of noise over that of white noise with the same variance. Intervals without a lost frame have the
+/// correlations of red noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Background {
-    /// Red noise as a fraction of the variance, 0 to 1.
-    red: f64,
-    /// Correlation of successive values of the red noise, 0 to 1.
-    correlation: f64,
+    noise: RedNoise,
     /// Median interval, in the unit of the times.
     interval: f64,
 }
 
 impl Background {
     /// White noise.
-    pub const WHITE: Self = Self { red: 0.0, correlation: 0.0, interval: 0.0 };
+    pub const WHITE: Self = Self { noise: RedNoise::WHITE, interval: 0.0 };
 
     /// Estimates the spectrum from the autocorrelation of a residual at lags of one and two intervals. Time
     /// differences are rounded to multiples of the median interval.
@@ -58,31 +53,21 @@ impl Background {
         if !(first > SIGNIFICANT / (2.0 * pairs[0] as f64).sqrt()) {
             return Self::WHITE;
         }
-        // The first autocorrelation is the correlation of successive values if there is no white noise.
-        let correlation = (second / first).clamp(first.min(LARGEST), LARGEST);
+        let noise = RedNoise::of([first, second], LARGEST);
         // Lost frames spread the power evenly over all frequencies, in proportion to their number.
         let regular = times.windows(2).filter(|pair| ((pair[1] - pair[0]) / interval).round() == 1.0).count();
         let regular = regular as f64 / (times.len() - 1) as f64;
-        Self { red: regular * (first / correlation).min(1.0), correlation, interval }
+        Self { noise: RedNoise { share: regular * noise.share, ..noise }, interval }
     }
 
-    /// The spectrum at an angular frequency, in the inverse unit of the times: equation (16) of Torrence and Compo
-    /// (1998).
+    /// The spectrum at an angular frequency, in the inverse unit of the times.
     pub fn at(&self, omega: f64) -> f64 {
-        self.with_cosine((omega * self.interval).cos())
+        self.noise.spectrum((omega * self.interval).cos())
     }
 
     /// The smallest value of the spectrum: that at the Nyquist frequency.
     pub fn least(&self) -> f64 {
-        self.with_cosine(-1.0)
-    }
-
-    /// The spectrum at the angular frequency whose product with the interval has a given cosine.
-    fn with_cosine(&self, cosine: f64) -> f64 {
-        let Self { red, correlation, .. } = *self;
-        let distance = (1.0 - correlation).powi(2) + 2.0 * correlation * (1.0 - cosine);
-        let spectrum = if distance > 0.0 { (1.0 - correlation * correlation) / distance } else { 1.0 };
-        (1.0 - red) + red * spectrum
+        self.noise.spectrum(-1.0)
     }
 }
 
@@ -159,7 +144,7 @@ mod tests {
         // At frequency zero the spectrum is (1 + 0.8)/(1 − 0.8) = 9, at the Nyquist frequency its inverse. The
         // correlation has a standard error of √((1 − 0.8²)/2e5) = 1.3e-3, which changes the spectrum at
         // zero by 0.07.
-        assert_abs_diff_eq!(found.correlation, 0.8, epsilon = 6e-3);
+        assert_abs_diff_eq!(found.noise.decay, 0.8, epsilon = 6e-3);
         assert_abs_diff_eq!(found.at(0.0), 9.0, epsilon = 0.35);
         assert_abs_diff_eq!(found.at(std::f64::consts::FRAC_PI_2), 1.0 / 9.0, epsilon = 0.015);
     }

@@ -26,6 +26,11 @@ pub(crate) fn robust_deviation(values: impl Iterator<Item = f64>) -> f64 {
     MAD * median(values.map(f64::abs).collect())
 }
 
+/// Root mean square of some values; zero for none.
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
 /// The median sampling interval.
 pub(crate) fn median_gap(times: &[f64]) -> f64 {
     median(times.windows(2).map(|w| w[1] - w[0]).collect())

@@ -140,9 +140,13 @@ fn frames_between_the_steps_are_accurate_near_a_discontinuity() {
     let times: Vec<f64> = (0..=240).map(|k| 10.0 * f64::from(k)).collect();
     let tips = pushed_tips(1e-5, &times);
     let parameters = vec![Parameter::positive("E", [1e6, 1e8])];
-    let data = [Series::tips(times, &tips).with_noise(NOISE)];
+    let data = [Series::tips(times.clone(), &tips).with_noise(NOISE)];
     let family = Family { parameters, build: |p: &[f64]| pushed(p[0], 1e-5) };
-    let found = Fit { step: 200.0, ..fit() }.run(&family, &data).unwrap();
+    let fit = Fit { step: 200.0, ..fit() };
+    let found = fit.run(&family, &data).unwrap();
+    // Centre lines of one point are tips.
+    let lines = [Series::centre_lines(times, tips.iter().map(|tip| vec![*tip]).collect()).with_noise(NOISE)];
+    assert_eq!(fit.run(&family, &lines).unwrap().residuals, found.residuals);
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let error = largest(&mut found.residuals.iter().map(|(.., r)| *r));
     // The pulse is half a sine wave, and the deflection is proportional to it within 1e-4. Interpolation of degree five

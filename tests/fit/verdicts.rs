@@ -4,7 +4,7 @@ use super::plants::{NAMES, NOISE, TRUTH, family, measured, righting, tips};
 use crate::fixtures::random::Draw;
 use crate::fixtures::shoots::HOUR;
 use approx::assert_abs_diff_eq;
-use morphorod::fit::{Estimates, Family, Fit, FitError, Series, Warning};
+use morphorod::fit::{Estimates, Family, Fit, FitError, Loss, Series, Warning};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use nalgebra::Vector3;
 
@@ -46,6 +46,9 @@ fn outliers_are_named_as_the_cause_of_large_residuals() {
     positions[20] -= Vector3::new(5e-3, 0.0, 5e-3);
     let found = warnings(&times, &positions);
     assert!(found.contains(&Warning::Outliers { series: 0, count: 4 }), "{found:?}");
+    let robust = Fit { loss: Loss::ROBUST, ..fit() };
+    let found = robust.run(&family(&["beta", "tau_r"], 1.0), &[Series::tips(times, &positions)]).unwrap().warnings;
+    assert!(found.is_empty(), "{found:?}");
 }
 
 /// The frames are taken at times that differ from the stated ones by 3 min.

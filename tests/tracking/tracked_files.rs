@@ -109,6 +109,7 @@ fn tables_of_trackers_and_spreadsheets_are_read() {
     let deep_lab_cut = "scorer,DLC_resnet50,DLC_resnet50,DLC_resnet50,DLC_resnet50,DLC_resnet50,DLC_resnet50\n\
         bodyparts,base,base,base,tip,tip,tip\ncoords,x,y,likelihood,x,y,likelihood\n0,1,2,0.99,10.5,20,0.98\n\
         1,1,2,0.99,,,\n2,1,2,0.99,11.5,21,0.97\n";
+    let individuals = "individuals,a,a,a,b,b,b\nbodyparts,".to_owned();
     let sleap = "track,frame_idx,instance.score,base.x,base.y,base.score,tip.x,tip.y,tip.score\n\
         ,0,0.9,1,2,0.9,10.5,20,0.9\n,1,0.9,1,2,0.9,,,\n,2,0.9,1,2,0.9,11.5,21,0.9\n";
     let sheet = "frame;x;y\r\n0;10,5;20,0\r\n2;11,5;21\r\n";
@@ -118,6 +119,8 @@ fn tables_of_trackers_and_spreadsheets_are_read() {
         (sleap.to_owned(), with("frame_idx", "tip.x", "tip.y")),
         (sheet.to_owned(), pixels()),
         (sheet.replace(';', "\t"), pixels()),
+        (format!("sep=;\r\n{sheet}"), pixels()),
+        (deep_lab_cut.replace("bodyparts,", &individuals), with("frame", "b_tip_x", "b_tip_y")),
     ] {
         let found = tracks(&text, &layout).unwrap();
         assert_eq!((found.len(), &found[0].times[..]), (1, &[0.0, 120.0][..]), "{text}");
@@ -125,6 +128,9 @@ fn tables_of_trackers_and_spreadsheets_are_read() {
             assert_abs_diff_eq!(*p, q, epsilon = 1e-17);
         }
     }
+    // A separator between quotation marks belongs to its field.
+    let error = tracks("frame,x,y\n0,\"10,5\",20\n", &pixels()).unwrap_err();
+    assert_eq!(error, TrackError::NoNumber { line: 2, column: "x".into(), text: "10,5".into() });
     // Half of a position is no lost frame, and a text in a later row is refused with its line.
     let error = tracks(&sleap.replace(",11.5,21,", ",11.5,,"), &with("frame_idx", "tip.x", "tip.y")).unwrap_err();
     assert_eq!(error, TrackError::NoNumber { line: 4, column: "tip.y".into(), text: String::new() });

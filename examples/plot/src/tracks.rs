@@ -3,15 +3,16 @@
 //!
 //! Columns are separated by commas, semicolons or tabs. With semicolons and tabs, decimals may have
 //! commas. The names of the columns are those of the first row, with two exceptions: DeepLabCut
-//! writes several rows, whose last two give names such as `tip_x`, and the first column is `frame`;
-//! TrackMate writes three rows of descriptions below the names, which are skipped. A row without any
-//! coordinate is a lost frame, and is skipped.
+//! writes several rows, which give names such as `tip_x`, or `plant1_tip_x` for several animals, and
+//! the first column is `frame`; TrackMate writes three rows of descriptions below the names, which
+//! are skipped. A row without any coordinate is a lost frame, and is skipped.
 //!
 //! The unit of length, the unit of time and the directions of the axes are not part of such a table
 //! and are required.
 
 use std::error::Error;
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Texts of the coordinates of a lost frame, in lower case.
@@ -67,17 +68,16 @@ impl Header {
     /// Reads the header from the lines that are not empty or comments.
     fn read(lines: &[(usize, &str)], layout: &Layout) -> Result<Self, TrackError> {
         let (_, first) = lines.first().ok_or(TrackError::Empty)?;
-        let fields =
-            |line: &str, separator: char| line.split(separator).map(|f| bare(f).to_owned()).collect::<Vec<_>>();
+        let texts = |line: &str, separator| fields(line, separator).into_iter().map(str::to_owned).collect::<Vec<_>>();
         // The separator is that for which the column of times exists. DeepLabCut always writes commas.
-        let has_time = |separator: &char| fields(first, *separator).iter().any(|name| name == layout.time);
+        let has_time = |separator: &char| texts(first, *separator).iter().any(|name| name == layout.time);
         let separator = [',', ';', '\t'].into_iter().find(has_time).unwrap_or(',');
-        let mut names = fields(first, separator);
+        let mut names = texts(first, separator);
         if names[0] == "scorer" {
-            let rows: Vec<_> = lines.iter().map(|(_, line)| fields(line, separator)).take(4).collect();
+            let rows: Vec<_> = lines.iter().map(|(_, line)| texts(line, separator)).take(4).collect();
             let further = rows.iter().position(|row| row[0] == "coords").ok_or(TrackError::Empty)?;
-            let (parts, coordinates) = (&rows[further - 1], &rows[further]);
-            names = parts.iter().zip(coordinates).map(|(part, name)| format!("{part}_{name}")).collect();
+            let words = |column: usize| rows[1..=further].iter().filter_map(move |row| row.get(column).cloned());
+            names = (0..names.len()).map(|column| words(column).collect::<Vec<_>>().join("_")).collect();
             names[0] = "frame".into();
             return Ok(Self { separator, names, further: further + 1 });
         }
@@ -188,8 +188,8 @@ impl fmt::Display for TrackError {
                 let of = if track.is_empty() { String::new() } else { format!(" of track '{track}'") };
                 write!(
                     f,
-                    "line {line}: time {time}{of} is not later than the previous time {before}; \
-                     a table with several tracks needs a column of their names"
+                    "line {line}: time {time}{of} is not later than the previous time {before}: \
+                     rows must be in order of time, and several tracks need a column of their names"
                 )
             }
             Self::GravityChanges(line) => write!(f, "line {line}: the level of gravity changes within a track"),
@@ -211,7 +211,10 @@ pub fn read_tracks(file: impl AsRef<Path>, layout: &Layout) -> Result<Vec<Track>
 
 /// Returns the text of a file.
 pub(super) fn text_of(file: &Path) -> Result<String, TrackError> {
-    std::fs::read_to_string(file).map_err(|error| TrackError::File(format!("{}: {error}", file.display())))
+    std::fs::read_to_string(file).map_err(|error| {
+        let advice = if error.kind() == ErrorKind::InvalidData { ": save the table as CSV (UTF-8)" } else { "" };
+        TrackError::File(format!("{}: {error}{advice}", file.display()))
+    })
 }
 
 /// Reads the tracks of a table.
@@ -256,7 +259,9 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
     // Some programs write a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines: Vec<(usize, &str)> = text.lines().enumerate().map(|(k, line)| (k + 1, line)).collect();
-    let used = |(_, line): &(usize, &str)| !line.trim().is_empty() && !line.starts_with('#');
+    // Spreadsheets write the separator into a line of its own, `sep=;`.
+    let is_note = |line: &str| line.trim().is_empty() || line.starts_with('#') || line.starts_with("sep=");
+    let used = |(_, line): &(usize, &str)| !is_note(line);
     let lines: Vec<(usize, &str)> = lines.into_iter().filter(used).collect();
     let Header { separator, names, further } = Header::read(&lines, layout)?;
     let place = |name: &str| {
@@ -272,7 +277,7 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
     let gravity = layout.gravity.map(place).transpose()?;
     let mut found = Vec::new();
     for (line, text) in lines.into_iter().skip(further) {
-        let fields: Vec<&str> = text.split(separator).map(bare).collect();
+        let fields = fields(text, separator);
         if fields.len() != names.len() {
             return Err(TrackError::Fields { line, found: fields.len(), expected: names.len() });
         }
@@ -320,7 +325,13 @@ fn required<'a>(layout: &'a Layout) -> Result<(f64, f64, &'a [f64]), TrackError>
     Ok((seconds, metres, signs))
 }
 
-/// Returns a field without blanks and quotes around it.
-fn bare(field: &str) -> &str {
-    field.trim().trim_matches('"')
+/// Returns the fields of a line without blanks and quotation marks around them. A separator between quotation marks
+/// belongs to its field.
+fn fields(line: &str, separator: char) -> Vec<&str> {
+    let mut is_quoted = false;
+    let ends = |c: char| {
+        is_quoted ^= c == '"';
+        c == separator && !is_quoted
+    };
+    line.split(ends).map(|field| field.trim().trim_matches('"')).collect()
 }
