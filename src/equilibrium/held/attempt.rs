@@ -37,12 +37,11 @@ enum Fit {
 
 /// A step that fits.
 struct Fitting {
-    contacts: Vec<Contact>,
+    /// The contacts before and after corrections.
+    linear: Vec<Contact>,
+    corrected: Vec<Contact>,
     /// Its share of the unbalanced couples and violations.
     share: f64,
-    /// The contacts from which its contact problem started, and the factor by which their forces were extrapolated;
-    /// `None` if it started from the forces at the start of the step.
-    guess: Option<(Vec<Contact>, f64)>,
 }
 
 impl HeldSearch<'_> {
@@ -188,7 +187,7 @@ impl HeldSearch<'_> {
         for attempt in 0..=SETTINGS.shortenings {
             if attempt > 0 {
                 let share = trial.linear.share;
-                let guess = fitting.as_ref().map(|known| (&known.contacts[..], share / known.share));
+                let guess = fitting.as_ref().map(|known| (&known.corrected[..], share / known.share));
                 self.solve_trial(trial, start, &zero, guess);
             }
             // Factor by which the step may be longer.
@@ -208,6 +207,7 @@ impl HeldSearch<'_> {
             if !trial.solved {
                 factor = factor.min(0.0);
             }
+            let linear = trial.contacts.clone();
             // With obstacles, chords return the rod to its conditions after a shorter step.
             let short = trial.turn < SETTINGS.chord_turn && !self.obstacles.contacts.is_empty();
             if factor >= 1.0 && !short {
@@ -223,8 +223,7 @@ impl HeldSearch<'_> {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
                     return Fit::Fits;
                 }
-                let guess = fitting.map(|known| (known.contacts, share / known.share));
-                fitting = Some(Fitting { contacts: trial.contacts.clone(), share, guess });
+                fitting = Some(Fitting { linear, corrected: trial.contacts.clone(), share });
                 trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
             } else if fitting.is_some() || failures == SETTINGS.failures {
                 break;
@@ -235,10 +234,9 @@ impl HeldSearch<'_> {
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }
         }
-        // The same guess leads to the same solution of the contact problem.
-        let Some(Fitting { share, guess, .. }) = fitting else { return Fit::Misses };
+        let Some(Fitting { linear, share, .. }) = fitting else { return Fit::Misses };
         trial.linear.share = share;
-        self.solve_trial(trial, start, &zero, guess.as_ref().map(|(contacts, factor)| (&contacts[..], *factor)));
+        self.retake(trial, start, &zero, linear);
         self.move_by(rod, start, trial, 1.0);
         self.correct(rod, start, trial);
         Fit::Fits

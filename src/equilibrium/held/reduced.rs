@@ -47,7 +47,7 @@ pub(super) struct Contact {
 
 impl Contact {
     /// The reactions that are conjugate to the coordinates.
-    fn load(&self, reactions: &mut DVector<f64>) {
+    pub fn load(&self, reactions: &mut DVector<f64>) {
         reactions.fixed_rows_mut::<3>(self.first).copy_from(&self.force);
         if self.range.is_some() {
             reactions.fixed_rows_mut::<3>(self.first + 3).copy_from(&(self.force * self.shift));

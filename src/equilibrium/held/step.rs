@@ -131,7 +131,6 @@ impl HeldSearch<'_> {
         guess: Option<(&[Contact], f64)>,
     ) -> (Vec<Contact>, DVector<f64>, bool) {
         let (mut contacts, problem) = self.problem(linear, start, offset);
-        let before = problem.reactions(&contacts);
         if let Some((guess, factor)) = guess {
             for (contact, guess) in contacts.iter_mut().zip(guess) {
                 contact.force += (guess.force - contact.force) * factor;
@@ -142,13 +141,30 @@ impl HeldSearch<'_> {
             }
         }
         let solved = contacts.is_empty() || problem.solve(&mut contacts);
-        let changes = problem.reactions(&contacts) - before;
+        let links = self.respond(linear, start, offset, &contacts);
+        (contacts, links, solved)
+    }
+
+    /// Solves for the step of the rod, which is that of the system afterwards, with given contacts. Returns the changes
+    /// of the reactions of links.
+    fn respond(&mut self, linear: &Linear, start: &Start, offset: &DVector<f64>, contacts: &[Contact]) -> DVector<f64> {
+        let changes = Self::changes(linear, start, contacts);
         let links = linear.links_by(offset, &changes);
         let all = linear.reactions(&changes, &links);
         self.return_couples(start, linear.share);
         linear.response.load(self.body.system_mut(), &all);
         self.body.solve();
-        (contacts, links, solved)
+        links
+    }
+
+    /// The changes of the reactions of contacts since the start of a step.
+    fn changes(linear: &Linear, start: &Start, contacts: &[Contact]) -> DVector<f64> {
+        let [mut before, mut after] = [0, 1].map(|_| DVector::zeros(linear.size));
+        for (contact, from) in contacts.iter().zip(&start.candidates) {
+            contact.load(&mut after);
+            Contact { force: from.force, shift: 0.0, ..*contact }.load(&mut before);
+        }
+        after - before
     }
 
     /// Moves rod and reactions from the start by a fraction of a step.
@@ -201,6 +217,13 @@ impl HeldSearch<'_> {
         trial.turn = self.body.system().largest_turn();
     }
 
+    /// Sets the step of a trial to that with the contacts of an earlier solution.
+    pub(super) fn retake(&mut self, trial: &mut Trial, start: &Start, offset: &DVector<f64>, contacts: Vec<Contact>) {
+        trial.links = self.respond(&trial.linear, start, offset, &contacts);
+        (trial.contacts, trial.solved) = (contacts, true);
+        trial.turn = self.body.system().largest_turn();
+    }
+
     /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as long
     /// as the difference decreases and the step does not grow.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
@@ -216,7 +239,8 @@ impl HeldSearch<'_> {
             self.solve_trial(trial, start, &next, Some((&known, 1.0)));
             let grows = !trial.solved || !(trial.turn <= 2.0 * turn + 1e-9);
             if grows {
-                self.solve_trial(trial, start, &offset, Some((&known, 1.0)));
+                // The contact problem may have other solutions.
+                self.retake(trial, start, &offset, known);
             } else {
                 offset = next;
             }
@@ -230,7 +254,7 @@ impl HeldSearch<'_> {
     }
 
     /// A further step with the factors of the last one, from the present shape. Its rotation is infinite, and the shape
-    /// is not changed, unless it is shorter than half of the last one.
+    /// is not changed, unless it is shorter than half of the last one and passes no obstacle.
     pub(super) fn chord(&mut self, rod: &mut Rod, step: Box<Step>) -> Box<Step> {
         let Step { turn: last, pivots, mut linear, mut changed, mut drift, .. } = *step;
         let energy = self.body.evaluate(rod);
@@ -250,8 +274,11 @@ impl HeldSearch<'_> {
             let (contacts, links, solved) = self.solve_linear(&linear, &start, &zero, None);
             let rest = self.body.system().largest_turn();
             let trial = Trial { linear, contacts, links, turn: rest, solved };
-            if solved && rest < 0.5 * last {
+            let shorter = solved && rest < 0.5 * last;
+            if shorter {
                 self.move_by(rod, &start, &trial, 1.0);
+            }
+            if shorter && self.safe_share(rod, &start) >= 1.0 {
                 (turn, stretch) = (rest, self.stretch(rod, &start.sites));
                 (changed, drift) = (self.has_changed(&start), drift + rest + self.reaction_change(&start));
             } else {
@@ -297,13 +324,7 @@ impl HeldSearch<'_> {
                 largest = largest.max(by.norm());
             }
         }
-        let changes = problem.reactions(contacts) - {
-            let mut before = contacts.clone();
-            for (contact, from) in before.iter_mut().zip(&start.candidates) {
-                (contact.force, contact.shift) = (from.force, 0.0);
-            }
-            problem.reactions(&before)
-        };
+        let changes = Self::changes(linear, start, contacts);
         let moved = linear.displacements(&linear.reactions(&changes, links)) + offset;
         for (i, (site, from)) in self.sites.iter().zip(&start.sites).enumerate() {
             let linear_place: Vector3<f64> = moved.fixed_rows::<3>(3 * i).into_owned();
