@@ -199,6 +199,10 @@ fn messages_of_analyses_name_the_wrong_input() {
         ("period is not a number", period(NAN)),
         ("the forcing must be the same after the given period", forced_by_oscillator(1000.0)),
         ("start of the parameter's range is not a number", onset(line, NAN, 0.06).map(|_| ()).map_err(Box::from)),
+        (
+            "end of the parameter's range is 0.06 but must be another value than its start",
+            onset(line, 0.06, 0.06).map(|_| ()).map_err(Box::from),
+        ),
         ("no root crosses the axis", onset(line, 0.02, 0.03).map(|_| ()).map_err(Box::from)),
     ]);
 }

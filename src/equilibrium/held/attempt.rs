@@ -38,7 +38,7 @@ enum Fit {
 /// A step that fits.
 struct Fitting {
     /// The contacts before and after corrections.
-    linear: Vec<Contact>,
+    uncorrected: Vec<Contact>,
     corrected: Vec<Contact>,
     /// Its share of the unbalanced couples and violations.
     share: f64,
@@ -207,7 +207,7 @@ impl HeldSearch<'_> {
             if !trial.solved {
                 factor = factor.min(0.0);
             }
-            let linear = trial.contacts.clone();
+            let uncorrected = trial.contacts.clone();
             // With obstacles, chords return the rod to its conditions after a shorter step.
             let short = trial.turn < SETTINGS.chord_turn && !self.obstacles.contacts.is_empty();
             if factor >= 1.0 && !short {
@@ -223,7 +223,7 @@ impl HeldSearch<'_> {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
                     return Fit::Fits;
                 }
-                fitting = Some(Fitting { linear, corrected: trial.contacts.clone(), share });
+                fitting = Some(Fitting { uncorrected, corrected: trial.contacts.clone(), share });
                 trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
             } else if fitting.is_some() || failures == SETTINGS.failures {
                 break;
@@ -234,9 +234,9 @@ impl HeldSearch<'_> {
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }
         }
-        let Some(Fitting { linear, share, .. }) = fitting else { return Fit::Misses };
+        let Some(Fitting { uncorrected, share, .. }) = fitting else { return Fit::Misses };
         trial.linear.share = share;
-        self.retake(trial, start, &zero, linear);
+        self.retake(trial, start, &zero, uncorrected);
         self.move_by(rod, start, trial, 1.0);
         self.correct(rod, start, trial);
         Fit::Fits
