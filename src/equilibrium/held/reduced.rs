@@ -8,7 +8,7 @@ use faer::linalg::solvers::Solve;
 use faer::{MatMut, MatRef};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::law::{Gap, Law, Smoothing, Status};
+use super::law::{Gap, Law, Status};
 
 /// Obstacles.
 pub(super) trait Surfaces {
@@ -88,6 +88,8 @@ pub(super) struct Reduced<'a> {
     pub compliance: &'a DMatrix<f64>,
     /// The coordinates for the forces zero.
     pub free: DVector<f64>,
+    /// The coordinates at the start of the step of the rod.
+    pub present: DVector<f64>,
     /// Magnitude of the force in the rod, N.
     pub scale: f64,
 }
@@ -116,12 +118,12 @@ impl Reduced<'_> {
         (place + tangent * shift + contact.bend * (0.5 * shift * shift), tangent + contact.bend * shift)
     }
 
-    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>, smoothing: Smoothing) -> Evaluated {
+    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>) -> Evaluated {
         let (place, tangent) = Self::place(contact, coordinates);
         let mut gap = self.surfaces.gap(contact.obstacle, &place);
         gap.value -= contact.clearance;
         let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.shift;
-        let law = Law::new(&gap, &contact.force, &displacement, (contact.friction, contact.k), smoothing);
+        let law = Law::new(&gap, &contact.force, &displacement, contact.friction, contact.k);
         let slide = contact.range.map(|[from, to]| {
             // The slope over its derivative at the start is the displacement to the place of least gap.
             let slope = gap.normal.dot(&tangent);
@@ -146,9 +148,30 @@ impl Reduced<'_> {
         contacts.iter().zip(all).map(|(contact, at)| at.squares(contact)).sum()
     }
 
-    pub fn evaluate_all(&self, contacts: &[Contact], smoothing: Smoothing) -> Vec<Evaluated> {
+    pub fn evaluate_all(&self, contacts: &[Contact]) -> Vec<Evaluated> {
         let coordinates = self.coordinates(contacts);
-        contacts.iter().map(|contact| self.evaluate(contact, &coordinates, smoothing)).collect()
+        contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
+    }
+
+    /// The first Newton step, with the laws linear at the start of the step of the rod. Without changes of its forces,
+    /// a rod that is almost unstable moves far, and the laws at the place that it reaches lead to remote solutions.
+    pub fn begin(&self, contacts: &[Contact], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
+        let moved = self.coordinates(contacts) - &self.present;
+        let linear = |contact: &Contact| {
+            let mut at = self.evaluate(contact, &self.present);
+            let mut place: Vector3<f64> = moved.fixed_rows::<3>(contact.first).into_owned();
+            if contact.range.is_some() {
+                let tangent: Vector3<f64> = moved.fixed_rows::<3>(contact.first + 3).into_owned();
+                place += tangent * contact.shift;
+                if let Some((distance, by_place, by_tangent, _)) = &mut at.slide {
+                    *distance += by_place.dot(&place) + by_tangent.dot(&tangent);
+                }
+            }
+            at.law.residual += at.law.by_place * place;
+            at
+        };
+        let all: Vec<Evaluated> = contacts.iter().map(linear).collect();
+        self.step(contacts, &all, proximal)
     }
 
     /// The displacements of a contact by another one.
@@ -169,12 +192,6 @@ impl Reduced<'_> {
         let (tangent_force, tangent_shift) =
             if contact.range.is_some() { by(3) } else { (Matrix3::zeros(), Vector3::zeros()) };
         Coupling { place_force, place_shift, tangent_force, tangent_shift }
-    }
-
-    /// The displacement of the place of a contact per force of another one.
-    pub(super) fn displacement(&self, contact: &Contact, other: &Contact) -> Matrix3<f64> {
-        let Coupling { place_force, tangent_force, .. } = self.coupling(contact, other);
-        place_force + tangent_force * contact.shift
     }
 
     /// One Newton step: changes of the force and of the shift of every contact.

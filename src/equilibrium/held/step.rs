@@ -102,8 +102,8 @@ impl HeldSearch<'_> {
         });
         let contacts: Vec<Contact> = each.collect();
         let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
-        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
-        problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
+        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, present, scale };
+        problem.free = &problem.present + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
     }
 
@@ -140,7 +140,7 @@ impl HeldSearch<'_> {
                 }
             }
         }
-        let solved = contacts.is_empty() || problem.solve(&mut contacts);
+        let solved = contacts.is_empty() || problem.solve(&mut contacts, guess.is_some());
         let links = self.respond(linear, start, offset, &contacts);
         (contacts, links, solved)
     }
