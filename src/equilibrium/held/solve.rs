@@ -57,8 +57,8 @@ impl Reduced<'_> {
         }
     }
 
-    /// Solves for the forces and displacements of the contacts, from the present ones as initial guess. These are either
-    /// those of a similar problem (`guessed`), or those at the start of the step of the rod. Returns whether the laws are
+    /// Solves for the forces and displacements of the contacts, from the present ones as initial guess. These are those
+    /// of a similar problem (`guessed`) or those at the start of the step of the rod. Returns whether the laws are
     /// satisfied. Otherwise the contacts remain as they are.
     pub fn solve(&self, contacts: &mut Vec<Contact>, guessed: bool) -> bool {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
