@@ -181,7 +181,8 @@ impl HeldSearch<'_> {
 
     /// Takes a step with a shift that is accepted. In contact the shift decreases in proportion to the rotation, as in
     /// the method of Levenberg and Marquardt with a shift in proportion to the residual, which converges superlinearly
-    /// (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the rod has moved without a step.
+    /// (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). It increases after a part of a step, so that the
+    /// next whole step is as long as this part. `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let (first, factor) = SETTINGS.shift;
         let least = SETTINGS.least_shift * self.force_scale();
@@ -194,9 +195,9 @@ impl HeldSearch<'_> {
                 Attempt::Accepted(step) => {
                     // A rod without contact is tested without a shift in each step.
                     if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
-                        let continues = step.fraction == 1.0 && course.last.is_finite();
-                        let ratio = if continues { step.turn / course.last } else { 1.0 };
-                        (course.shift, course.next) = (shift, shift * ratio.min(1.0 / factor));
+                        let ratio = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
+                        let by = if step.fraction < 1.0 { 1.0 / step.fraction } else { ratio.min(1.0 / factor) };
+                        (course.shift, course.next) = (shift, shift * by);
                     }
                     return Ok(Some(step));
                 }
