@@ -3,6 +3,10 @@
 use crate::equilibrium::EquilibriumError;
 use crate::error::{Known, Number, ParameterError, debug_by_display};
 
+/// Largest number of elements of a linearisation that refines itself. On this mesh one evaluation of the characteristic
+/// function takes about a tenth of a second.
+pub(crate) const MOST_RESOLVED_ELEMENTS: usize = 128;
+
 /// Reason why there is no steady state, root or crossing of the imaginary axis.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -94,9 +98,9 @@ pub enum StabilityError {
     /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
     /// appears as a shape that no mesh resolves.
     #[error(
-        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements, up to 128 by \
-         `Linearisation::resolved`; with fast growth or little proprioception no mesh may suffice",
-        Number(*error)
+        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements, which \
+         `Linearisation::resolved` does up to {}; with fast growth or little proprioception no mesh may suffice",
+        Number(*error), MOST_RESOLVED_ELEMENTS
     )]
     UnderResolved {
         /// The number of elements in the growth zone.
