@@ -56,9 +56,9 @@ pub enum StabilityError {
     /// The growth gradients do not vanish, in the given state or after a search. A tilted shoot without
     /// proprioception has no steady state.
     #[error(
-        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m after {iterations} \
-         iterations: `solve_steady_state` searches for one, which a tilted shoot without proprioception does not have",
-        Number(*gradient)
+        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m{}: `solve_steady_state` \
+         searches for one, which a tilted shoot without proprioception does not have",
+        Number(*gradient), after(*iterations)
     )]
     NotSteadyState {
         /// Number of iterations of the search; zero if the given state was checked.
@@ -125,7 +125,7 @@ pub enum StabilityError {
         elements: usize,
     },
     /// A number that follows from the shoot and its laws is infinite or not a number.
-    #[error("the {what} is not finite")]
+    #[error("the {what} is not finite: check the laws of the shoot, for example by `Shoot::check_laws`")]
     NotFinite {
         /// The quantity.
         what: &'static str,
@@ -160,3 +160,8 @@ pub enum StabilityError {
 }
 
 debug_by_display!(StabilityError);
+
+/// The number of iterations in a message; empty for a state that was checked without a search.
+fn after(iterations: usize) -> String {
+    if iterations == 0 { String::new() } else { format!(" after {iterations} iterations") }
+}

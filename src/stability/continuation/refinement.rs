@@ -223,9 +223,9 @@ impl Linearisation {
     /// ```
     ///
     /// # Errors
-    /// Errors of [`about`](Self::about), a tolerance below 1e-9, or a tolerance that the finest mesh does not meet. This
-    /// mesh has the number of elements in the message of [`UnderResolved`](StabilityError::UnderResolved), or two parts
-    /// of each element if these are more.
+    /// Errors of [`about`](Self::about), a tolerance below 1e-9, or a tolerance that the finest mesh does not meet.
+    /// This mesh has the number of elements in the message of [`UnderResolved`](StabilityError::UnderResolved), or two
+    /// parts of each element if these are more.
     pub fn resolved(shoot: &Shoot<impl Model>, tolerance: f64) -> Result<Self, StabilityError> {
         let elements = shoot.rod().elements();
         let meshes = Refinement { tolerance, first: 1, last: (MOST_RESOLVED_ELEMENTS / elements).max(2) };
