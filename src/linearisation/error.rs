@@ -98,8 +98,8 @@ pub enum StabilityError {
     /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
     /// appears as a shape that no mesh resolves.
     #[error(
-        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements, which \
-         `Linearisation::resolved` does up to {}; with fast growth or little proprioception no mesh may suffice",
+        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements \
+         (`Linearisation::resolved` tries up to {}); with fast growth or little proprioception no mesh may suffice",
         Number(*error), MOST_RESOLVED_ELEMENTS
     )]
     UnderResolved {
