@@ -90,8 +90,8 @@ impl Refinement {
     /// Computes a result on finer meshes until the estimate of its relative error meets the tolerance. `on_mesh`
     /// takes the number of elements and the result on the mesh before, if there is one. It returns a result, and an
     /// estimate of its error if possible. If the resolution does not suffice, it is called without the result on the
-    /// mesh before, and then on the next mesh. The last mesh is not tried without a result on a mesh before, which an
-    /// estimate needs.
+    /// mesh before, and then on the next mesh. On the last mesh it is called only with such a result, without which
+    /// there is no estimate.
     ///
     /// # Errors
     /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet), or the last error if there was no estimate; errors
