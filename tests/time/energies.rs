@@ -249,7 +249,7 @@ fn balance_error(elements: usize, interval: f64) -> f64 {
 #[test]
 fn power_of_growth_is_that_of_the_discretised_shoot_if_zones_end_inside_elements() {
     let errors = [1200.0, 600.0, 300.0].map(|interval| balance_error(16, interval));
-    println!("errors {errors:e?} of the energy exchanged");
+    println!("errors {errors:?} of the energy exchanged");
     for pair in errors.windows(2) {
         // Four is the order of Simpson's rule.
         assert_abs_diff_eq!((pair[0] / pair[1]).log2(), 4.0, epsilon = 0.2);
