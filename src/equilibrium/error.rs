@@ -100,7 +100,7 @@ pub enum EquilibriumError {
         arc_length: f64,
     },
     /// An input or a value of an elastic law is not finite.
-    #[error("the {what} is not finite")]
+    #[error("the {what} is not finite: check the elastic law, the strains, the load and the supports")]
     NotFinite {
         /// The quantity that is not finite.
         what: &'static str,

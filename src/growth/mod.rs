@@ -150,7 +150,9 @@ pub(crate) fn check_speed(law: &impl GrowthLaw, length: f64) -> Result<(), Param
     let pieces = (0..SPEED_PARTS).map(|k| [k, k + 1].map(|k| zone * k as f64 / parts));
     let exact: f64 = pieces.map(|[a, b]| integral(&|sigma| law.regr(sigma, 0.0), a, b)).sum();
     let speed = law.apical_speed(zone, 0.0);
-    ParameterError::finite("integral of the growth rate over the zone at t = 0", exact, "m/s")?;
+    let (what, bounded) =
+        ("integral of the growth rate over the zone at t = 0", "finite: `regr` must be bounded (m/s)");
+    ParameterError::unless(exact.is_finite(), what, exact, bounded)?;
     ParameterError::finite("apical speed of the zone at t = 0", speed, "m/s")?;
     let (what, difference) =
         ("apical speed minus the integral of the growth rate over the zone at t = 0", speed - exact);

@@ -3,6 +3,10 @@
 use crate::equilibrium::EquilibriumError;
 use crate::error::{Known, Number, ParameterError, debug_by_display};
 
+/// Largest number of elements of a linearisation that refines itself. On this mesh one evaluation of the characteristic
+/// function takes about a tenth of a second.
+pub(crate) const MOST_RESOLVED_ELEMENTS: usize = 128;
+
 /// Reason why there is no steady state, root or crossing of the imaginary axis.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -52,9 +56,9 @@ pub enum StabilityError {
     /// The growth gradients do not vanish, in the given state or after a search. A tilted shoot without
     /// proprioception has no steady state.
     #[error(
-        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m after {iterations} \
-         iterations: `solve_steady_state` searches for one, which a tilted shoot without proprioception does not have",
-        Number(*gradient)
+        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m{}: `solve_steady_state` \
+         searches for one, which a tilted shoot without proprioception does not have",
+        Number(*gradient), after(*iterations)
     )]
     NotSteadyState {
         /// Number of iterations of the search; zero if the given state was checked.
@@ -94,9 +98,9 @@ pub enum StabilityError {
     /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
     /// appears as a shape that no mesh resolves.
     #[error(
-        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements, up to 128 by \
-         `Linearisation::resolved`; with fast growth or little proprioception no mesh may suffice",
-        Number(*error)
+        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements \
+         (`Linearisation::resolved` tries up to {}); with fast growth or little proprioception no mesh may suffice",
+        Number(*error), MOST_RESOLVED_ELEMENTS
     )]
     UnderResolved {
         /// The number of elements in the growth zone.
@@ -121,7 +125,7 @@ pub enum StabilityError {
         elements: usize,
     },
     /// A number that follows from the shoot and its laws is infinite or not a number.
-    #[error("the {what} is not finite")]
+    #[error("the {what} is not finite: check the laws of the shoot, for example by `Shoot::check_laws`")]
     NotFinite {
         /// The quantity.
         what: &'static str,
@@ -156,3 +160,8 @@ pub enum StabilityError {
 }
 
 debug_by_display!(StabilityError);
+
+/// The number of iterations in a message; empty for a state that was checked without a search.
+fn after(iterations: usize) -> String {
+    if iterations == 0 { String::new() } else { format!(" after {iterations} iterations") }
+}

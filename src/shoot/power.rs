@@ -162,12 +162,26 @@ impl<M: Model> Shoot<M> {
         integral(rod, each) - load_rate_at_base.dot(&rod.base_position())
     }
 
-    /// The rates of elongation of the tissue at the points of the shape, 1/s.
+    /// The rates of elongation of the tissue at the points of the shape, 1/s. As in a time step of an integrator, the
+    /// rates in an element are corrected by a constant, so that its length has the rate at which its ends separate.
     fn elongation_rates(&self) -> Vec<f64> {
         let (rod, growth, time) = (self.rod(), self.model.growth(), self.environment().time);
-        let zone = if growth.elongates() { rod.zone() } else { 0..0 };
-        let rate = |i: usize| if zone.contains(&i) { growth.regr(rod.points()[i].apex_distance, time) } else { 0.0 };
-        (0..rod.points().len()).map(rate).collect()
+        let mut rates = vec![0.0; rod.points().len()];
+        if !growth.elongates() {
+            return rates;
+        }
+        let (p, weights, zone) = (rod.order().points(), &rod.reference().weights, growth.zone_length());
+        let speed = |node: usize| growth.apical_speed(rod.node_distances()[node].min(zone), time);
+        for e in rod.first_growing()..rod.elements() {
+            let points = rod.element_points(e);
+            let rates = &mut rates[e * p..(e + 1) * p];
+            rates.iter_mut().zip(points).for_each(|(rate, point)| *rate = growth.regr(point.apex_distance, time));
+            let each = rates.iter().zip(points).zip(weights);
+            let sum: f64 = each.map(|((rate, point), weight)| weight * point.jacobian * rate).sum();
+            let correction = (speed(e) - speed(e + 1) - sum) / rod.length_of(e);
+            rates.iter_mut().for_each(|rate| *rate += correction);
+        }
+        rates
     }
 
     /// The rates of the force of the load by elongation, at the points of the shape and at the base, N/s. There are no

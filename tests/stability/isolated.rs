@@ -166,7 +166,7 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
 }
 
 /// Refinement increases the number of answers from 180 to 198 of 200 random steady shoots on eight elements. The
-/// others need more than 128 elements.
+/// others are not resolved by two meshes of at most 128 elements, and are refused after three seconds.
 #[test]
 fn linearisations_that_refine_themselves_answer_with_errors_that_a_finer_mesh_confirms() {
     let seed = number("MORPHOROD_SEED", 17);

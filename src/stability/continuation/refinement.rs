@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::follow::find_alike;
 use super::mesh_error::{ACCURACY, Convergence, ROUNDING, check_finer};
 use crate::error::ParameterError;
-use crate::linearisation::StabilityError;
+use crate::linearisation::{MOST_RESOLVED_ELEMENTS, StabilityError};
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::spectrum::{Linearisation, Root, SpectrumPart};
@@ -90,7 +90,8 @@ impl Refinement {
     /// Computes a result on finer meshes until the estimate of its relative error meets the tolerance. `on_mesh`
     /// takes the number of elements and the result on the mesh before, if there is one. It returns a result, and an
     /// estimate of its error if possible. If the resolution does not suffice, it is called without the result on the
-    /// mesh before, and then on the next mesh.
+    /// mesh before, and then on the next mesh. On the last mesh it is called only with such a result, without which
+    /// there is no estimate.
     ///
     /// # Errors
     /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet), or the last error if there was no estimate; errors
@@ -101,8 +102,10 @@ impl Refinement {
     ) -> Result<A, StabilityError> {
         let (mut known, mut failure) = (None, None);
         let (mut error, mut elements) = (f64::INFINITY, 0);
-        for n in self.meshes() {
-            for coarser in known.take().map(Some).into_iter().chain(once(None)) {
+        let mut meshes = self.meshes().peekable();
+        while let Some(n) = meshes.next() {
+            let anew = meshes.peek().map(|_| None);
+            for coarser in known.take().map(Some).into_iter().chain(anew) {
                 match on_mesh(n, coarser) {
                     Ok((answer, Some(estimate))) if estimate <= self.tolerance => return Ok(answer),
                     Ok((answer, estimate)) => {
@@ -185,10 +188,6 @@ impl Refinement {
 /// A linearisation with the roots sought, a further answer, and the convergence so far.
 type OnMesh<A> = ((Linearisation, Vec<Root>), A, Convergence);
 
-/// Largest number of elements of a linearisation that refines itself. On this mesh one evaluation of the characteristic
-/// function takes a fifth of a second, and a search some minutes.
-const MOST_RESOLVED_ELEMENTS: usize = 128;
-
 impl Linearisation {
     /// Linearises a shoot about its present state, which must be a steady state, on a mesh that resolves its waves.
     /// The elements are divided into 2, 3, 4, 6, 8 … parts. Refinement ends when the number of unstable roots and
@@ -224,8 +223,9 @@ impl Linearisation {
     /// ```
     ///
     /// # Errors
-    /// Errors of [`about`](Self::about), a tolerance below 1e-9, or a tolerance that 128 elements, or two parts of each
-    /// element if there are more than 64, do not meet.
+    /// Errors of [`about`](Self::about), a tolerance below 1e-9, or a tolerance that the finest mesh does not meet.
+    /// This mesh has the number of elements in the message of [`UnderResolved`](StabilityError::UnderResolved), or two
+    /// parts of each element if these are more.
     pub fn resolved(shoot: &Shoot<impl Model>, tolerance: f64) -> Result<Self, StabilityError> {
         let elements = shoot.rod().elements();
         let meshes = Refinement { tolerance, first: 1, last: (MOST_RESOLVED_ELEMENTS / elements).max(2) };

@@ -30,7 +30,8 @@ pub(super) struct AnalyticSample {
 pub(super) trait Analytic {
     fn at(&self, z: Complex<f64>) -> AnalyticSample;
 
-    /// The function, and its relative error due to waves that the mesh does not resolve.
+    /// The function, and its relative error due to waves that the mesh does not resolve. The function may be NaN if
+    /// this error is not [below its limit](RESOLVED).
     fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         (self.at(z), 0.0)
     }
@@ -96,7 +97,8 @@ impl Analytic for Limited<'_> {
     }
 }
 
-const NOT_A_NUMBER: AnalyticSample = {
+/// A sample that ends a search.
+pub(super) const NOT_A_NUMBER: AnalyticSample = {
     let nan = Complex::new(f64::NAN, f64::NAN);
     AnalyticSample { value: nan, log_derivative: nan, nearness: f64::NAN }
 };

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::analytic::{Analytic, AnalyticSample, RESOLVED};
+use super::analytic::{Analytic, AnalyticSample, NOT_A_NUMBER, RESOLVED};
 use super::characteristic::{CharacteristicMatrix, Transfers};
 use super::transfer::ROUNDING;
 use crate::linearisation::{AnalyticMatrix, StabilityError};
@@ -235,12 +235,12 @@ impl Block {
         AnalyticSample { value, log_derivative, nearness }
     }
 
-    /// The relative error of the characteristic function at λ due to short waves.
+    /// The short waves at λ, and the errors that they cause.
     ///
     /// They vary as exp(Gs), G the gain from rotation to strain, and Gauss collocation replaces exp(Gh) by its
     /// diagonal Padé approximant. Waves that are not resolved change the function by way of elasticity, which
     /// couples the far end of the shoot, where they have grown, to its base.
-    fn unresolved_share(&self, z: Complex<f64>, transfers: &Transfers, at: &AnalyticSample) -> f64 {
+    fn short_waves(&self, z: Complex<f64>, transfers: &Transfers) -> ShortWaves {
         let p = self.characteristic.points_per_element() as u32;
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
         let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
@@ -248,7 +248,7 @@ impl Block {
         for (element, number) in &self.elements {
             let (gain, own) = element.gain(z, transfers);
             if !gain.iter().all(|x| x.is_finite()) {
-                return f64::INFINITY;
+                return ShortWaves { error: f64::INFINITY, number: f64::INFINITY, share: f64::INFINITY };
             }
             let (wave, number) = (gain.norm() * element.length, *number as f64);
             error += number * factor * wave.powi(2 * p as i32 + 1);
@@ -257,16 +257,39 @@ impl Block {
             growth += number * symmetric.symmetric_eigenvalues().max();
             local = local.max((own * z).norm());
         }
-        if !(error > 0.1 * RESOLVED / STEEP) {
-            return 0.0;
+        // A finite amplification has no effect without elasticity.
+        let share = self.elasticity * local * growth.exp().min(f64::MAX) / (waves * waves).max(1.0);
+        ShortWaves { error, number: waves, share }
+    }
+}
+
+/// The short waves of a block at λ.
+struct ShortWaves {
+    /// Sum of the relative errors of exp(Gh) over the elements; infinite if the gain G is not finite.
+    error: f64,
+    /// Norm of the exponents of the waves along the block.
+    number: f64,
+    /// Share of the characteristic function due to waves that have grown along the shoot, as estimated from their
+    /// amplification.
+    share: f64,
+}
+
+impl ShortWaves {
+    /// The relative error of the characteristic function for a share due to waves that have grown along the shoot.
+    fn unresolved(&self, share: f64) -> f64 {
+        if self.error.is_infinite() {
+            f64::INFINITY
+        } else if self.error > 0.1 * RESOLVED / STEEP {
+            share.min(STEEP) * f64::min(self.error, 1.0)
+        } else {
+            0.0
         }
-        // The share of the function due to waves that have grown along the shoot: as estimated from their
-        // amplification ...
-        let expected = self.elasticity * local * growth.exp() / (waves * waves).max(1.0);
-        // ... and as found on this mesh. A term A exp(−κℓ) varies by |A κ'| ℓ, where κ' is of the size
-        // of κ over the distance to zero or to the essential spectrum, whichever is nearer.
-        let found = at.log_derivative.norm() / (at.nearness.max(1.0 / z.norm()) * waves.max(1.0));
-        expected.max(found).min(STEEP) * f64::min(error, 1.0)
+    }
+
+    /// The share as found on this mesh from a sample of the function. A term A exp(−κℓ) varies by |A κ'| ℓ, where κ'
+    /// is of the size of κ over the distance to zero or to the essential spectrum, whichever is nearer.
+    fn found(&self, z: Complex<f64>, at: &AnalyticSample) -> f64 {
+        at.log_derivative.norm() / (at.nearness.max(1.0 / z.norm()) * self.number.max(1.0))
     }
 }
 
@@ -277,8 +300,13 @@ impl Analytic for Block {
 
     fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         let transfers = self.characteristic.transfers_at(z);
+        let waves = self.short_waves(z, &transfers);
+        let expected = waves.unresolved(waves.share);
+        if !(expected < RESOLVED) {
+            return (NOT_A_NUMBER, expected);
+        }
         let sample = self.quotient(z, &transfers);
-        (sample, self.unresolved_share(z, &transfers, &sample))
+        (sample, waves.unresolved(waves.share.max(waves.found(z, &sample))))
     }
 
     fn characteristic(&self) -> &CharacteristicMatrix {

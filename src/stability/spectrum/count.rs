@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use super::analytic::{Analytic, AnalyticSample, RESOLVED, limited};
+use super::analytic::{Analytic, AnalyticSample, NOT_A_NUMBER, RESOLVED, limited};
 use crate::linearisation::StabilityError;
 
 /// Largest number of halvings of a panel. A zero that the argument then does not resolve lies on the line:
@@ -32,9 +32,13 @@ pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine
 fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, StabilityError> {
     let mut steps = Vec::new();
     let mut error = 0.0_f64;
+    // The count ends at the first sample that the mesh does not resolve.
     let mut on_line = |w: f64| {
+        if !(error < RESOLVED) {
+            return NOT_A_NUMBER;
+        }
         let (sample, unresolved) = f.with_unresolved_share(Complex::new(abscissa, w));
-        error = error.max(unresolved);
+        error = unresolved;
         steps.push((w, sample.log_derivative.norm().recip()));
         sample
     };
@@ -45,18 +49,15 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, Stability
     let top = 8.0 * f.characteristic().bound(abscissa);
     let slow = f.characteristic().slowest_rate();
     let octaves = (top / (0.25 * abscissa.abs()).clamp(1e-12 * slow, 0.1 * slow)).log2().ceil() as i32;
-    let mut last = (0.0, on_line(0.0));
-    let changes = (0..=octaves).rev().map(|octave| {
-        let w = top * 0.5_f64.powi(octave);
-        let from = std::mem::replace(&mut last, (w, on_line(w)));
-        argument(&mut on_line, from, last, 0)
-    });
-    let change: Option<f64> = changes.sum();
+    let ends = std::iter::once(0.0).chain((0..=octaves).rev().map(|octave| top * 0.5_f64.powi(octave)));
+    // The ends of all panels come first, because unresolved waves are found there with the least work.
+    let ends: Vec<(f64, AnalyticSample)> = ends.map(|w| (w, on_line(w))).collect();
+    let change: Option<f64> = ends.windows(2).map(|panel| argument(&mut on_line, panel[0], panel[1], 0)).sum();
     if !(error < RESOLVED) {
         let (elements, what) = (f.characteristic().elements(), "waves of the characteristic function (relative)");
         return Err(StabilityError::UnderResolved { elements, what, error });
     }
-    let value = last.1.value;
+    let value = ends[ends.len() - 1].1.value;
     let failed = |what, residual| StabilityError::NoConvergence { what, residual };
     let change = change.ok_or(failed("count of roots (one lies on the line)", value.norm()))?;
     // The argument changes from its value at `top` to zero at infinity, where f = 1.
