@@ -150,9 +150,8 @@ pub(crate) fn check_speed(law: &impl GrowthLaw, length: f64) -> Result<(), Param
     let pieces = (0..SPEED_PARTS).map(|k| [k, k + 1].map(|k| zone * k as f64 / parts));
     let exact: f64 = pieces.map(|[a, b]| integral(&|sigma| law.regr(sigma, 0.0), a, b)).sum();
     let speed = law.apical_speed(zone, 0.0);
-    let (what, bounded) =
-        ("integral of the growth rate over the zone at t = 0", "finite: `regr` must be bounded (m/s)");
-    ParameterError::unless(exact.is_finite(), what, exact, bounded)?;
+    let what = "integral of the growth rate (`regr`, which must be bounded) over the zone at t = 0";
+    ParameterError::finite(what, exact, "m/s")?;
     ParameterError::finite("apical speed of the zone at t = 0", speed, "m/s")?;
     let (what, difference) =
         ("apical speed minus the integral of the growth rate over the zone at t = 0", speed - exact);

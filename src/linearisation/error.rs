@@ -3,8 +3,8 @@
 use crate::equilibrium::EquilibriumError;
 use crate::error::{Known, Number, ParameterError, debug_by_display};
 
-/// Largest number of elements of a linearisation that refines itself. On this mesh one evaluation of the characteristic
-/// function takes about a tenth of a second.
+/// Largest number of elements of a shoot to which `Linearisation::resolved` divides it. On this mesh one evaluation of
+/// the characteristic function takes about a tenth of a second.
 pub(crate) const MOST_RESOLVED_ELEMENTS: usize = 128;
 
 /// Reason why there is no steady state, root or crossing of the imaginary axis.
@@ -56,9 +56,9 @@ pub enum StabilityError {
     /// The growth gradients do not vanish, in the given state or after a search. A tilted shoot without
     /// proprioception has no steady state.
     #[error(
-        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m{}: `solve_steady_state` \
-         searches for one, which a tilted shoot without proprioception does not have",
-        Number(*gradient), after(*iterations)
+        "the shoot is not in a steady state: the laws have a growth gradient of {:.4} 1/m{}; a tilted shoot without \
+         proprioception has none",
+        Number(*gradient), advice(*iterations)
     )]
     NotSteadyState {
         /// Number of iterations of the search; zero if the given state was checked.
@@ -98,8 +98,9 @@ pub enum StabilityError {
     /// and possibly no mesh resolves them. A tilted shoot without proprioception has no steady state, which
     /// appears as a shape that no mesh resolves.
     #[error(
-        "the mesh of {elements} elements does not resolve {what}: the error is {:.2}; take more elements \
-         (`Linearisation::resolved` tries up to {}); with fast growth or little proprioception no mesh may suffice",
+        "the mesh of {elements} elements in the growth zone does not resolve {what}: the error is {:.2}; take more \
+         elements (for waves, `Linearisation::resolved` tries up to {} in the whole shoot); with fast growth or little \
+         proprioception no mesh may suffice",
         Number(*error), MOST_RESOLVED_ELEMENTS
     )]
     UnderResolved {
@@ -161,7 +162,10 @@ pub enum StabilityError {
 
 debug_by_display!(StabilityError);
 
-/// The number of iterations in a message; empty for a state that was checked without a search.
-fn after(iterations: usize) -> String {
-    if iterations == 0 { String::new() } else { format!(" after {iterations} iterations") }
+/// The part of a message about a search with a number of iterations, or about a state that was checked without one.
+fn advice(iterations: usize) -> String {
+    match iterations {
+        0 => "; `solve_steady_state` searches for one".to_string(),
+        _ => format!(" after {iterations} iterations"),
+    }
 }

@@ -22,8 +22,8 @@ impl<M: Model> Shoot<M> {
     /// In equilibrium the motion of the frames changes this sum by the work of the reactions on their places. Loads and
     /// a base that change in time do further work ([recipe](crate::guide::recipes#the-balance-of-energy)).
     ///
-    /// With the growth rate r = REGR, the strain u, the force n, the couple m, the tangent t of the centre line and the
-    /// elastic energy w per length, the power is
+    /// The rate of elongation r is REGR plus a constant in each element. With the strain u, the force n, the couple m, the
+    /// tangent t of the centre line and the elastic energy w per length, the power is
     ///
     /// ```text
     /// ∫ r (w − m · u − n · t) − m · ∂u*/∂t + ∂w/∂t − ∂n/∂t · t ds − ∂n/∂t · p at the base.
@@ -162,8 +162,8 @@ impl<M: Model> Shoot<M> {
         integral(rod, each) - load_rate_at_base.dot(&rod.base_position())
     }
 
-    /// The rates of elongation of the tissue at the points of the shape, 1/s. As in a time step of an integrator, the
-    /// rates in an element are corrected by a constant, so that its length has the rate at which its ends separate.
+    /// REGR at the points of the shape plus a constant in each element, 1/s. With it the length of the element has the
+    /// rate at which its ends separate. Without contact a time step of an integrator scales elements in the same way.
     fn elongation_rates(&self) -> Vec<f64> {
         let (rod, growth, time) = (self.rod(), self.model.growth(), self.environment().time);
         let mut rates = vec![0.0; rod.points().len()];

@@ -27,8 +27,6 @@ pub(super) enum Status {
 /// The law at a place r, for a force P and a place without slip.
 pub(super) struct Law {
     pub status: Status,
-    /// Whether the force depends on the place.
-    pub active: bool,
     /// The excess of P over the force that the law requires, N.
     pub residual: Vector3<f64>,
     /// Its derivatives by P, by r, and by the place without slip.
@@ -49,7 +47,6 @@ impl Law {
         if !(tau > 0.0) {
             return Self {
                 status: Status::Open,
-                active: false,
                 residual: *force,
                 by_force: identity,
                 by_place: zero,
@@ -76,7 +73,6 @@ impl Law {
         let by_tau = n + by_radius * friction;
         Self {
             status,
-            active: true,
             residual: force - n * tau - trial * part,
             by_force: identity - by_tau * n.transpose() - by_trial * across,
             by_place: -curvature * tau - by_tau * tau_place - by_trial * trial_place,

@@ -35,7 +35,6 @@ const POLISHES: usize = 3;
 const DECREASE: f64 = 1e-3;
 
 /// How Newton's iteration ends.
-#[derive(PartialEq)]
 enum Outcome {
     /// The laws are satisfied.
     Solved,
@@ -57,23 +56,23 @@ impl Reduced<'_> {
         }
     }
 
-    /// Solves for the forces and displacements of the contacts, from the present ones as initial guess. These are those
-    /// of a similar problem (`guessed`) or those at the start of the step of the rod. Returns whether the laws are
-    /// satisfied. Otherwise the contacts remain as they are.
+    /// Solves for the forces and displacements of the contacts. Their present values are the initial guess: the solution
+    /// of a similar problem if `guessed`, otherwise the values at the start of the step of the rod. Returns whether the
+    /// laws are satisfied. If they are not, the contacts are unchanged.
     pub fn solve(&self, contacts: &mut Vec<Contact>, guessed: bool) -> bool {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
         let rigid = contacts.iter().any(|contact| contact.rigid > 0.0);
         let scales: &[bool] = if rigid { &[true, false] } else { &[true] };
-        // The first step at the start of the step of the rod finds near solutions, but it ignores a guess.
-        let begins: &[bool] = if guessed { &[false] } else { &[true, false] };
+        // The step that is linear at the start finds near solutions. It ignores the places that a guess reaches.
+        let first_steps: &[bool] = if guessed { &[false] } else { &[true, false] };
         for &with_rigid in scales {
-            let mut start = contacts.clone();
-            self.scale(&mut start, with_rigid);
+            let mut scaled = contacts.clone();
+            self.scale(&mut scaled, with_rigid);
             let mut useful = None;
-            for &begins in begins {
-                let mut trial = start.clone();
-                if begins {
-                    let Some(steps) = self.begin(&trial, PROXIMAL.0) else { continue };
+            for &linear_at_start in first_steps {
+                let mut trial = scaled.clone();
+                if linear_at_start {
+                    let Some(steps) = self.first_step(&trial, PROXIMAL.0) else { continue };
                     trial = Self::moved(&trial, &steps, 1.0);
                 }
                 match self.newton(&mut trial) {
@@ -115,8 +114,8 @@ impl Reduced<'_> {
         for _ in 0..FOLLOWINGS {
             let mut largest = 0.0_f64;
             for (contact, at) in contacts.iter_mut().zip(&all).filter(|(_, at)| at.law.status == Status::Open) {
-                if let (Some((moved, ..)), Some([from, to])) = (at.slide, contact.range) {
-                    let shift = (contact.shift - moved).clamp(from, to);
+                if let (Some(slide), Some([from, to])) = (&at.slide, contact.range) {
+                    let shift = (contact.shift - slide.excess).clamp(from, to);
                     largest = largest.max((shift - contact.shift).abs());
                     contact.shift = shift;
                 }

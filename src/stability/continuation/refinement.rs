@@ -224,8 +224,7 @@ impl Linearisation {
     ///
     /// # Errors
     /// Errors of [`about`](Self::about), a tolerance below 1e-9, or a tolerance that the finest mesh does not meet.
-    /// This mesh has the number of elements in the message of [`UnderResolved`](StabilityError::UnderResolved), or two
-    /// parts of each element if these are more.
+    /// This mesh has at most 128 elements in the whole shoot, or two parts of each element if the shoot has more than 64.
     pub fn resolved(shoot: &Shoot<impl Model>, tolerance: f64) -> Result<Self, StabilityError> {
         let elements = shoot.rod().elements();
         let meshes = Refinement { tolerance, first: 1, last: (MOST_RESOLVED_ELEMENTS / elements).max(2) };

@@ -30,8 +30,8 @@ pub(super) struct AnalyticSample {
 pub(super) trait Analytic {
     fn at(&self, z: Complex<f64>) -> AnalyticSample;
 
-    /// The function, and its relative error due to waves that the mesh does not resolve. The function may be NaN if
-    /// this error is not [below its limit](RESOLVED).
+    /// The function, and its relative error due to waves that the mesh does not resolve. The function is NaN if
+    /// the estimate before its evaluation is not [below the limit](RESOLVED).
     fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         (self.at(z), 0.0)
     }

@@ -248,7 +248,7 @@ impl Block {
         for (element, number) in &self.elements {
             let (gain, own) = element.gain(z, transfers);
             if !gain.iter().all(|x| x.is_finite()) {
-                return ShortWaves { error: f64::INFINITY, number: f64::INFINITY, share: f64::INFINITY };
+                return ShortWaves { error: f64::INFINITY, exponent: f64::INFINITY, share: f64::INFINITY };
             }
             let (wave, number) = (gain.norm() * element.length, *number as f64);
             error += number * factor * wave.powi(2 * p as i32 + 1);
@@ -257,9 +257,9 @@ impl Block {
             growth += number * symmetric.symmetric_eigenvalues().max();
             local = local.max((own * z).norm());
         }
-        // A finite amplification has no effect without elasticity.
+        // The amplification may overflow. The bound prevents 0 · ∞ for a shoot without elasticity.
         let share = self.elasticity * local * growth.exp().min(f64::MAX) / (waves * waves).max(1.0);
-        ShortWaves { error, number: waves, share }
+        ShortWaves { error, exponent: waves, share }
     }
 }
 
@@ -267,8 +267,8 @@ impl Block {
 struct ShortWaves {
     /// Sum of the relative errors of exp(Gh) over the elements; infinite if the gain G is not finite.
     error: f64,
-    /// Norm of the exponents of the waves along the block.
-    number: f64,
+    /// Sum of |G| h over the elements.
+    exponent: f64,
     /// Share of the characteristic function due to waves that have grown along the shoot, as estimated from their
     /// amplification.
     share: f64,
@@ -289,7 +289,7 @@ impl ShortWaves {
     /// The share as found on this mesh from a sample of the function. A term A exp(−κℓ) varies by |A κ'| ℓ, where κ'
     /// is of the size of κ over the distance to zero or to the essential spectrum, whichever is nearer.
     fn found(&self, z: Complex<f64>, at: &AnalyticSample) -> f64 {
-        at.log_derivative.norm() / (at.nearness.max(1.0 / z.norm()) * self.number.max(1.0))
+        at.log_derivative.norm() / (at.nearness.max(1.0 / z.norm()) * self.exponent.max(1.0))
     }
 }
 
@@ -301,6 +301,7 @@ impl Analytic for Block {
     fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         let transfers = self.characteristic.transfers_at(z);
         let waves = self.short_waves(z, &transfers);
+        // The function is not evaluated where the estimate alone exceeds the limit.
         let expected = waves.unresolved(waves.share);
         if !(expected < RESOLVED) {
             return (NOT_A_NUMBER, expected);

@@ -32,7 +32,7 @@ pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine
 fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, StabilityError> {
     let mut steps = Vec::new();
     let mut error = 0.0_f64;
-    // The count ends at the first sample that the mesh does not resolve.
+    // The count ends at the first sample that the mesh does not resolve, whose error is reported.
     let mut on_line = |w: f64| {
         if !(error < RESOLVED) {
             return NOT_A_NUMBER;
@@ -49,9 +49,9 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, Stability
     let top = 8.0 * f.characteristic().bound(abscissa);
     let slow = f.characteristic().slowest_rate();
     let octaves = (top / (0.25 * abscissa.abs()).clamp(1e-12 * slow, 0.1 * slow)).log2().ceil() as i32;
-    let ends = std::iter::once(0.0).chain((0..=octaves).rev().map(|octave| top * 0.5_f64.powi(octave)));
+    let places = std::iter::once(0.0).chain((0..=octaves).rev().map(|octave| top * 0.5_f64.powi(octave)));
     // The ends of all panels come first, because unresolved waves are found there with the least work.
-    let ends: Vec<(f64, AnalyticSample)> = ends.map(|w| (w, on_line(w))).collect();
+    let ends: Vec<(f64, AnalyticSample)> = places.map(|w| (w, on_line(w))).collect();
     let change: Option<f64> = ends.windows(2).map(|panel| argument(&mut on_line, panel[0], panel[1], 0)).sum();
     if !(error < RESOLVED) {
         let (elements, what) = (f.characteristic().elements(), "waves of the characteristic function (relative)");
