@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use morphorod::fit::{Estimates, Family, Fit, FitError, Parameter, Scan, Series, Verdict};
+use morphorod::tropism::Oscillator;
 use morphorod::{DynLaws, ParameterError, Shoot};
 use morphorod_plot::{Options, Progress, println};
 
@@ -54,9 +55,11 @@ impl Analysis {
             println!("conclusion: the frames are too few for a scan for an internal oscillator{}", but(&found));
             return Ok((setting.plant, found));
         }
-        let progress = Progress::counting("scan");
-        let build = |p: &[f64], oscillator| {
-            progress.count();
+        // The scan begins with the longest period. Lines between those with large scores follow.
+        let progress = Progress::new("scan");
+        let frequencies = periods.map(f64::recip);
+        let build = |p: &[f64], oscillator: Oscillator| {
+            progress.set((oscillator.period.recip() - frequencies[1]) / (frequencies[0] - frequencies[1]));
             setting.plant.build(p, oscillator)
         };
         let scan = self.fit.scan_oscillator(build, &found, periods)?;
@@ -99,12 +102,8 @@ impl Analysis {
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync>,
     ) -> Result<Estimates, FitError> {
-        let progress = Progress::counting("fit");
-        let build = |p: &[f64]| {
-            progress.count();
-            (family.build)(p)
-        };
-        let found = self.fit.run(&Family { parameters: family.parameters.clone(), build }, &self.series);
+        let progress = Progress::new("fit");
+        let found = self.fit.run_showing(family, &self.series, |part| progress.set(part));
         progress.clear();
         found
     }

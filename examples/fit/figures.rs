@@ -68,6 +68,6 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
     }
     let panels: Vec<([&str; 2], &[Series])> =
         panels.iter().map(|([a, b], series)| ([a.as_str(), b.as_str()], &series[..])).collect();
-    let title = "Differences from the estimates that contain two parameters with a probability of 90 %";
+    let title = "Regions around the estimates with a probability of 90 %";
     Ok(Figure::new(out.join("ellipses.svg"), title).separate_panels(&panels, Axes::Linear)?)
 }

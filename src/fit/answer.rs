@@ -2,12 +2,11 @@
 
 use nalgebra::DVector;
 
-use super::confidence::{Linear, uncertain};
+use super::confidence::{Linear, Singular, uncertain};
 use super::estimate::{Estimate, Estimates, Input, Verdict, WeakDirection, deviation};
 use super::noise::Noise;
 use super::problem::Problem;
 use super::search::{Outcome, Reached};
-use super::singular::Singular;
 use super::warning::warnings;
 use super::{FitError, Parameter, Warning};
 

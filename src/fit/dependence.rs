@@ -4,8 +4,8 @@ use std::fmt::Display;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::confidence::Singular;
 use super::problem::Problem;
-use super::singular::Singular;
 use super::{Estimates, Family, Fit, FitError, Parameter};
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -71,7 +71,11 @@ impl Fit {
         for i in (0..at.residuals.len()).filter(|i| !input.loss.is_inside(at.residuals[*i])) {
             columns.row_mut(i).fill(0.0);
         }
-        let slopes = slopes(&problem, &at.x, columns, free.len());
+        // Changes of the free coordinates that compensate changes of the others, whose effects are the other columns.
+        let (jacobian, others) = columns.columns_range_pair(..free.len(), free.len()..);
+        let priors = problem.priors(&at.x).filter(|(i, _)| *i < free.len()).map(|(i, [_, slope])| (i, slope));
+        let inverse = Singular::of(&jacobian.clone_owned(), &priors.collect::<Vec<_>>()).inverse();
+        let slopes = -inverse * jacobian.tr_mul(&others);
         let names = given.iter().map(|k| (input.family[*k].name.as_str(), input.family[*k].start.signum()));
         let names = names.chain([("unit of length", 1.0), ("unit of time", 1.0)]);
         let of = |(j, (name, sign)): (usize, (&str, f64))| {
@@ -84,13 +88,4 @@ impl Fit {
         };
         Ok(names.enumerate().map(of).collect())
     }
-}
-
-/// Changes of the first `free` coordinates that compensate changes of the others, whose effects are the remaining
-/// columns.
-fn slopes(problem: &Problem, x: &DVector<f64>, columns: DMatrix<f64>, free: usize) -> DMatrix<f64> {
-    let (jacobian, others) = columns.columns_range_pair(..free, free..);
-    let (jacobian, others) = (jacobian.into_owned(), others.into_owned());
-    let priors: Vec<_> = problem.priors(x).filter(|(i, _)| *i < free).map(|(i, [_, slope])| (i, slope)).collect();
-    -Singular::of(&jacobian, &priors).inverse() * jacobian.tr_mul(&others)
 }

@@ -96,6 +96,17 @@ pub enum FitError {
         /// Error of the integrator.
         error: Box<IntegrationError>,
     },
+    /// A constant explains the data better than the shoot at the end of the best search in a part of the data.
+    #[error(
+        "the shoot is {ratio:.1} times as far from the data as a constant is, after {searches} searches: are the units \
+         of times and lengths, the time of the start and the given values right?"
+    )]
+    WorseThanConstant {
+        /// Number of searches in this part.
+        searches: usize,
+        /// Root of the smallest objective over that of a constant.
+        ratio: f64,
+    },
     /// Two fits cannot be compared.
     #[error("the fits have different data, noise or losses, so that they cannot be compared")]
     OtherData,

@@ -199,7 +199,7 @@ impl<'a> Camera<'a> {
         let tip = residuals.len();
         self.compare_tip(tip_of(rod), frame, residuals);
         let points = &self.series.frames[frame.1];
-        if self.series.kind == Kind::CentreLine && points.len() > 1 {
+        if points.len() > 1 {
             let row = residuals[tip].0;
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
             let nodes = rod.centre_line();

@@ -1,15 +1,15 @@
 //! The fit: searches from several initial guesses in growing parts of the data, and estimates of the noise.
 
 use std::fmt::Display;
+use std::sync::{Mutex, PoisonError};
 
 use nalgebra::DVector;
 
 use super::answer::estimates;
-use super::problem::Problem;
+use super::problem::{Point, Problem};
 use super::search::{End, Outcome, Reached, search};
 use super::series::Series;
-use super::starts::initial_guesses;
-use super::warning::ambiguous_frames;
+use super::warning::{FEW, ambiguous_frames};
 use super::{Estimates, Family, Fit, FitError};
 use crate::ensemble;
 use crate::model::Model;
@@ -24,6 +24,10 @@ const FINAL: f64 = 1e-3;
 /// Largest number of estimates of the noise. Usually two suffice. The fit has not converged if this number does not.
 const NOISE_ESTIMATES: usize = 20;
 
+/// Prime bases of the Halton sequence (J. H. Halton, Numer. Math. 2, 84, 1960) for successive free parameters. Further
+/// parameters use them again.
+const PRIMES: [u32; 24] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89];
+
 impl Fit {
     /// Estimates the parameters of a family of shoots from data of one shoot.
     ///
@@ -36,9 +40,23 @@ impl Fit {
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
         data: &[Series],
     ) -> Result<Estimates, FitError> {
+        self.run_showing(family, data, |_| {})
+    }
+
+    /// The same as [`run`](Self::run). After each search, `show` receives the completed part of the work, from 0 to 1:
+    /// the simulated times of the completed searches over those of all.
+    ///
+    /// # Errors
+    /// The errors of [`run`](Self::run).
+    pub fn run_showing<M: Model, E: Display>(
+        &self,
+        family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
+        data: &[Series],
+        show: impl Fn(f64) + Sync,
+    ) -> Result<Estimates, FitError> {
         self.check(family, data)?;
         let mut problem = self.problem(family, data, family.initial_values());
-        let (points, objectives) = self.guesses(&problem)?;
+        let (points, objectives) = self.guesses(&problem, show)?;
         let reached = self.last_search(&mut problem, points)?;
         if let Outcome::Failed(failure) = reached.outcome {
             return Err(failure);
@@ -57,22 +75,31 @@ impl Fit {
 
     /// Initial guesses of the last search, the best first, from searches in growing parts of the data; and the
     /// objectives of the searches in the last part.
-    fn guesses(&self, problem: &Problem) -> Result<(Vec<DVector<f64>>, Vec<f64>), FitError> {
+    fn guesses(&self, problem: &Problem, show: impl Fn(f64) + Sync) -> Result<(Vec<DVector<f64>>, Vec<f64>), FitError> {
         let times = || problem.data.iter().flat_map(|series| series.times.iter().copied());
         let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
-        let until = |part: &f64| if *part == 1.0 { f64::INFINITY } else { first + part * (last - first) };
-        let enough = |until: &f64| times().filter(|time| time <= until).count() > problem.free.len();
-        let mut parts: Vec<f64> = self.windows.iter().map(until).filter(enough).collect();
+        let until = |part: f64| if part == 1.0 { f64::INFINITY } else { first + part * (last - first) };
+        let enough = |part: &f64| times().filter(|time| *time <= until(*part)).count() > problem.free.len();
+        let mut parts: Vec<f64> = self.windows.iter().copied().filter(enough).collect();
         if parts.is_empty() && self.starts > 1 {
-            parts.push(f64::INFINITY);
+            parts.push(1.0);
         }
+        let counts = std::iter::successors(Some(self.starts), |count| Some(count.div_ceil(2)));
+        // The last search is one more in all data.
+        let all = 1.0 + parts.iter().zip(counts).map(|(part, count)| part * count as f64).sum::<f64>();
+        let done = Mutex::new(0.0);
         let (mut points, mut objectives) = (initial_guesses(problem, self.starts), Vec::new());
-        for until in parts {
-            let part = Problem { until, threads: (self.threads / points.len()).max(1), ..problem.clone() };
+        for part in parts {
+            let threads = (self.threads / points.len()).max(1);
+            let in_part = Problem { until: until(part), threads, ..problem.clone() };
             let found = ensemble::collect(points.len(), self.threads, |i| {
                 // The shoot at the end of an earlier search may fail at a later time.
-                search(&part, points[i].clone(), INTERMEDIATE)
-                    .or_else(|_| search(&part, problem.coordinates(), INTERMEDIATE))
+                let found = search(&in_part, points[i].clone(), INTERMEDIATE)
+                    .or_else(|_| search(&in_part, problem.coordinates(), INTERMEDIATE));
+                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                *done += part;
+                show(*done / all);
+                found
             });
             let (found, failed): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
             if found.is_empty() {
@@ -81,6 +108,10 @@ impl Fit {
             let mut found: Vec<_> = found.into_iter().flatten().map(|reached| reached.point).collect();
             found.sort_by(|a, b| a.objective.total_cmp(&b.objective));
             objectives = found.iter().map(|point| point.objective).collect();
+            // Data that end within a time step have an error of their own.
+            if last - first >= self.step {
+                check_motion(&in_part, &found[0], found.len())?;
+            }
             found.truncate(points.len().div_ceil(2));
             points = found.into_iter().map(|point| point.x).collect();
         }
@@ -100,4 +131,38 @@ impl Fit {
         }
         Ok(Reached { outcome: Outcome::Unfinished, ..reached })
     }
+}
+
+/// Returns an error if a constant explains the data of a problem better than the best of some searches.
+fn check_motion(problem: &Problem, best: &Point, searches: usize) -> Result<(), FitError> {
+    // The deviation is that of all data, so that a part without motion is no reason for an error.
+    let of_constant = |(series, noise): (&Series, &f64)| problem.loss.value(series.deviation() / noise);
+    let losses: Vec<f64> = problem.data.iter().zip(&problem.noise).map(of_constant).collect();
+    let constant: f64 = best.rows.iter().map(|row| losses[row.series]).sum();
+    let is_known = constant > 0.0 && problem.data.iter().all(|series| series.times.len() >= FEW);
+    let ratio = (best.objective / constant).sqrt();
+    if is_known && ratio > 1.0 { Err(FitError::WorseThanConstant { searches, ratio }) } else { Ok(()) }
+}
+
+/// Free coordinates of the given initial values, and of `count` − 1 others that cover the space between the bounds
+/// evenly.
+fn initial_guesses(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
+    let others = (1..count).map(|index| {
+        DVector::from_fn(problem.free.len(), |i, _| {
+            let [low, high] = problem.limits(i);
+            low + (high - low) * radical_inverse(index as u32, PRIMES[i % PRIMES.len()])
+        })
+    });
+    std::iter::once(problem.coordinates()).chain(others).collect()
+}
+
+/// Radical inverse of `index`: its digits in a base, mirrored at the radix point.
+fn radical_inverse(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
+    while index > 0 {
+        value += digit * f64::from(index % base);
+        index /= base;
+        digit /= f64::from(base);
+    }
+    value
 }

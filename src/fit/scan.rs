@@ -118,7 +118,6 @@ impl Fit {
         periods: [f64; 2],
     ) -> Result<Scan, FitError> {
         let ([shortest, longest], parameters) = (periods, &estimates.input.family);
-        ParameterError::positive("shortest period of a scan", shortest, "s")?;
         let requirement = "at least twice the median time between frames (s)";
         let ok = shortest >= 2.0 * least_spacing(&estimates.input.data);
         ParameterError::unless(ok, "shortest period of a scan", shortest, requirement)?;

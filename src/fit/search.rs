@@ -32,7 +32,8 @@ const LONGEST: f64 = 1.0;
 /// Conditions for the end of a search.
 #[derive(Clone, Copy)]
 pub(super) struct End {
-    /// Predicted length of a step, in standard errors of the estimates, below which it is not tried.
+    /// Predicted length of a step, in standard errors of the estimates, below which it is not tried. Residuals that are
+    /// larger than the noise enlarge the standard errors.
     pub accuracy: f64,
     /// Largest number of iterations.
     pub iterations: usize,
@@ -103,6 +104,8 @@ impl<'a> Linearised<'a> {
     /// First point with a lower objective at the end of a step, with increasing damping and then with the least one;
     /// and its damping. Otherwise the outcome of the search.
     fn lower(&self, damping: f64, accuracy: f64) -> Result<(Point, f64), Outcome> {
+        let mean_square = 2.0 * self.at.objective / self.at.residuals.len() as f64;
+        let accuracy = accuracy * mean_square.max(1.0).sqrt();
         let more = std::iter::successors(Some(damping), |damping| Some(damping * MORE));
         match self.first_lower(more.take_while(|damping| *damping <= DAMPINGS[1]), accuracy) {
             Ok(Some(found)) => Ok(found),

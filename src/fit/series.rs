@@ -72,10 +72,8 @@ impl View {
 /// Measured part of the shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// One point in a frame: the tip.
-    Tip,
     /// Points of the centre line in each frame. The last one is the tip. The arc lengths of the others are unknown.
-    CentreLine,
+    Points,
     /// The angle of the tangent at the tip in the plane of the view.
     Angle,
 }
@@ -100,41 +98,41 @@ pub struct Series {
 }
 
 impl Series {
-    fn new(kind: Kind, times: Vec<f64>, frames: Vec<Vec<Vector3<f64>>>, (given, view): (usize, View)) -> Self {
-        Self { kind, times, frames, given, view, noise: None, scale: None, offset: None }
+    fn new(times: Vec<f64>, frames: Vec<Vec<Vector3<f64>>>, (given, view): (usize, View)) -> Self {
+        Self { kind: Kind::Points, times, frames, given, view, noise: None, scale: None, offset: None }
     }
 
     /// Positions of the tip (m, fixed frame) at increasing times (s).
     #[must_use]
     pub fn tips(times: Vec<f64>, positions: &[Vector3<f64>]) -> Self {
-        Self::new(Kind::Tip, times, positions.iter().map(|p| vec![*p]).collect(), (3, View::space()))
+        Self::centre_lines(times, positions.iter().map(|p| vec![*p]).collect())
     }
 
     /// Track of the tip (s, m) in a view with two coordinates.
     #[must_use]
     pub fn track(track: &Track, view: View) -> Self {
         let frames = track.positions().iter().map(|p| vec![Vector3::new(p.x, p.y, 0.0)]).collect();
-        Self::new(Kind::Tip, track.times().to_vec(), frames, (2, view))
+        Self::new(track.times().to_vec(), frames, (2, view))
     }
 
     /// One coordinate (m) of the tip at times (s), such as its height, in a view with one row.
     #[must_use]
     pub fn coordinates(times: Vec<f64>, coordinates: &[f64], view: View) -> Self {
-        Self::new(Kind::Tip, times, coordinates.iter().map(|x| vec![Vector3::new(*x, 0.0, 0.0)]).collect(), (1, view))
+        Self::new(times, coordinates.iter().map(|x| vec![Vector3::new(*x, 0.0, 0.0)]).collect(), (1, view))
     }
 
     /// Points on centre lines (m, fixed frame) at times (s). The last point of a line is the tip.
     /// The arc lengths of the others are unknown, and they are compared with the nearest points of the simulated line.
     #[must_use]
     pub fn centre_lines(times: Vec<f64>, lines: Vec<Vec<Vector3<f64>>>) -> Self {
-        Self::new(Kind::CentreLine, times, lines, (3, View::space()))
+        Self::new(times, lines, (3, View::space()))
     }
 
     /// Points on centre lines in a view with two coordinates (m): see [`centre_lines`](Self::centre_lines).
     #[must_use]
     pub fn centre_lines_in(times: Vec<f64>, lines: &[Vec<Vector2<f64>>], view: View) -> Self {
         let frames = lines.iter().map(|line| line.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect()).collect();
-        Self::new(Kind::CentreLine, times, frames, (2, view))
+        Self::new(times, frames, (2, view))
     }
 
     /// Angles of the tangent at the tip (rad) at times (s), in a view with two coordinates. They are measured from the
@@ -143,7 +141,7 @@ impl Series {
     #[must_use]
     pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
         let frames = angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect();
-        Self::new(Kind::Angle, times, frames, (2, view))
+        Self { kind: Kind::Angle, ..Self::new(times, frames, (2, view)) }
     }
 
     /// Sets the standard deviation of each coordinate, in the unit of the data, or of each angle, rad. By default it is
@@ -208,8 +206,7 @@ impl Series {
     /// residual is across the tangent.
     pub(super) fn residuals(&self) -> usize {
         let d = self.dimension();
-        let others = if self.kind == Kind::CentreLine { d - 1 } else { 0 };
-        self.frames.iter().filter(|frame| !frame.is_empty()).map(|frame| d + others * (frame.len() - 1)).sum()
+        self.frames.iter().filter(|frame| !frame.is_empty()).map(|frame| d + (d - 1) * (frame.len() - 1)).sum()
     }
 
     /// Last point of a frame, in the unit of the data, or rad.
@@ -224,12 +221,11 @@ impl Series {
         (points.map(|point| (point - mean).norm_squared()).sum::<f64>() / (count * self.dimension() as f64)).sqrt()
     }
 
-    /// Number of residuals without those of coordinates of a tip that are zero in all frames, as those across the plane
-    /// of a shoot. They show nothing of the noise.
+    /// Number of residuals without those of coordinates of the tip that are zero in all frames, as those across the
+    /// plane of a shoot. They show nothing of the noise.
     pub(super) fn varying_residuals(&self) -> usize {
         let zero = |k: &usize| self.frames.iter().flatten().all(|point| point[*k] == 0.0);
-        let constant = if self.kind == Kind::Tip { (0..self.dimension()).filter(zero).count() } else { 0 };
-        self.residuals() - constant * self.frames.len()
+        self.residuals() - (0..self.dimension()).filter(zero).count() * self.frames.len()
     }
 
     /// Time from the first to the last frame, s; zero without frames.

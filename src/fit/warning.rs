@@ -32,8 +32,8 @@ const MOST_OUTLIERS: f64 = 0.15;
 /// Ratio of the standard deviation of the data to that of the residuals below which the model explains hardly anything.
 const MOTION: f64 = 3.0;
 
-/// Smallest number of frames from which an uncertainty of times is found.
-const FEW: usize = 20;
+/// Smallest number of frames whose motion is distinguished from their noise.
+pub(super) const FEW: usize = 20;
 
 /// Largest number of frames that a message lists.
 const LISTED: usize = 8;

@@ -72,14 +72,40 @@ fn uncertain_times_are_named_as_the_cause_of_residuals_along_the_motion() {
     assert_abs_diff_eq!(deviation.expect("a warning"), 60.0, epsilon = 40.0);
 }
 
+/// The noise of 10 mm is about as large as the motion.
 #[test]
-fn data_without_motion_are_reported() {
+fn data_with_little_motion_are_reported() {
+    let (times, positions) = tips(0.01, 4);
+    let found = warnings(&times, &positions);
+    assert!(found.iter().any(|one| matches!(one, Warning::NoMotion { series: 0, .. })), "{found:?}");
+}
+
+/// The tip stays far from all positions of the simulated tip.
+#[test]
+fn a_shoot_that_is_farther_from_the_data_than_a_constant_is_an_error() {
     let mut draw = Draw::new(4);
     let times: Vec<f64> = (1..=30).map(|k| 600.0 * f64::from(k)).collect();
     let base = Vector3::new(0.04, 0.0, 0.01);
     let positions: Vec<_> = times.iter().map(|_| base + Vector3::from_fn(|_, _| NOISE * draw.normal().x)).collect();
-    let found = warnings(&times, &positions);
-    assert!(found.iter().any(|one| matches!(one, Warning::NoMotion { series: 0, .. })), "{found:?}");
+    let error = fit().run(&family(&["beta", "tau_r"], 1.0), &[Series::tips(times, &positions)]).unwrap_err();
+    // A distance of millimetres over the noise.
+    let FitError::WorseThanConstant { searches: 1, ratio } = error else { panic!("{error}") };
+    assert!(ratio > 10.0 && error.to_string().contains("units of times"), "{error}");
+}
+
+#[test]
+fn completed_parts_of_a_fit_increase_up_to_the_last_search() {
+    let (times, positions) = tips(NOISE, 6);
+    let parts = std::sync::Mutex::new(vec![]);
+    let show = |part: f64| parts.lock().unwrap().push(part);
+    let fit = Fit { starts: 3, windows: vec![0.5, 1.0], ..fit() };
+    fit.run_showing(&family(&["beta"], 1.2), &[Series::tips(times, &positions)], show).unwrap();
+    // Three searches in a half and two in all data, out of 4.5 with the last one.
+    let parts = parts.into_inner().unwrap();
+    assert_eq!(parts.len(), 5);
+    for (found, expected) in parts.iter().zip([0.5, 1.0, 1.5, 2.5, 3.5]) {
+        assert_abs_diff_eq!(*found, expected / 4.5, epsilon = 1e-12);
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Progress bar over simulated time.
+//! Progress bar of a long run.
 
 use std::io::IsTerminal;
 
@@ -21,25 +21,11 @@ impl Progress {
         } else {
             ProgressDrawTarget::hidden()
         };
-        let style = ProgressStyle::with_template("{prefix} [{bar:40}] {percent:>3} %, {eta} remaining")
+        let style = ProgressStyle::with_template("{prefix} [{bar:40}] {percent:>3} % in {elapsed}, {eta} remaining")
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("=> ");
         let bar = ProgressBar::with_draw_target(Some(STEPS), target).with_style(style).with_prefix(label.to_string());
         Self { bar }
-    }
-
-    /// Starts a line with a label that counts simulations, whose total number is unknown.
-    pub fn counting(label: &str) -> Self {
-        let progress = Self::new(label);
-        if let Ok(style) = ProgressStyle::with_template("{prefix}: {pos} simulations in {elapsed}") {
-            progress.bar.set_style(style);
-        }
-        progress
-    }
-
-    /// Counts a simulation.
-    pub fn count(&self) {
-        self.bar.inc(1);
     }
 
     /// Removes the bar.
@@ -47,9 +33,10 @@ impl Progress {
         self.bar.finish_and_clear();
     }
 
-    /// Sets the simulated fraction of the time, from 0 to 1.
+    /// Sets the completed fraction, from 0 to 1. A smaller fraction than an earlier one has no effect.
     pub fn set(&self, fraction: f64) {
-        self.bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        let position = (fraction.clamp(0.0, 1.0) * STEPS as f64) as u64;
+        self.bar.set_position(position.max(self.bar.position()));
     }
 
     /// Hides the bar while `print` writes text.
