@@ -22,8 +22,8 @@ impl<M: Model> Shoot<M> {
     /// In equilibrium the motion of the frames changes this sum by the work of the reactions on their places. Loads and
     /// a base that change in time do further work ([recipe](crate::guide::recipes#the-balance-of-energy)).
     ///
-    /// The rate of elongation r is REGR plus a constant in each element. With the strain u, the force n, the couple m, the
-    /// tangent t of the centre line and the elastic energy w per length, the power is
+    /// The rate of elongation r is REGR plus a constant in each element. With the strain u, the force n, the couple m,
+    /// the tangent t of the centre line and the elastic energy w per length, the power is
     ///
     /// ```text
     /// ∫ r (w − m · u − n · t) − m · ∂u*/∂t + ∂w/∂t − ∂n/∂t · t ds − ∂n/∂t · p at the base.

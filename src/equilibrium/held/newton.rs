@@ -181,8 +181,8 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Takes a step with a shift that is accepted. In contact the shift decreases after a whole step in proportion to the
-    /// rotation, and at least by the factor of the settings. The method of Levenberg and Marquardt with a shift in
+    /// Takes a step with a shift that is accepted. In contact the shift decreases after a whole step in proportion to
+    /// the rotation, and at least by the factor of the settings. The method of Levenberg and Marquardt with a shift in
     /// proportion to the residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249,
     /// 2001). After a part of a step the shift increases by the inverse of the part. Where the shift dominates the
     /// tangent, the next whole step is about as long as this part. `None` if the rod has moved without a step.

@@ -157,8 +157,8 @@ impl Reduced<'_> {
         contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
     }
 
-    /// The first Newton step, with the laws linear at the start of the step of the rod. If the forces remain constant, a
-    /// rod that is almost unstable moves far, and the laws at the place that it reaches lead to remote solutions.
+    /// The first Newton step, with the laws linear at the start of the step of the rod. If the forces remain constant,
+    /// a rod that is almost unstable moves far, and the laws at the place that it reaches lead to remote solutions.
     pub fn first_step(&self, contacts: &[Contact], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let displacements = self.coordinates(contacts) - &self.start;
         let linear = |contact: &Contact| {

@@ -224,7 +224,8 @@ impl Linearisation {
     ///
     /// # Errors
     /// Errors of [`about`](Self::about), a tolerance below 1e-9, or a tolerance that the finest mesh does not meet.
-    /// This mesh has at most 128 elements in the whole shoot, or two parts of each element if the shoot has more than 64.
+    /// This mesh has at most 128 elements in the whole shoot, or two parts of each element if the shoot has more than
+    /// 64.
     pub fn resolved(shoot: &Shoot<impl Model>, tolerance: f64) -> Result<Self, StabilityError> {
         let elements = shoot.rod().elements();
         let meshes = Refinement { tolerance, first: 1, last: (MOST_RESOLVED_ELEMENTS / elements).max(2) };
