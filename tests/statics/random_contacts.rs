@@ -103,7 +103,7 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
         }
     }
     println!("{touching} of {count} rods touch, failures: {failures:?}");
-    // One of the first 12,000 scenes ends with an error (`MORPHOROD_CASES=12000`).
+    // Two of the first 12,000 scenes end with an error (`MORPHOROD_CASES=12000`).
     assert!(failures.len() as u64 <= count / 1000, "{failures:?}");
     assert!(touching * 2 > count, "{touching} scenes with contact");
 }

@@ -65,7 +65,9 @@ impl Law {
         let (size, radius) = (trial.norm(), friction * tau);
         // The projection is `trial * part`, with derivatives by the trial and by the radius.
         let (status, part, by_trial, by_radius) = if size <= radius {
-            (Status::Sticking, 1.0, identity, Vector3::zeros())
+            // Without friction the disc is a point.
+            let part = if radius > 0.0 { 1.0 } else { 0.0 };
+            (Status::Sticking, part, identity * part, Vector3::zeros())
         } else {
             let (along, part) = (trial / size, radius / size);
             (Status::Sliding, part, (identity - along * along.transpose()) * part, along)
@@ -134,5 +136,12 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn contact_without_friction_and_slip_has_no_tangential_stiffness() {
+        let law = Law::new(&sphere(&(Vector3::z() * 0.99)), &(Vector3::z() * 0.9), &Vector3::zeros(), 0.0, 1.7);
+        assert_eq!(law.by_anchor, Matrix3::zeros());
+        assert_eq!(law.by_force.fixed_view::<2, 2>(0, 0), Matrix3::identity().fixed_view::<2, 2>(0, 0));
     }
 }

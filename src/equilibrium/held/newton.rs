@@ -181,11 +181,10 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Takes a step with a shift that is accepted. In contact the shift decreases after a whole step in proportion to
-    /// the rotation, and at least by the factor of the settings. The method of Levenberg and Marquardt with a shift in
-    /// proportion to the residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249,
-    /// 2001). After a part of a step the shift increases by the inverse of the part. Where the shift dominates the
-    /// tangent, the next whole step is about as long as this part. `None` if the rod has moved without a step.
+    /// Takes a step with a shift that is accepted. In contact the shift decreases in proportion to the rotation, and at
+    /// least by the factor of the settings. The method of Levenberg and Marquardt with a shift in proportion to the
+    /// residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the
+    /// rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let (first, factor) = SETTINGS.shift;
         let least = SETTINGS.least_shift * self.force_scale();
@@ -198,10 +197,9 @@ impl HeldSearch<'_> {
                 Attempt::Accepted(step) => {
                     // A rod without contact is tested without a shift in each step.
                     if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
-                        let decrease = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
-                        let whole = step.fraction == 1.0;
-                        let change = if whole { decrease.min(1.0 / factor) } else { 1.0 / step.fraction };
-                        (course.shift, course.next) = (shift, shift * change);
+                        let continues = step.fraction == 1.0 && course.last.is_finite();
+                        let decrease = if continues { step.turn / course.last } else { 1.0 };
+                        (course.shift, course.next) = (shift, shift * decrease.min(1.0 / factor));
                     }
                     return Ok(Some(step));
                 }

@@ -57,8 +57,8 @@ impl Reduced<'_> {
     }
 
     /// Solves for the forces and displacements of the contacts. Their present values are the initial guess: the
-    /// solution of a similar problem if `guessed`, otherwise the values at the start of the step of the rod. Returns whether the
-    /// laws are satisfied. If they are not, the contacts are unchanged.
+    /// solution of a similar problem if `guessed`, otherwise the values at the start of the step of the rod. Returns
+    /// whether the laws are satisfied. If they are not, the contacts are unchanged.
     pub fn solve(&self, contacts: &mut Vec<Contact>, guessed: bool) -> bool {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
         let rigid = contacts.iter().any(|contact| contact.rigid > 0.0);
