@@ -17,8 +17,7 @@ use crate::rod::Rod;
 
 /// Rotation in a step below which the steps are expected to converge, rad.
 const CLOSE_TURN: f64 = 0.02;
-/// Rotation in a step that is not shortened but needs a shift, rad: the tangent is almost singular, or the contact
-/// problem is not solved and its forces do not balance the rod.
+/// Rotation in a step that is not shortened but needs a shift, rad: the tangent is almost singular.
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step that needs no comparison although friction acts, rad.
 const TINY_TURN: f64 = 1e-9;
@@ -61,7 +60,7 @@ impl HeldSearch<'_> {
         self.found.energy = merit.energy;
         let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
         // In contact, without a guard, a step that is not accepted as a whole shows whether the rod is unstable.
-        let is_newton = self.is_loaded() && !course.is_guarded() && self.stable && shift == 0.0;
+        let follows = self.is_loaded() && !course.is_guarded() && self.stable && shift == 0.0;
         loop {
             let linear = self.linearise(rod);
             if !std::mem::replace(&mut tested, true)
@@ -77,7 +76,7 @@ impl HeldSearch<'_> {
             }
             // The comparison fails for NaN.
             if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
-                return Ok(if is_newton && self.is_unstable(&linear, pivots) {
+                return Ok(if follows && self.is_unstable(&linear, pivots) {
                     Attempt::Lost
                 } else {
                     Attempt::Rejected
@@ -95,9 +94,9 @@ impl HeldSearch<'_> {
             match self.fit(rod, &mut start, &mut trial, &mut searched) {
                 Fit::Found => continue,
                 Fit::Misses => {
-                    // If nodes have moved, the equilibrium on the nodes before is close, and a shift is tried.
+                    // No solution is next to the present forces. After nodes have moved, one is known not to be far.
                     self.return_to(rod, &start);
-                    return Ok(if is_newton && course.answer.is_none() { Attempt::Lost } else { Attempt::Rejected });
+                    return Ok(if follows && course.answer.is_none() { Attempt::Lost } else { Attempt::Rejected });
                 }
                 Fit::Fits => {}
             }
@@ -108,7 +107,7 @@ impl HeldSearch<'_> {
             let unchecked = self.is_unchecked(&trial, shift, course);
             let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
             let shortened = fraction.is_none_or(|fraction| fraction < 1.0);
-            if is_newton && shortened && self.was_unstable(rod, (&start, &trial), pivots, fraction) {
+            if follows && shortened && self.was_unstable(rod, (&start, &trial), pivots, fraction) {
                 return Ok(Attempt::Lost);
             }
             let Some(fraction) = fraction else {
@@ -185,8 +184,8 @@ impl HeldSearch<'_> {
         let (zero, before) = (DVector::zeros(trial.linear.response.size()), deepest(&start.candidates));
         let mut fitting: Option<Fitting> = None;
         let (mut failures, mut last) = (0, f64::INFINITY);
-        for number in 0..=SETTINGS.shortenings {
-            if number > 0 {
+        for attempt in 0..=SETTINGS.shortenings {
+            if attempt > 0 {
                 let share = trial.linear.share;
                 let guess = fitting.as_ref().map(|known| (&known.corrected[..], share / known.share));
                 self.solve_trial(trial, start, &zero, guess);
@@ -230,7 +229,7 @@ impl HeldSearch<'_> {
                 break;
             } else {
                 // A step to another solution does not become shorter with the share.
-                failures += usize::from(!trial.solved || number > 0 && trial.turn > 0.9 * last);
+                failures += usize::from(!trial.solved || attempt > 0 && trial.turn > 0.9 * last);
                 last = trial.turn;
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }

@@ -25,6 +25,7 @@ mod newton;
 mod obstacles;
 mod path;
 mod placement;
+mod press;
 mod reactions;
 mod reduced;
 mod response;

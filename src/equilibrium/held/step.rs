@@ -102,9 +102,8 @@ impl HeldSearch<'_> {
         });
         let contacts: Vec<Contact> = each.collect();
         let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
-        let mut problem =
-            Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, start: present, scale };
-        problem.free = &problem.start + moved - &linear.compliance * problem.reactions(&contacts);
+        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
+        problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
     }
 
@@ -123,8 +122,7 @@ impl HeldSearch<'_> {
     }
 
     /// Solves the contact problem and for the step of the rod, which is that of the system afterwards. Returns the
-    /// contacts, the changes of the reactions of links, and whether the contact problem is solved. If it is not, the
-    /// contacts and the step are those of the initial guess.
+    /// contacts and the changes of the reactions of links.
     pub(super) fn solve_linear(
         &mut self,
         linear: &Linear,
@@ -142,7 +140,7 @@ impl HeldSearch<'_> {
                 }
             }
         }
-        let solved = contacts.is_empty() || problem.solve(&mut contacts, guess.is_some());
+        let solved = contacts.is_empty() || problem.solve(&mut contacts);
         let links = self.respond(linear, start, offset, &contacts);
         (contacts, links, solved)
     }
