@@ -125,7 +125,7 @@ fn a_search_that_does_not_converge_returns_its_last_point() {
     let again = fit().run(&Family { parameters, build }, &data).unwrap();
     for name in names {
         let [a, b] = [&converged, &again].map(|found| found.get(name).unwrap());
-        // Both searches end within 1e-3 standard errors of the minimum.
+        // The two searches end within 1e-3 standard errors of the minimum.
         assert_abs_diff_eq!(a.value.ln(), b.value.ln(), epsilon = 4e-3 * a.error);
     }
 }

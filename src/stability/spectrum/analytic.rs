@@ -32,7 +32,7 @@ pub(super) trait Analytic {
 
     /// The function, and its relative error due to waves that the mesh does not resolve. The function is NaN if
     /// the estimate before its evaluation is not [below the limit](RESOLVED).
-    fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
+    fn with_mesh_error(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         (self.at(z), 0.0)
     }
 
@@ -84,8 +84,8 @@ impl Analytic for Limited<'_> {
         self.take().map_or(NOT_A_NUMBER, |function| function.at(z))
     }
 
-    fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
-        self.take().map_or((NOT_A_NUMBER, 0.0), |function| function.with_unresolved_share(z))
+    fn with_mesh_error(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
+        self.take().map_or((NOT_A_NUMBER, 0.0), |function| function.with_mesh_error(z))
     }
 
     fn characteristic(&self) -> &CharacteristicMatrix {

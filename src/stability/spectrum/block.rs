@@ -235,12 +235,12 @@ impl Block {
         AnalyticSample { value, log_derivative, nearness }
     }
 
-    /// The short waves at λ, and the errors that they cause.
+    /// The short waves at λ, and the errors that they cause; `None` if the gain is not finite.
     ///
     /// They vary as exp(Gs), G the gain from rotation to strain, and Gauss collocation replaces exp(Gh) by its
     /// diagonal Padé approximant. Waves that are not resolved change the function by way of elasticity, which
     /// couples the far end of the shoot, where they have grown, to its base.
-    fn short_waves(&self, z: Complex<f64>, transfers: &Transfers) -> ShortWaves {
+    fn short_waves(&self, z: Complex<f64>, transfers: &Transfers) -> Option<ShortWaves> {
         let p = self.characteristic.points_per_element() as u32;
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
         let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
@@ -248,7 +248,7 @@ impl Block {
         for (element, number) in &self.elements {
             let (gain, own) = element.gain(z, transfers);
             if !gain.iter().all(|x| x.is_finite()) {
-                return ShortWaves { error: f64::INFINITY, exponent: f64::INFINITY, share: f64::INFINITY };
+                return None;
             }
             let (wave, number) = (gain.norm() * element.length, *number as f64);
             error += number * factor * wave.powi(2 * p as i32 + 1);
@@ -259,13 +259,13 @@ impl Block {
         }
         // The amplification may overflow. The bound prevents 0 · ∞ for a shoot without elasticity.
         let share = self.elasticity * local * growth.exp().min(f64::MAX) / (waves * waves).max(1.0);
-        ShortWaves { error, exponent: waves, share }
+        Some(ShortWaves { error, exponent: waves, share })
     }
 }
 
 /// The short waves of a block at λ.
 struct ShortWaves {
-    /// Sum of the relative errors of exp(Gh) over the elements; infinite if the gain G is not finite.
+    /// Sum of the relative errors of exp(Gh) over the elements.
     error: f64,
     /// Sum of |G| h over the elements.
     exponent: f64,
@@ -276,14 +276,9 @@ struct ShortWaves {
 
 impl ShortWaves {
     /// The relative error of the characteristic function for a share due to waves that have grown along the shoot.
-    fn unresolved(&self, share: f64) -> f64 {
-        if self.error.is_infinite() {
-            f64::INFINITY
-        } else if self.error > 0.1 * RESOLVED / STEEP {
-            share.min(STEEP) * f64::min(self.error, 1.0)
-        } else {
-            0.0
-        }
+    fn error_for(&self, share: f64) -> f64 {
+        let matters = self.error > 0.1 * RESOLVED / STEEP;
+        if matters { share.min(STEEP) * self.error.min(1.0) } else { 0.0 }
     }
 
     /// The share as found on this mesh from a sample of the function. A term A exp(−κℓ) varies by |A κ'| ℓ, where κ'
@@ -298,16 +293,16 @@ impl Analytic for Block {
         self.quotient(z, &self.characteristic.transfers_at(z))
     }
 
-    fn with_unresolved_share(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
+    fn with_mesh_error(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         let transfers = self.characteristic.transfers_at(z);
-        let waves = self.short_waves(z, &transfers);
+        let Some(waves) = self.short_waves(z, &transfers) else { return (NOT_A_NUMBER, f64::INFINITY) };
         // The function is not evaluated where the estimate alone exceeds the limit.
-        let expected = waves.unresolved(waves.share);
+        let expected = waves.error_for(waves.share);
         if !(expected < RESOLVED) {
             return (NOT_A_NUMBER, expected);
         }
         let sample = self.quotient(z, &transfers);
-        (sample, waves.unresolved(waves.share.max(waves.found(z, &sample))))
+        (sample, waves.error_for(waves.share.max(waves.found(z, &sample))))
     }
 
     fn characteristic(&self) -> &CharacteristicMatrix {

@@ -37,8 +37,8 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, Stability
         if !(error < RESOLVED) {
             return NOT_A_NUMBER;
         }
-        let (sample, unresolved) = f.with_unresolved_share(Complex::new(abscissa, w));
-        error = unresolved;
+        let (sample, of_mesh) = f.with_mesh_error(Complex::new(abscissa, w));
+        error = of_mesh;
         steps.push((w, sample.log_derivative.norm().recip()));
         sample
     };
@@ -50,14 +50,19 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, Stability
     let slow = f.characteristic().slowest_rate();
     let octaves = (top / (0.25 * abscissa.abs()).clamp(1e-12 * slow, 0.1 * slow)).log2().ceil() as i32;
     let places = std::iter::once(0.0).chain((0..=octaves).rev().map(|octave| top * 0.5_f64.powi(octave)));
-    // The ends of all panels come first, because unresolved waves are found there with the least work.
-    let ends: Vec<(f64, AnalyticSample)> = places.map(|w| (w, on_line(w))).collect();
-    let change: Option<f64> = ends.windows(2).map(|panel| argument(&mut on_line, panel[0], panel[1], 0)).sum();
+    // The ends of all panels come first, because unresolved waves are found there with the least work. A sample that is
+    // not finite ends them, since the bound may be infinite.
+    let finite = |end: &(f64, AnalyticSample)| end.1.value.is_finite();
+    let ends: Option<Vec<_>> = places.map(|w| Some((w, on_line(w))).filter(finite)).collect();
+    let change: Option<f64> = ends.as_ref().and_then(|ends| {
+        let changes = ends.windows(2).map(|panel| argument(&mut on_line, panel[0], panel[1], 0));
+        changes.sum()
+    });
     if !(error < RESOLVED) {
         let (elements, what) = (f.characteristic().elements(), "waves of the characteristic function (relative)");
         return Err(StabilityError::UnderResolved { elements, what, error });
     }
-    let value = ends[ends.len() - 1].1.value;
+    let value = ends.iter().flatten().last().map_or(NOT_A_NUMBER, |(_, sample)| *sample).value;
     let failed = |what, residual| StabilityError::NoConvergence { what, residual };
     let change = change.ok_or(failed("count of roots (one lies on the line)", value.norm()))?;
     // The argument changes from its value at `top` to zero at infinity, where f = 1.
