@@ -17,7 +17,8 @@ use crate::rod::Rod;
 
 /// Rotation in a step below which the steps are expected to converge, rad.
 const CLOSE_TURN: f64 = 0.02;
-/// Rotation in a step that is not shortened but needs a shift, rad: the tangent is almost singular.
+/// Rotation in a step that is not shortened but needs a shift, rad: the tangent is almost singular, or the contact
+/// problem is not solved and its forces do not balance the rod.
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step that needs no comparison although friction acts, rad.
 const TINY_TURN: f64 = 1e-9;
@@ -60,7 +61,7 @@ impl HeldSearch<'_> {
         self.found.energy = merit.energy;
         let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
         // In contact, without a guard, a step that is not accepted as a whole shows whether the rod is unstable.
-        let follows = self.is_loaded() && !course.is_guarded() && self.stable && shift == 0.0;
+        let is_newton = self.is_loaded() && !course.is_guarded() && self.stable && shift == 0.0;
         loop {
             let linear = self.linearise(rod);
             if !std::mem::replace(&mut tested, true)
@@ -76,7 +77,7 @@ impl HeldSearch<'_> {
             }
             // The comparison fails for NaN.
             if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
-                return Ok(if follows && self.is_unstable(&linear, pivots) {
+                return Ok(if is_newton && self.is_unstable(&linear, pivots) {
                     Attempt::Lost
                 } else {
                     Attempt::Rejected
@@ -91,12 +92,12 @@ impl HeldSearch<'_> {
                 return Ok(Attempt::Moved);
             }
             let mut trial = Trial { linear, contacts, links, turn, solved };
-            match self.fit(rod, &mut start, &mut trial, &mut searched) {
+            match self.fit(rod, &mut start, &mut trial, (shift, &mut searched)) {
                 Fit::Found => continue,
                 Fit::Misses => {
-                    // No solution is next to the present forces. After nodes have moved, one is known not to be far.
+                    // If nodes have moved, the equilibrium on the nodes before is close, and a shift is tried.
                     self.return_to(rod, &start);
-                    return Ok(if follows && course.answer.is_none() { Attempt::Lost } else { Attempt::Rejected });
+                    return Ok(if is_newton && course.answer.is_none() { Attempt::Lost } else { Attempt::Rejected });
                 }
                 Fit::Fits => {}
             }
@@ -107,7 +108,7 @@ impl HeldSearch<'_> {
             let unchecked = self.is_unchecked(&trial, shift, course);
             let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
             let shortened = fraction.is_none_or(|fraction| fraction < 1.0);
-            if follows && shortened && self.was_unstable(rod, (&start, &trial), pivots, fraction) {
+            if is_newton && shortened && self.was_unstable(rod, (&start, &trial), pivots, fraction) {
                 return Ok(Attempt::Lost);
             }
             let Some(fraction) = fraction else {
@@ -180,12 +181,12 @@ impl HeldSearch<'_> {
     }
 
     /// Finds a share of the step that fits, and moves the rod.
-    fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, searched: &mut bool) -> Fit {
+    fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, (shift, searched): (f64, &mut bool)) -> Fit {
         let (zero, before) = (DVector::zeros(trial.linear.response.size()), deepest(&start.candidates));
         let mut fitting: Option<Fitting> = None;
         let (mut failures, mut last) = (0, f64::INFINITY);
-        for attempt in 0..=SETTINGS.shortenings {
-            if attempt > 0 {
+        for number in 0..=SETTINGS.shortenings {
+            if number > 0 {
                 let share = trial.linear.share;
                 let guess = fitting.as_ref().map(|known| (&known.corrected[..], share / known.share));
                 self.solve_trial(trial, start, &zero, guess);
@@ -208,8 +209,9 @@ impl HeldSearch<'_> {
                 factor = factor.min(0.0);
             }
             let uncorrected = trial.contacts.clone();
-            // With obstacles, chords return the rod to its conditions after a shorter step.
-            let short = trial.turn < SETTINGS.chord_turn && !self.obstacles.contacts.is_empty();
+            // With obstacles, chords follow a shorter step without a shift. They return the rod to its conditions.
+            let chords = shift == 0.0 && !self.obstacles.contacts.is_empty();
+            let short = chords && trial.turn < SETTINGS.chord_turn;
             if factor >= 1.0 && !short {
                 self.correct(rod, start, trial);
                 // The linear rod holds where corrections lead to the conditions.
@@ -229,7 +231,7 @@ impl HeldSearch<'_> {
                 break;
             } else {
                 // A step to another solution does not become shorter with the share.
-                failures += usize::from(!trial.solved || attempt > 0 && trial.turn > 0.9 * last);
+                failures += usize::from(!trial.solved || number > 0 && trial.turn > 0.9 * last);
                 last = trial.turn;
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }

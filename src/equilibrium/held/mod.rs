@@ -25,7 +25,6 @@ mod newton;
 mod obstacles;
 mod path;
 mod placement;
-mod press;
 mod reactions;
 mod reduced;
 mod response;

@@ -1,7 +1,9 @@
 //! The Newton iteration for a rod in contact.
 //!
-//! Each iteration factorises the tangent of the rod with its present reactions, solves the frictional contact problem
-//! of the linear rod, and takes the step of shape and reactions together, if the merit or the residual decreases.
+//! Each iteration factorises the tangent of the rod with its present reactions, and solves the frictional contact
+//! problem of the linear rod for a share of the step that fits. It takes the largest fraction of this step with which
+//! the merit or the residual decreases. Steps that converge are not compared, and a rejected step is repeated with a
+//! larger shift of the tangent.
 
 use super::before::Before;
 use super::candidate::Candidate;
@@ -179,9 +181,11 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Takes a step with a shift that is accepted. In contact the shift decreases in proportion to the rotation, as in
-    /// the method of Levenberg and Marquardt with a shift in proportion to the residual, which converges superlinearly
-    /// (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the rod has moved without a step.
+    /// Takes a step with a shift that is accepted. After a whole step in contact the shift decreases in proportion to
+    /// the rotation, and at least by the factor of the settings. After a part of a step it increases by the same ratio,
+    /// so that the next step is as long as this part. The method of Levenberg and Marquardt with a shift in proportion to the
+    /// residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the
+    /// rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let (first, factor) = SETTINGS.shift;
         let least = SETTINGS.least_shift * self.force_scale();
@@ -194,9 +198,10 @@ impl HeldSearch<'_> {
                 Attempt::Accepted(step) => {
                     // A rod without contact is tested without a shift in each step.
                     if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
-                        let continues = step.fraction == 1.0 && course.last.is_finite();
-                        let ratio = if continues { step.turn / course.last } else { 1.0 };
-                        (course.shift, course.next) = (shift, shift * ratio.min(1.0 / factor));
+                        let decrease = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
+                        let whole = step.fraction == 1.0;
+                        let change = if whole { decrease.min(1.0 / factor) } else { 1.0 / step.fraction };
+                        (course.shift, course.next) = (shift, shift * change);
                     }
                     return Ok(Some(step));
                 }

@@ -8,7 +8,7 @@ use faer::linalg::solvers::Solve;
 use faer::{MatMut, MatRef};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::law::{Gap, Law, Smoothing, Status};
+use super::law::{Gap, Law, Status};
 
 /// Obstacles.
 pub(super) trait Surfaces {
@@ -60,16 +60,25 @@ pub(super) struct Evaluated {
     pub law: Law,
     /// The tangent at the place.
     tangent: Vector3<f64>,
-    /// Displacement to the place of least gap, m, with its derivatives by the place, the tangent and the shift.
-    pub slide: Option<(f64, Vector3<f64>, Vector3<f64>, f64)>,
+    /// The condition of least gap, if the contact moves along the rod.
+    pub slide: Option<Slide>,
+}
+
+/// The condition of least gap at a contact, and its derivatives.
+pub(super) struct Slide {
+    /// Displacement from the place of least gap, m.
+    pub excess: f64,
+    by_place: Vector3<f64>,
+    by_tangent: Vector3<f64>,
+    by_shift: f64,
 }
 
 impl Evaluated {
     /// The sum of the squares of the residuals of the law and of the place of least gap, N². An open contact may be
     /// anywhere.
     pub fn squares(&self, contact: &Contact) -> f64 {
-        let slide = self.slide.filter(|_| self.law.status != Status::Open);
-        self.law.residual.norm_squared() + slide.map_or(0.0, |(moved, ..)| (contact.k * moved).powi(2))
+        let slide = self.slide.as_ref().filter(|_| self.law.status != Status::Open);
+        self.law.residual.norm_squared() + slide.map_or(0.0, |slide| (contact.k * slide.excess).powi(2))
     }
 }
 
@@ -88,6 +97,8 @@ pub(super) struct Reduced<'a> {
     pub compliance: &'a DMatrix<f64>,
     /// The coordinates for the forces zero.
     pub free: DVector<f64>,
+    /// The coordinates at the start of the step of the rod.
+    pub start: DVector<f64>,
     /// Magnitude of the force in the rod, N.
     pub scale: f64,
 }
@@ -100,7 +111,7 @@ impl Reduced<'_> {
         reactions
     }
 
-    /// The coordinates for the present forces.
+    /// The coordinates for the forces and displacements of the contacts.
     pub fn coordinates(&self, contacts: &[Contact]) -> DVector<f64> {
         &self.free + self.compliance * self.reactions(contacts)
     }
@@ -116,27 +127,22 @@ impl Reduced<'_> {
         (place + tangent * shift + contact.bend * (0.5 * shift * shift), tangent + contact.bend * shift)
     }
 
-    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>, smoothing: Smoothing) -> Evaluated {
+    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>) -> Evaluated {
         let (place, tangent) = Self::place(contact, coordinates);
         let mut gap = self.surfaces.gap(contact.obstacle, &place);
         gap.value -= contact.clearance;
         let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.shift;
-        let law = Law::new(&gap, &contact.force, &displacement, (contact.friction, contact.k), smoothing);
+        let law = Law::new(&gap, &contact.force, &displacement, contact.friction, contact.k);
         let slide = contact.range.map(|[from, to]| {
-            // The slope over its derivative at the start is the displacement to the place of least gap.
+            // The place of least gap is estimated from the slope and the second derivative of the gap at the start.
             let slope = gap.normal.dot(&tangent);
             let least = (contact.shift - slope / contact.curve).clamp(from, to);
-            let moved = contact.shift - least;
+            let excess = contact.shift - least;
             if least <= from || least >= to {
-                return (moved, Vector3::zeros(), Vector3::zeros(), 1.0);
+                return Slide { excess, by_place: Vector3::zeros(), by_tangent: Vector3::zeros(), by_shift: 1.0 };
             }
-            let turned = gap.curvature * tangent / contact.curve;
-            (
-                moved,
-                turned,
-                gap.normal / contact.curve,
-                turned.dot(&tangent) + gap.normal.dot(&contact.bend) / contact.curve,
-            )
+            let (by_place, by_tangent) = (gap.curvature * tangent / contact.curve, gap.normal / contact.curve);
+            Slide { excess, by_place, by_tangent, by_shift: by_place.dot(&tangent) + by_tangent.dot(&contact.bend) }
         });
         Evaluated { law, tangent, slide }
     }
@@ -146,9 +152,28 @@ impl Reduced<'_> {
         contacts.iter().zip(all).map(|(contact, at)| at.squares(contact)).sum()
     }
 
-    pub fn evaluate_all(&self, contacts: &[Contact], smoothing: Smoothing) -> Vec<Evaluated> {
+    pub fn evaluate_all(&self, contacts: &[Contact]) -> Vec<Evaluated> {
         let coordinates = self.coordinates(contacts);
-        contacts.iter().map(|contact| self.evaluate(contact, &coordinates, smoothing)).collect()
+        contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
+    }
+
+    /// The first Newton step, with the laws linear at the start of the step of the rod. If the forces remain constant,
+    /// a rod that is almost unstable moves far, and the laws at the place that it reaches lead to remote solutions.
+    pub fn first_step(&self, contacts: &[Contact], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
+        let displacements = self.coordinates(contacts) - &self.start;
+        let linear = |contact: &Contact| {
+            let mut at = self.evaluate(contact, &self.start);
+            let mut displacement: Vector3<f64> = displacements.fixed_rows::<3>(contact.first).into_owned();
+            if let Some(slide) = &mut at.slide {
+                let turn: Vector3<f64> = displacements.fixed_rows::<3>(contact.first + 3).into_owned();
+                displacement += turn * contact.shift;
+                slide.excess += slide.by_place.dot(&displacement) + slide.by_tangent.dot(&turn);
+            }
+            at.law.residual += at.law.by_place * displacement;
+            at
+        };
+        let all: Vec<Evaluated> = contacts.iter().map(linear).collect();
+        self.step(contacts, &all, proximal)
     }
 
     /// The displacements of a contact by another one.
@@ -171,29 +196,24 @@ impl Reduced<'_> {
         Coupling { place_force, place_shift, tangent_force, tangent_shift }
     }
 
-    /// The displacement of the place of a contact per force of another one.
-    pub(super) fn displacement(&self, contact: &Contact, other: &Contact) -> Matrix3<f64> {
-        let Coupling { place_force, tangent_force, .. } = self.coupling(contact, other);
-        place_force + tangent_force * contact.shift
-    }
-
     /// One Newton step: changes of the force and of the shift of every contact.
     pub fn step(&self, contacts: &[Contact], all: &[Evaluated], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let zero = Vector3::zeros();
         let mut steps: Vec<(Vector3<f64>, f64)> =
-            all.iter().map(|at| (zero, at.slide.map_or(0.0, |(moved, ..)| -moved))).collect();
-        let active: Vec<usize> =
-            (0..contacts.len()).filter(|i| all[*i].law.active || contacts[*i].force != zero).collect();
-        let sizes = active.iter().map(|i| 3 + usize::from(contacts[*i].range.is_some()));
+            all.iter().map(|at| (zero, at.slide.as_ref().map_or(0.0, |slide| -slide.excess))).collect();
+        // An open contact that still has a force is an unknown, too, so that its force vanishes.
+        let is_loaded = |i: usize| all[i].law.status != Status::Open;
+        let unknown: Vec<usize> = (0..contacts.len()).filter(|i| is_loaded(*i) || contacts[*i].force != zero).collect();
+        let sizes = unknown.iter().map(|i| 3 + usize::from(contacts[*i].range.is_some()));
         let mut at = vec![0];
         for size in sizes {
             at.push(at[at.len() - 1] + size);
         }
-        let n = at[active.len()];
+        let n = at[unknown.len()];
         let (mut matrix, mut rhs) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
-        for (a, &i) in active.iter().enumerate() {
+        for (a, &i) in unknown.iter().enumerate() {
             let (contact, Evaluated { law, tangent, slide, .. }) = (&contacts[i], &all[i]);
-            let (row, loaded) = (at[a], law.active);
+            let (row, loaded) = (at[a], is_loaded(i));
             // Derivatives by the coordinates of the contact: place, and tangent.
             let by_tangent = law.by_place * contact.shift;
             let proximal = if loaded { proximal } else { 0.0 };
@@ -201,21 +221,21 @@ impl Reduced<'_> {
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);
             let mut slide_by = None;
-            if let Some((moved, by_place, slide_tangent, by_shift)) = slide {
+            if let Some(Slide { excess, by_place, by_tangent: slide_tangent, by_shift }) = slide {
                 // The scale of the residual is that of the forces.
                 let by_shift_of_law = law.by_place * tangent + law.by_anchor * contact.anchor.1;
                 let mut column = matrix.fixed_view_mut::<3, 1>(row, row + 3);
                 column += by_shift_of_law;
                 let scale = contact.k;
-                rhs[row + 3] = -moved * scale;
+                rhs[row + 3] = -excess * scale;
                 matrix[(row + 3, row + 3)] += by_shift * scale;
-                let by_place = by_place * scale;
-                slide_by = Some((by_place, slide_tangent * scale + by_place * contact.shift));
+                let by_place = *by_place * scale;
+                slide_by = Some((by_place, *slide_tangent * scale + by_place * contact.shift));
             }
             if !loaded && slide_by.is_none() {
                 continue;
             }
-            for (b, &j) in active.iter().enumerate() {
+            for (b, &j) in unknown.iter().enumerate() {
                 let (other, column) = (&contacts[j], at[b]);
                 let Coupling { place_force, place_shift, tangent_force, tangent_shift } = self.coupling(contact, other);
                 if loaded {
@@ -244,7 +264,7 @@ impl Reduced<'_> {
             if solution.iter().any(|value| !value.is_finite()) {
                 return None;
             }
-            for (a, &i) in active.iter().enumerate() {
+            for (a, &i) in unknown.iter().enumerate() {
                 steps[i].0 = solution.fixed_rows::<3>(at[a]).into_owned();
                 if contacts[i].range.is_some() {
                     steps[i].1 = solution[at[a] + 3];

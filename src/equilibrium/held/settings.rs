@@ -15,8 +15,8 @@ pub(super) struct Settings {
     pub nearby: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
-    /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases. The quotient
-    /// of the shifts of two accepted steps is at least this factor.
+    /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases after a
+    /// rejection. After an accepted step it decreases by this factor or more.
     pub shift: (f64, f64),
     /// Smallest shift, relative to the force in the rod. Where a branch of equilibria ends, the steps past it are as
     /// long as the shift is small.

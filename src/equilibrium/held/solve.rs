@@ -1,20 +1,16 @@
 //! Solution of the contact problem of the linear rod.
 //!
-//! A semismooth Newton method with a line search solves the laws of all contacts together. Where it fails, it begins
-//! again from the normal forces for given friction, and then from the end of the central path of the smoothed laws.
+//! A semismooth Newton method with a line search solves the laws of all contacts together.
 
 use nalgebra::Vector3;
 
-use super::law::{Smoothing, Status};
+use super::law::Status;
 use super::reduced::{Contact, Evaluated, Reduced};
 
 /// Number of Newton iterations, and of fractions of a step that are tried in each.
 const ITERATIONS: usize = 40;
 const FRACTIONS: usize = 4;
-/// Largest number of times that the iteration begins again from the [normal forces](super::press) for given friction.
-const PRESSES: usize = 2;
-/// Number of steps in which an open contact moves to its place of least gap, and number of times that forces and
-/// displacements along the rod are solved for in turn.
+/// Largest number of steps in which an open contact moves to its place of least gap.
 const FOLLOWINGS: usize = 4;
 /// Residual of the laws at which the iteration ends, relative to the largest force.
 const SOLVED: f64 = 1e-14;
@@ -35,18 +31,10 @@ const DAMPING: f64 = 0.01;
 const RAISE: f64 = 30.0;
 /// Largest number of further steps after the iteration.
 const POLISHES: usize = 3;
-/// Smoothing at the start and at the end of the central path, relative to the largest force. At the end the states of
-/// the contacts are those of the exact laws.
-const PATH: (f64, f64) = (0.1, 1e-13);
-/// Residual relative to the smoothing below which the smoothing decreases, and the factor by which it decreases.
-const PATH_DECREASE: (f64, f64) = (0.5, 0.2);
-/// Largest number of steps along the path for each smoothing. Most take one or two.
-const PATH_STEPS: usize = 12;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
 
 /// How Newton's iteration ends.
-#[derive(PartialEq)]
 enum Outcome {
     /// The laws are satisfied.
     Solved,
@@ -68,69 +56,39 @@ impl Reduced<'_> {
         }
     }
 
-    /// Solves for the forces and displacements of the contacts, from the present ones as initial guess. Returns whether
-    /// the laws are satisfied.
-    pub fn solve(&self, contacts: &mut Vec<Contact>) -> bool {
-        let guess = contacts.iter().any(|contact| contact.rigid > 0.0).then(|| contacts.clone());
-        self.scale(contacts, true);
-        if self.solve_scaled(contacts) {
-            return true;
-        }
+    /// Solves for the forces and displacements of the contacts. Their present values are the initial guess. If it is
+    /// not `near` the solution, the first step is linear at the start of the step of the rod. Returns whether the laws
+    /// are satisfied. If they are not, the contacts are unchanged.
+    pub fn solve(&self, contacts: &mut Vec<Contact>, near: bool) -> bool {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
-        let Some(mut other) = guess else { return false };
-        self.scale(&mut other, false);
-        let solved = self.solve_scaled(&mut other);
-        if solved {
-            *contacts = other;
-        }
-        solved
-    }
-
-    /// As [`solve`](Self::solve), with given scales.
-    fn solve_scaled(&self, contacts: &mut Vec<Contact>) -> bool {
-        let (start, mut useful) = (contacts.clone(), None);
-        for press in 0..=PRESSES {
-            if press > 0 && !self.press(contacts) {
-                break;
-            }
-            let mut trial = contacts.clone();
-            match self.newton(&mut trial) {
-                Outcome::Solved => {
-                    *contacts = trial;
-                    return true;
+        let rigid = contacts.iter().any(|contact| contact.rigid > 0.0);
+        let scales: &[bool] = if rigid { &[true, false] } else { &[true] };
+        // The step that is linear at the start finds near solutions. It ignores the places that a guess reaches.
+        let first_steps: &[bool] = if near { &[false] } else { &[true, false] };
+        for &with_rigid in scales {
+            let mut scaled = contacts.clone();
+            self.scale(&mut scaled, with_rigid);
+            let mut useful = None;
+            for &linear_at_start in first_steps {
+                let mut trial = scaled.clone();
+                if linear_at_start {
+                    let Some(steps) = self.first_step(&trial, PROXIMAL.0) else { continue };
+                    trial = Self::moved(&trial, &steps, 1.0);
                 }
-                Outcome::Useful => _ = useful.get_or_insert(trial),
-                Outcome::Failed => {}
+                match self.newton(&mut trial) {
+                    Outcome::Solved => {
+                        *contacts = trial;
+                        return true;
+                    }
+                    Outcome::Useful => _ = useful.get_or_insert(trial),
+                    Outcome::Failed => {}
+                }
             }
-        }
-        if let Some(useful) = useful {
-            *contacts = useful;
-            return true;
-        }
-        contacts.clone_from(&start);
-        let mut best = start;
-        // Nearly flat contacts respond strongly to their displacement along the rod. Forces and displacements are then
-        // solved for in turn.
-        for _ in 0..FOLLOWINGS {
-            let ranges: Vec<_> = contacts.iter().map(|at| at.range).collect();
-            contacts.iter_mut().for_each(|at| at.range = at.range.map(|_| [at.shift, at.shift]));
-            let solved = self.follow_path(contacts) && self.newton(contacts) != Outcome::Failed;
-            contacts.iter_mut().zip(ranges).for_each(|(contact, range)| contact.range = range);
-            if !solved {
-                break;
-            }
-            best.clone_from(contacts);
-            if self.newton(contacts) != Outcome::Failed {
+            if let Some(useful) = useful {
+                *contacts = useful;
                 return true;
             }
-            contacts.clone_from(&best);
-            let all = self.evaluate_all(contacts, Smoothing::default());
-            if Self::slide(contacts, &all, |_| true) <= f64::EPSILON.sqrt() {
-                break;
-            }
         }
-        // An inexact solution is of use, since the search for the shape decides about the step.
-        *contacts = best;
         false
     }
 
@@ -149,28 +107,23 @@ impl Reduced<'_> {
         each.fold(0.0, f64::max)
     }
 
-    /// Moves contacts in given states to their places of least gap. Returns the largest motion, m.
-    fn slide(contacts: &mut [Contact], all: &[Evaluated], moves: impl Fn(Status) -> bool) -> f64 {
-        let mut largest = 0.0_f64;
-        for (contact, at) in contacts.iter_mut().zip(all).filter(|(_, at)| moves(at.law.status)) {
-            if let (Some((moved, ..)), Some([from, to])) = (at.slide, contact.range) {
-                let shift = (contact.shift - moved).clamp(from, to);
-                largest = largest.max((shift - contact.shift).abs());
-                contact.shift = shift;
-            }
-        }
-        largest
-    }
-
     /// Evaluates all contacts after those that are open have moved to their places of least gap.
     fn follow(&self, contacts: &mut [Contact]) -> Vec<Evaluated> {
-        let mut all = self.evaluate_all(contacts, Smoothing::default());
+        let mut all = self.evaluate_all(contacts);
         let widest = contacts.iter().filter_map(|at| at.range).map(|[from, to]| to - from).fold(0.0, f64::max);
         for _ in 0..FOLLOWINGS {
-            if Self::slide(contacts, &all, |status| status == Status::Open) <= 1e-3 * widest {
+            let mut largest = 0.0_f64;
+            for (contact, at) in contacts.iter_mut().zip(&all).filter(|(_, at)| at.law.status == Status::Open) {
+                if let (Some(slide), Some([from, to])) = (&at.slide, contact.range) {
+                    let shift = (contact.shift - slide.excess).clamp(from, to);
+                    largest = largest.max((shift - contact.shift).abs());
+                    contact.shift = shift;
+                }
+            }
+            if largest <= 1e-3 * widest {
                 break;
             }
-            all = self.evaluate_all(contacts, Smoothing::default());
+            all = self.evaluate_all(contacts);
         }
         all
     }
@@ -185,45 +138,6 @@ impl Reduced<'_> {
             }
         }
         moved
-    }
-
-    /// Follows the central path of the smoothed laws to the exact laws. Returns whether it reaches their end. It has no
-    /// end if the contacts have no solution, for example since the rod is unstable.
-    fn follow_path(&self, contacts: &mut Vec<Contact>) -> bool {
-        let largest = self.largest(contacts);
-        let mut smoothing = Smoothing { force: PATH.0 * largest, ratio: 0.5 };
-        let (mut proximal, mut steps_left) = (PROXIMAL.0, PATH_STEPS);
-        while steps_left > 0 {
-            steps_left -= 1;
-            let all = self.evaluate_all(contacts, smoothing);
-            let merit = Self::merit(contacts, &all);
-            let Some(steps) = self.step(contacts, &all, proximal) else { return false };
-            let reached = PATH_DECREASE.0 * smoothing.force;
-            let accepted = (0..2 * FRACTIONS).find_map(|halvings| {
-                let fraction = 0.5_f64.powi(halvings as i32);
-                let trial = Self::moved(contacts, &steps, fraction);
-                let value = Self::merit(&trial, &self.evaluate_all(&trial, smoothing));
-                let falls = value < merit * (1.0 - DECREASE * fraction) || value.sqrt() <= reached;
-                falls.then_some((trial, value))
-            });
-            match accepted {
-                Some((trial, value)) => {
-                    *contacts = trial;
-                    proximal = (proximal / RAISE).max(PROXIMAL.0);
-                    if value.sqrt() <= reached {
-                        smoothing.force *= PATH_DECREASE.1;
-                        smoothing.ratio *= PATH_DECREASE.1;
-                        steps_left = PATH_STEPS;
-                    }
-                }
-                None if proximal < PROXIMAL.1 => proximal = (RAISE * proximal).min(PROXIMAL.1),
-                None => return false,
-            }
-            if smoothing.force <= PATH.1 * largest {
-                return true;
-            }
-        }
-        false
     }
 
     /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases.
@@ -243,7 +157,7 @@ impl Reduced<'_> {
             let falls = (0..FRACTIONS).any(|halvings| {
                 let fraction = 0.5_f64.powi(halvings as i32);
                 let trial = Self::moved(contacts, &steps, fraction);
-                let at = self.evaluate_all(&trial, Smoothing::default());
+                let at = self.evaluate_all(&trial);
                 let value = Self::merit(&trial, &at);
                 if best.as_ref().is_none_or(|(least, ..)| value < *least) {
                     best = Some((value, trial, at));
@@ -292,7 +206,7 @@ impl Reduced<'_> {
         for _ in 0..POLISHES {
             let Some(steps) = self.step(contacts, &all, PROXIMAL.0) else { break };
             let trial = Self::moved(contacts, &steps, 1.0);
-            let at = self.evaluate_all(&trial, Smoothing::default());
+            let at = self.evaluate_all(&trial);
             let keeps = all.iter().zip(&at).all(|(a, b)| a.law.status == b.law.status);
             let next = length(&trial, &at);
             if !(keeps && next < 0.5 * size) {

@@ -102,8 +102,9 @@ impl HeldSearch<'_> {
         });
         let contacts: Vec<Contact> = each.collect();
         let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
-        let mut problem = Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, scale };
-        problem.free = present + moved - &linear.compliance * problem.reactions(&contacts);
+        let mut problem =
+            Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, start: present, scale };
+        problem.free = &problem.start + moved - &linear.compliance * problem.reactions(&contacts);
         (contacts, problem)
     }
 
@@ -122,7 +123,8 @@ impl HeldSearch<'_> {
     }
 
     /// Solves the contact problem and for the step of the rod, which is that of the system afterwards. Returns the
-    /// contacts and the changes of the reactions of links.
+    /// contacts, the changes of the reactions of links, and whether the contact problem is solved. If it is not, the
+    /// contacts and the step are those of the initial guess.
     pub(super) fn solve_linear(
         &mut self,
         linear: &Linear,
@@ -140,7 +142,9 @@ impl HeldSearch<'_> {
                 }
             }
         }
-        let solved = contacts.is_empty() || problem.solve(&mut contacts);
+        // An unstable equilibrium is sought from a shape that is close to it.
+        let near = guess.is_some() || !self.stable;
+        let solved = contacts.is_empty() || problem.solve(&mut contacts, near);
         let links = self.respond(linear, start, offset, &contacts);
         (contacts, links, solved)
     }

@@ -31,7 +31,7 @@ pub(super) struct Course {
     pub line: Vec<Vector3<f64>>,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
     pub last: f64,
-    /// Shift of the last step, N; in a descent the last one that was not zero.
+    /// Shift of the last step, N; without contact in a descent the last one that was not zero.
     pub shift: f64,
     /// Shift that is tried first in the next step, N.
     pub next: f64,
@@ -70,6 +70,7 @@ pub(super) struct Start {
 pub(super) struct Step {
     /// Largest rotation, rad.
     pub turn: f64,
+    /// Share of the unbalanced couples times the fraction of the step that was taken.
     pub fraction: f64,
     pub shift: f64,
     pub pivots: Inertia,
@@ -90,7 +91,8 @@ pub(super) enum Attempt {
     Moved,
     /// A larger shift is needed.
     Rejected,
-    /// The rod is unstable in a direction that its supports permit: no equilibrium is next to it.
+    /// The rod is unstable in a direction that its supports permit, or no share of a Newton step fits: no equilibrium
+    /// is next to it.
     Lost,
 }
 
