@@ -9,6 +9,7 @@ use super::before::Before;
 use super::candidate::Candidate;
 use super::law::Status;
 use super::line::{COMPARED, displacement};
+use super::placement::Misplaced;
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use super::sites::Site;
@@ -35,9 +36,9 @@ impl HeldSearch<'_> {
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
         let line = if reach == Reach::Near { rod.centre_line_at(COMPARED) } else { Vec::new() };
         let (last, shift, next, saddles, negative) = (f64::INFINITY, 0.0, 0.0, 0, None);
-        let (bowed, placements, answer, distance) = (false, 0, None, 0.0);
+        let (bowed, placements, answer, distance, ends) = (false, 0, None, f64::INFINITY, Vec::new());
         let mut course =
-            Course { reach, line, last, shift, next, saddles, negative, bowed, placements, answer, distance };
+            Course { reach, line, last, shift, next, saddles, negative, bowed, placements, answer, distance, ends };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);
@@ -137,7 +138,7 @@ impl HeldSearch<'_> {
         if self.obstacles.contacts.is_empty() {
             return false;
         }
-        let Some((patches, distance)) = self.misplaced(rod) else { return false };
+        let Some(Misplaced { patches, distance, ends }) = self.misplaced(rod, course) else { return false };
         course.distance = distance / self.length;
         if course.placements >= SETTINGS.placements.0 {
             // An answer on these nodes has this error.
@@ -145,6 +146,7 @@ impl HeldSearch<'_> {
             return false;
         }
         course.placements += 1;
+        course.ends = ends;
         course.answer = Some(self.snapshot(rod));
         let old = self.candidates.clone();
         self.arrange(rod, &patches, &old);
@@ -181,11 +183,11 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Takes a step with a shift that is accepted. After a whole step in contact the shift decreases in proportion to
-    /// the rotation, and at least by the factor of the settings. After a part of a step it increases by the same ratio,
-    /// so that the next step is as long as this part. The method of Levenberg and Marquardt with a shift in proportion to the
-    /// residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the
-    /// rod has moved without a step.
+    /// Increases the shift until a step is accepted. After a whole step in contact the next shift decreases in
+    /// proportion to the rotation, and at least by the factor of the settings. After a part of a step it is divided by
+    /// this part, since a step is about inversely proportional to its shift. The method of Levenberg and Marquardt with a shift in proportion
+    /// to the residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None`
+    /// if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let (first, factor) = SETTINGS.shift;
         let least = SETTINGS.least_shift * self.force_scale();
@@ -198,9 +200,9 @@ impl HeldSearch<'_> {
                 Attempt::Accepted(step) => {
                     // A rod without contact is tested without a shift in each step.
                     if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
-                        let decrease = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
+                        let rotations = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
                         let whole = step.fraction == 1.0;
-                        let change = if whole { decrease.min(1.0 / factor) } else { 1.0 / step.fraction };
+                        let change = if whole { rotations.min(1.0 / factor) } else { 1.0 / step.fraction };
                         (course.shift, course.next) = (shift, shift * change);
                     }
                     return Ok(Some(step));

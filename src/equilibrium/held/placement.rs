@@ -8,10 +8,12 @@
 use nalgebra::Vector3;
 
 use super::candidate::Candidate;
+use super::ends::End;
 use super::law::Status;
 use super::line::{Line, Place};
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
+use super::trial::Course;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 use crate::support::Patch;
@@ -23,16 +25,27 @@ const DIFFERENCE: f64 = 1e-3;
 /// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
 /// contact alternate with small gaps. A gap that extends over all stations of an element is not due to this.
 const TOUCHING: f64 = 1e-4;
+/// Motion of an end, relative to the length, below which rounding of the curvature may cause it. It is assumed if an
+/// extrapolated motion is more than one half of the one before.
+const ROUNDED: f64 = 1e-7;
 /// Ratio of the distances from a contact of the nodes that resolve the layer beside it.
 const GRADING: f64 = 3.0;
 
+/// Contacts to which nodes have to move.
+pub(super) struct Misplaced {
+    pub patches: Vec<Patch>,
+    /// Largest distance of a node from its place, m.
+    pub distance: f64,
+    /// The ends of contact segments.
+    pub ends: Vec<End>,
+}
+
 impl HeldSearch<'_> {
-    /// The contacts of the present shape, if nodes are not at them or stations are not those of contact segments, and
-    /// the largest distance of a node from its place, m.
-    pub(super) fn misplaced(&mut self, rod: &Rod) -> Option<(Vec<Patch>, f64)> {
+    /// The contacts of the present shape, if nodes are not at them or stations are not those of contact segments.
+    pub(super) fn misplaced(&mut self, rod: &Rod, course: &Course) -> Option<Misplaced> {
         let touching = TOUCHING * self.length / self.parent.elements() as f64;
         let mut patches = self.patches(rod, touching);
-        let moved = self.move_ends(rod, &mut patches);
+        let (moved, ends) = self.move_ends(rod, &mut patches, &course.ends);
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let off = |s: f64| nodes.iter().map(|node| (node - s).abs()).fold(f64::INFINITY, f64::min);
         let reach = AT_NODE * self.length / self.parent.elements() as f64;
@@ -53,8 +66,15 @@ impl HeldSearch<'_> {
                 at.point && inside || !at.point && at.status != Status::Open && alone
             })
         };
-        let moves = largest > SETTINGS.placed * self.length || self.candidates.iter().any(differs);
-        moves.then_some((patches, largest))
+        let extrapolated = course.placements > 2 && course.ends.iter().any(|end| end.before.is_some());
+        let small = largest < ROUNDED * self.length && largest > 0.5 * course.distance * self.length;
+        let rounds = extrapolated && small;
+        let misplaced = largest > SETTINGS.placed * self.length && !rounds;
+        let moves = misplaced || self.candidates.iter().any(differs);
+        if rounds && !moves {
+            self.found.error = self.found.error.max(largest / self.length);
+        }
+        moves.then_some(Misplaced { patches, distance: largest, ends })
     }
 
     /// The contacts, in order of obstacle and arc length. Neighbouring stations in contact are one segment; the gap
@@ -112,10 +132,10 @@ impl HeldSearch<'_> {
         patches.into_iter().map(resolved).collect()
     }
 
-    /// Moves the ends of contact segments to the places at which the relative curvature vanishes. Returns the largest
-    /// motion, m.
-    fn move_ends(&self, rod: &Rod, patches: &mut [Patch]) -> f64 {
-        let mut largest = 0.0_f64;
+    /// Moves the ends of contact segments towards the places at which the relative curvature vanishes, extrapolated from
+    /// the placements `before`. Returns the largest distance of an end from a node, m, and the ends.
+    fn move_ends(&self, rod: &Rod, patches: &mut [Patch], before: &[End]) -> (f64, Vec<End>) {
+        let (mut largest, mut ends) = (0.0_f64, Vec::new());
         let element = self.length / self.parent.elements() as f64;
         let inside = |s: f64| s > SAME * self.length && s < self.length * (1.0 - SAME);
         for patch in patches.iter_mut().filter(|patch| patch.to > patch.from) {
@@ -132,11 +152,17 @@ impl HeldSearch<'_> {
                 // The relative curvature increases beyond the end; otherwise the end moves by the largest step.
                 let by = if slope * outward > 0.0 { -bend / slope } else { outward * -bend.signum() * f64::INFINITY };
                 let by = by.clamp(-longest, longest);
+                let next = End::after(before, (obstacle, outward, end + by), longest);
                 // A node that is at the end already may bear no force, so that the contact seems to end before it.
-                let ends = self.candidates.iter().filter(|at| at.obstacle == obstacle && at.x.fract() == 0.0);
-                let placed = ends.map(|at| (at.arc_length - end - by).abs()).fold(by.abs(), f64::min);
-                largest = largest.max(placed);
-                if outward < 0.0 { patch.from += by } else { patch.to += by }
+                let nodes = self.candidates.iter().filter(|at| at.obstacle == obstacle && at.x.fract() == 0.0);
+                let apart = (next.node - end).abs();
+                largest = largest.max(nodes.map(|at| (at.arc_length - next.node).abs()).fold(apart, f64::min));
+                if outward < 0.0 {
+                    patch.from = next.node
+                } else {
+                    patch.to = next.node
+                }
+                ends.push(next);
             }
             patch.to = patch.to.min(self.length);
             patch.from = patch.from.max(0.0);
@@ -145,7 +171,7 @@ impl HeldSearch<'_> {
                 (patch.from, patch.to) = (middle, middle);
             }
         }
-        largest
+        (largest, ends)
     }
 
     /// Second derivative of the gap along the rod at an arc length (m), 1/m, from the couple at the place.

@@ -157,8 +157,9 @@ impl Reduced<'_> {
         contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
     }
 
-    /// The first Newton step, with the laws linear at the start of the step of the rod. If the forces remain constant,
-    /// a rod that is almost unstable moves far, and the laws at the place that it reaches lead to remote solutions.
+    /// The first Newton step, with the laws linearised at the start of the step of the rod. An ordinary step would
+    /// linearise them at the place that the rod reaches with constant forces, which is far for an almost unstable rod.
+    /// `None` if the step is not finite.
     pub fn first_step(&self, contacts: &[Contact], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let displacements = self.coordinates(contacts) - &self.start;
         let linear = |contact: &Contact| {
@@ -194,6 +195,12 @@ impl Reduced<'_> {
         let (tangent_force, tangent_shift) =
             if contact.range.is_some() { by(3) } else { (Matrix3::zeros(), Vector3::zeros()) };
         Coupling { place_force, place_shift, tangent_force, tangent_shift }
+    }
+
+    /// The displacement of the place of a contact per force of another one.
+    pub(super) fn displacement(&self, contact: &Contact, other: &Contact) -> Matrix3<f64> {
+        let Coupling { place_force, tangent_force, .. } = self.coupling(contact, other);
+        place_force + tangent_force * contact.shift
     }
 
     /// One Newton step: changes of the force and of the shift of every contact.

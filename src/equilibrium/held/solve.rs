@@ -1,6 +1,7 @@
 //! Solution of the contact problem of the linear rod.
 //!
-//! A semismooth Newton method with a line search solves the laws of all contacts together.
+//! A semismooth Newton method with a line search solves the laws of all contacts together. If it does not converge, it
+//! is repeated from the normal forces that an active set determines ([`super::press`]).
 
 use nalgebra::Vector3;
 
@@ -10,6 +11,12 @@ use super::reduced::{Contact, Evaluated, Reduced};
 /// Number of Newton iterations, and of fractions of a step that are tried in each.
 const ITERATIONS: usize = 40;
 const FRACTIONS: usize = 4;
+/// The iteration ends unless the squared residual decreases by the factor (second) within this number of iterations
+/// (first), which include those that increase the proximal compliance. Without this limit the same of 3000 random
+/// scenes were solved, in 1.2 times the time.
+const PROGRESS: (usize, f64) = (8, 0.25);
+/// Largest number of times that the normal forces are determined before Newton's method begins again.
+const PRESSES: usize = 2;
 /// Largest number of steps in which an open contact moves to its place of least gap.
 const FOLLOWINGS: usize = 4;
 /// Residual of the laws at which the iteration ends, relative to the largest force.
@@ -56,25 +63,19 @@ impl Reduced<'_> {
         }
     }
 
-    /// Solves for the forces and displacements of the contacts. Their present values are the initial guess. If it is
-    /// not `near` the solution, the first step is linear at the start of the step of the rod. Returns whether the laws
-    /// are satisfied. If they are not, the contacts are unchanged.
+    /// Solves for the forces and displacements of the contacts, with their present values as initial guess. Unless it is
+    /// `near` the solution, the first step linearises the laws at the start of the step of the rod. Returns whether the
+    /// laws are satisfied, at least to [`USEFUL`]. If they are not, the contacts are unchanged.
     pub fn solve(&self, contacts: &mut Vec<Contact>, near: bool) -> bool {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
         let rigid = contacts.iter().any(|contact| contact.rigid > 0.0);
         let scales: &[bool] = if rigid { &[true, false] } else { &[true] };
-        // The step that is linear at the start finds near solutions. It ignores the places that a guess reaches.
-        let first_steps: &[bool] = if near { &[false] } else { &[true, false] };
         for &with_rigid in scales {
             let mut scaled = contacts.clone();
             self.scale(&mut scaled, with_rigid);
             let mut useful = None;
-            for &linear_at_start in first_steps {
-                let mut trial = scaled.clone();
-                if linear_at_start {
-                    let Some(steps) = self.first_step(&trial, PROXIMAL.0) else { continue };
-                    trial = Self::moved(&trial, &steps, 1.0);
-                }
+            for pressed in [false, true] {
+                let Some(mut trial) = self.initial(&scaled, near, pressed) else { continue };
                 match self.newton(&mut trial) {
                     Outcome::Solved => {
                         *contacts = trial;
@@ -90,6 +91,22 @@ impl Reduced<'_> {
             }
         }
         false
+    }
+
+    /// The contacts at which Newton's iteration begins. `None` if the first step is not finite, or if the active set has
+    /// no solution and the present contacts have been tried.
+    fn initial(&self, contacts: &[Contact], near: bool, pressed: bool) -> Option<Vec<Contact>> {
+        if pressed {
+            let mut pressed = contacts.to_vec();
+            // The second time, the normals are those at the places to which the first forces lead.
+            let presses = (0..PRESSES).take_while(|_| self.press(&mut pressed)).count();
+            return (presses > 0 || !near).then_some(pressed);
+        }
+        // The linear step would ignore the place that a near guess reaches.
+        if near {
+            return Some(contacts.to_vec());
+        }
+        Some(Self::moved(contacts, &self.first_step(contacts, PROXIMAL.0)?, 1.0))
     }
 
     /// The largest force, N.
@@ -145,11 +162,16 @@ impl Reduced<'_> {
         let mut all = self.follow(contacts);
         let mut merit = Self::merit(contacts, &all);
         let (mut extra, mut stalls) = (0.0_f64, 0);
+        let mut merits = Vec::with_capacity(ITERATIONS);
         for _ in 0..ITERATIONS {
             let (largest, size) = (self.largest(contacts), merit.sqrt());
             if self.relative(contacts, &all) <= SOLVED {
                 self.polish(contacts, all);
                 return Outcome::Solved;
+            }
+            merits.push(merit);
+            if merits.iter().rev().nth(PROGRESS.0).is_some_and(|before| merit > PROGRESS.1 * before) {
+                break;
             }
             let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL.0).max(extra);
             let Some(steps) = self.step(contacts, &all, proximal) else { return Outcome::Failed };

@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::candidate::Candidate;
+use super::ends::End;
 use super::line::Line;
 use super::linear::Linear;
 use super::reduced::Contact;
@@ -43,8 +44,10 @@ pub(super) struct Course {
     /// Number of times that nodes have moved to the contacts, and the shape before the last time.
     pub placements: usize,
     pub answer: Option<Snapshot>,
-    /// Largest distance by which nodes moved then, relative to the length.
+    /// Largest distance by which nodes moved then, relative to the length; infinite before.
     pub distance: f64,
+    /// The ends of contact segments in the last placement of nodes.
+    pub ends: Vec<End>,
 }
 
 impl Course {

@@ -152,10 +152,10 @@ fn contact_that_bears_almost_no_force_is_solved_to_the_rounding_of_its_place() {
 }
 
 #[test]
-fn most_problems_of_many_close_stations_are_solved_to_rounding() {
-    // Stations along a clamped beam of unit length and stiffness have the compliance s² (3 t − s)/6 for s ≤ t, without
-    // friction. Its condition number is 1e10, and the gaps are those to a wavy obstacle.
-    let (count, mut solved) = (30, 0);
+fn problems_of_many_close_stations_are_solved_to_rounding() {
+    // Stations along a beam of unit length and stiffness, on a hinge of the compliance 1e3, have the compliance
+    // s² (3 t − s)/6 + 1e3 s t for s ≤ t, without friction. The gaps are those to a wavy obstacle.
+    let count = 30;
     let places: Vec<f64> = (1..=count).map(|i| 0.4 + 0.02 * i as f64).collect();
     let mut compliance = DMatrix::zeros(3 * count, 3 * count);
     for i in 0..count {
@@ -175,11 +175,7 @@ fn most_problems_of_many_close_stations_are_solved_to_rounding() {
         let at_rest = (Vector3::zeros(), Vector3::zeros());
         let each = (0..count).map(|i| Contact { clearance: 0.0, anchor: at_rest, ..contact(3 * i, 0.0, None) });
         let mut contacts: Vec<Contact> = each.collect();
-        // The search for the shape takes a smaller share of the step where the contact problem is not solved.
-        if !problem.solve(&mut contacts, false) {
-            continue;
-        }
-        solved += 1;
+        assert!(problem.solve(&mut contacts, false), "{phase}");
         let coordinates = problem.coordinates(&contacts);
         for point in &contacts {
             let gap = coordinates[point.first + 2];
@@ -188,7 +184,6 @@ fn most_problems_of_many_close_stations_are_solved_to_rounding() {
             assert!(!touches || gap <= 1e-13, "{phase}: {gap:e}");
         }
     }
-    assert!(solved >= 17, "{solved} of 20 phases");
 }
 
 #[test]
@@ -201,11 +196,13 @@ fn first_step_solves_laws_that_are_linear_at_the_start_of_the_step() {
     let start = DVector::from_vec(vec![0.0, 0.0, -1e-3, 1.0, 0.0, 0.0]);
     let problem = Reduced { surfaces: &Floor, compliance: &compliance, free, start, scale: 0.0 };
     let at_rest = (Vector3::zeros(), Vector3::zeros());
-    let mut point = Contact { clearance: 0.0, anchor: at_rest, ..contact(0, 0.0, Some([-1.0, 1.0])) };
+    // With this force the point would be open at the place that the rod reaches with it.
+    let lifted = Contact { force: Vector3::z(), k: 3.0, ..contact(0, 0.0, Some([-1.0, 1.0])) };
+    let mut point = Contact { clearance: 0.0, anchor: at_rest, ..lifted };
     for curve in [2.0, 5.0] {
         (point.curve, point.bend) = (curve, Vector3::z() * curve);
         let steps = problem.first_step(&[point], 0.0).unwrap();
-        assert_relative_eq!(steps[0].0, Vector3::z() * (depth / a), max_relative = 1e-12);
-        assert_relative_eq!(steps[0].1, -slope / curve, max_relative = 1e-12);
+        assert_relative_eq!(steps[0].0, Vector3::z() * (depth / a - 1.0), max_relative = 1e-12);
+        assert_relative_eq!(steps[0].1, -slope / (curve + a), max_relative = 1e-12);
     }
 }
