@@ -132,8 +132,8 @@ impl HeldSearch<'_> {
         patches.into_iter().map(resolved).collect()
     }
 
-    /// Moves the ends of contact segments towards the places at which the relative curvature vanishes, extrapolated from
-    /// the placements `before`. Returns the largest distance of an end from a node, m, and the ends.
+    /// Moves the ends of contact segments towards the places at which the relative curvature vanishes, extrapolated
+    /// from the placements `before`. Returns the largest distance of an end from a node, m, and the ends.
     fn move_ends(&self, rod: &Rod, patches: &mut [Patch], before: &[End]) -> (f64, Vec<End>) {
         let (mut largest, mut ends) = (0.0_f64, Vec::new());
         let element = self.length / self.parent.elements() as f64;

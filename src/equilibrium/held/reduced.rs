@@ -197,12 +197,6 @@ impl Reduced<'_> {
         Coupling { place_force, place_shift, tangent_force, tangent_shift }
     }
 
-    /// The displacement of the place of a contact per force of another one.
-    pub(super) fn displacement(&self, contact: &Contact, other: &Contact) -> Matrix3<f64> {
-        let Coupling { place_force, tangent_force, .. } = self.coupling(contact, other);
-        place_force + tangent_force * contact.shift
-    }
-
     /// One Newton step: changes of the force and of the shift of every contact.
     pub fn step(&self, contacts: &[Contact], all: &[Evaluated], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let zero = Vector3::zeros();

@@ -14,7 +14,7 @@ const FRACTIONS: usize = 4;
 /// The iteration ends unless the squared residual decreases by the factor (second) within this number of iterations
 /// (first), which include those that increase the proximal compliance. Without this limit the same of 3000 random
 /// scenes were solved, in 1.2 times the time.
-const PROGRESS: (usize, f64) = (8, 0.25);
+const PROGRESS: (usize, f64) = (8, 0.5);
 /// Largest number of times that the normal forces are determined before Newton's method begins again.
 const PRESSES: usize = 2;
 /// Largest number of steps in which an open contact moves to its place of least gap.
