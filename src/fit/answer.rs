@@ -5,8 +5,7 @@ use nalgebra::DVector;
 use super::confidence::{Linear, Singular, uncertain};
 use super::estimate::{Estimate, Estimates, Input, Verdict, WeakDirection, deviation};
 use super::noise::Noise;
-use super::problem::Problem;
-use super::search::{Outcome, Reached};
+use super::problem::{Point, Problem};
 use super::warning::warnings;
 use super::{FitError, Parameter, Warning};
 
@@ -17,17 +16,17 @@ const NAMED: f64 = 0.1;
 /// all searches.
 pub(super) fn estimates(
     problem: &Problem,
-    reached: &Reached,
+    reached: &Point,
     objectives: Vec<f64>,
     widest: f64,
 ) -> Result<Estimates, FitError> {
     // Parameters at a bound are fixed there, and have no standard error.
     let is_inner = |i: &usize| {
-        let ([low, high], x) = (problem.limits(*i), reached.point.x[*i]);
+        let ([low, high], x) = (problem.limits(*i), reached.x[*i]);
         low < x && x < high
     };
     let free: Vec<usize> = (0..problem.free.len()).filter(is_inner).map(|i| problem.free[i]).collect();
-    let problem = Problem { free, values: problem.values_at(&reached.point.x), ..problem.clone() };
+    let problem = Problem { free, values: problem.values_at(&reached.x), ..problem.clone() };
     let point = problem.at(problem.coordinates())?;
     let jacobian = problem.jacobian(&point)?;
     let slopes: Vec<_> = problem.priors(&point.x).map(|(i, [_, slope])| (i, slope)).collect();
@@ -45,7 +44,7 @@ pub(super) fn estimates(
         parameters: parameter_estimates(&problem, &linear, bounds),
         weak: weak_directions(&problem, &linear, bounds),
         warnings: Vec::new(),
-        chi_squared: 2.0 * reached.point.objective,
+        chi_squared: 2.0 * reached.objective,
         degrees_of_freedom: point.residuals.len().saturating_sub(problem.free.len()),
         noise: problem.noise.clone(),
         lag_one: noise.lag_one(),
@@ -55,9 +54,6 @@ pub(super) fn estimates(
         input: Input { family: problem.parameters.to_vec(), data: problem.data.to_vec(), loss: problem.loss },
         linear,
     };
-    if let Outcome::Unfinished = reached.outcome {
-        estimates.warnings.push(Warning::NotConverged { iterations: reached.iterations });
-    }
     estimates.warnings.extend(warnings(problem.data, problem.loss, &residuals, &noise));
     let at_bound = estimates.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
     estimates.warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));

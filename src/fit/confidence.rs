@@ -36,10 +36,6 @@ impl Singular {
     /// does not converge, no combination has a known effect.
     pub fn of(jacobian: &DMatrix<f64>, priors: &[(usize, f64)]) -> Self {
         let n = jacobian.ncols();
-        let unknown = |norms| Self { values: DVector::zeros(n), norms, vectors: DMatrix::identity(n, n) };
-        if n == 0 {
-            return unknown(DVector::zeros(0));
-        }
         let mut rows = jacobian.clone().resize_vertically((jacobian.nrows() + priors.len()).max(n), 0.0);
         for (row, (i, slope)) in priors.iter().enumerate() {
             rows[(jacobian.nrows() + row, *i)] = *slope;
@@ -49,12 +45,11 @@ impl Singular {
         for i in 0..n {
             rows.column_mut(i).unscale_mut(norms[i]);
         }
-        // The triangular factor is small and has the same singular values.
-        let svd = rows.qr().r().try_svd(false, true, f64::EPSILON, 0);
-        match svd.and_then(|svd| Some((svd.v_t?.transpose(), svd.singular_values))) {
-            Some((vectors, values)) => Self { values, norms, vectors },
-            None => unknown(norms),
-        }
+        // The triangular factor is small and has the same singular values. nalgebra does not decompose an empty matrix.
+        let svd = if n > 0 { rows.qr().r().try_svd(false, true, f64::EPSILON, 0) } else { None };
+        let known = svd.and_then(|svd| Some((svd.singular_values, svd.v_t?.transpose())));
+        let (values, vectors) = known.unwrap_or_else(|| (DVector::zeros(n), DMatrix::identity(n, n)));
+        Self { values, norms, vectors }
     }
 
     /// Whether combination `j` has no effect on the data.

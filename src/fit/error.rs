@@ -122,11 +122,15 @@ pub enum FitError {
 
 debug_by_display!(FitError);
 
-/// Text of the first of some conditions that is true.
-pub(super) fn first_problem(conditions: &[(bool, &'static str)]) -> Option<&'static str> {
-    conditions.iter().find(|(is_true, _)| *is_true).map(|(_, problem)| *problem)
+/// Returns the error with the text of the first of some conditions that is true.
+pub(super) fn refuse(
+    conditions: &[(bool, &'static str)],
+    error: impl Fn(&'static str) -> FitError,
+) -> Result<(), FitError> {
+    conditions.iter().find(|(is_true, _)| *is_true).map_or(Ok(()), |(_, problem)| Err(error(problem)))
 }
 
+/// Names and values of parameters as text.
 fn describe(values: &[(String, f64)]) -> String {
     values.iter().map(|(name, value)| format!("{name} = {:.7}", Number(*value))).collect::<Vec<_>>().join(", ")
 }

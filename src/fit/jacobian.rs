@@ -124,7 +124,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::fit::residuals::{Output, Row, Steps};
+    use crate::fit::residuals::Row;
     use crate::fit::{Loss, Parameter, Series};
     use crate::integrator::Grid;
 
@@ -133,10 +133,10 @@ mod tests {
     fn column_of_rounding_is_zero() {
         let parameters = ["a", "b"].map(|name| Parameter::positive(name, [0.1, 10.0]));
         let data = [Series::tips(vec![1.0], &[Vector3::x()])];
-        let run = |values: &[f64], _: f64, _: Steps| {
+        let run = |values: &[f64], _: f64, _: Option<&Grid>| {
             let residual = values[0].ln().sin() + 1e-14 * (1e6 * values[1].ln()).sin();
             let rows = (0..3).map(|coordinate| Row { series: 0, coordinate, time: 1.0 });
-            Ok(Output { residuals: rows.map(|row| (row, residual)).collect(), grid: Grid::default() })
+            Ok((rows.map(|row| (row, residual)).collect(), Grid::default()))
         };
         let problem = Problem {
             parameters: &parameters,

@@ -42,13 +42,8 @@ impl Noise {
     /// `inverse` is (JᵀJ)⁻¹.
     pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let count = rows.iter().map(|row| row.series + 1).max().unwrap_or(0);
-        let indices = |series| (0..rows.len()).filter(|i| rows[*i].series == series).collect::<Vec<_>>();
-        let of = |indices: Vec<usize>| {
-            let rows: Vec<Row> = indices.iter().map(|i| rows[*i]).collect();
-            let (residuals, jacobian) = (residuals.select_rows(&indices), jacobian.select_rows(&indices));
-            SeriesNoise::of(&residuals, (indices, Chains::new(&rows)), &jacobian, inverse)
-        };
-        Self((0..count).map(indices).filter(|indices| !indices.is_empty()).map(of).collect())
+        let of = |series| SeriesNoise::of(series, (residuals, rows), jacobian, inverse);
+        Self((0..count).map(of).collect())
     }
 
     /// Covariance Jᵀ S J of the sums Jᵀ r of residuals r whose covariance S is that of the noise. White noise is added
@@ -88,11 +83,14 @@ impl SeriesNoise {
     /// A fit absorbs tr[(JᵀJ)⁻¹ Jᵀ R J] of the n squares. This number exceeds that of the parameters if the noise is as
     /// slow as the columns of J. The products of successive residuals are reduced by the same part.
     fn of(
-        residuals: &DVector<f64>,
-        (indices, chains): (Vec<usize>, Chains),
+        series: usize,
+        (residuals, rows): (&DVector<f64>, &[Row]),
         jacobian: &DMatrix<f64>,
         inverse: &DMatrix<f64>,
     ) -> Self {
+        let indices: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].series == series).collect();
+        let chains = Chains::new(&indices.iter().map(|i| rows[*i]).collect::<Vec<_>>());
+        let (residuals, jacobian) = (&residuals.select_rows(&indices), &jacobian.select_rows(&indices));
         let n = residuals.len() as f64;
         // Twice the standard error of a correlation of white noise.
         let uncertainty = 2.0 / n.sqrt();
@@ -129,14 +127,14 @@ struct Chains {
 impl Chains {
     fn new(rows: &[Row]) -> Self {
         let mut last = BTreeMap::new();
-        let previous: Vec<Option<usize>> =
-            rows.iter().enumerate().map(|(i, row)| last.insert(row.coordinate, i)).collect();
-        let gap = |(i, before): (usize, &Option<usize>)| before.map(|before| rows[i].time - rows[before].time);
-        let typical = median(previous.iter().enumerate().filter_map(gap).collect());
-        let relative = |(i, before): (usize, &Option<usize>)| {
-            before.map(|before| (before, (rows[i].time - rows[before].time) / typical))
+        let mut before = |(i, row): (usize, &Row)| {
+            let before = last.insert(row.coordinate, i)?;
+            Some((before, row.time - rows[before].time))
         };
-        Self { previous: previous.iter().enumerate().map(relative).collect() }
+        let mut previous: Vec<Option<(usize, f64)>> = rows.iter().enumerate().map(&mut before).collect();
+        let typical = median(previous.iter().flatten().map(|(_, gap)| *gap).collect());
+        previous.iter_mut().flatten().for_each(|(_, gap)| *gap /= typical);
+        Self { previous }
     }
 
     /// Correlation of values that are `lag` frames apart.

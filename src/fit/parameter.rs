@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::error::{FitError, first_problem};
+use super::error::{FitError, refuse};
 use super::series::Series;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -120,21 +120,29 @@ impl Parameter {
         };
         let is_finite = [low, high, self.start].iter().all(|x| x.abs() <= LARGEST);
         let is_apart = high - low > CLOSEST * low.abs().max(high.abs());
-        let problem = first_problem(&[
+        let wrong_prior = "has a prior without a finite centre and a positive standard deviation";
+        let conditions = [
             (!is_finite, "has an initial value or a bound that is not finite or beyond 1e100"),
             (self.name.is_empty(), "has an empty name"),
             (low > high, "has a lower bound above its upper bound"),
             (is_free && !is_apart, "has bounds that are almost equal: fix it"),
             (self.logarithmic && !(low > 0.0), "has a bound that is not positive, though its scale is logarithmic"),
             (!(self.start >= low && self.start <= high), "has an initial value outside its bounds"),
-            (
-                !self.prior.is_none_or(is_normal),
-                "has a prior without a finite centre and a positive standard deviation",
-            ),
+            (!self.prior.is_none_or(is_normal), wrong_prior),
             (is_free && self.has_exact_prior(), "has a prior that is almost exact: fix it"),
-        ]);
-        problem.map_or(Ok(()), |problem| Err(FitError::Parameter { name: self.name.clone(), problem }))
+        ];
+        refuse(&conditions, |problem| FitError::Parameter { name: self.name.clone(), problem })
     }
+}
+
+/// Initial values of parameters.
+pub(super) fn initial_values(parameters: &[Parameter]) -> Vec<f64> {
+    parameters.iter().map(|parameter| parameter.start).collect()
+}
+
+/// Indices of the parameters without a known value.
+pub(super) fn free(parameters: &[Parameter]) -> Vec<usize> {
+    (0..parameters.len()).filter(|k| !parameters[*k].is_fixed()).collect()
 }
 
 /// A family of shoots: parameters, and a function from their values to a shoot at its start.
@@ -161,11 +169,6 @@ impl<F> Family<F> {
         self.parameters.iter().zip(values).map(|(parameter, value)| (parameter.name.clone(), *value)).collect()
     }
 
-    /// Initial values of all parameters.
-    pub(super) fn initial_values(&self) -> Vec<f64> {
-        self.parameters.iter().map(|parameter| parameter.start).collect()
-    }
-
     /// Shoot with the given values of all parameters.
     pub(super) fn shoot<M: Model, E: Display>(&self, values: &[f64]) -> Result<Shoot<M>, FitError>
     where
@@ -179,10 +182,9 @@ impl<F> Family<F> {
     pub(super) fn check(&self, data: &[Series]) -> Result<(), FitError> {
         for (index, parameter) in self.parameters.iter().enumerate() {
             parameter.check()?;
-            if self.index(&parameter.name) != Some(index) {
-                let problem = "has the name of an earlier parameter";
-                return Err(FitError::Parameter { name: parameter.name.clone(), problem });
-            }
+            let is_repeated = self.index(&parameter.name) != Some(index);
+            let of = |problem| FitError::Parameter { name: parameter.name.clone(), problem };
+            refuse(&[(is_repeated, "has the name of an earlier parameter")], of)?;
         }
         for (series, data) in data.iter().enumerate() {
             for name in data.scale.iter().chain(data.offset.iter().flatten()) {

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use super::residuals::{Output, Row, Steps, simulate};
+use super::parameter::free;
+use super::residuals::{Output, Row, simulate};
 use super::series::Series;
 use super::{Family, Fit, FitError, Loss, Parameter};
 use crate::integrator::Grid;
@@ -17,8 +18,8 @@ use crate::tracking::{robust_deviation, root_mean_square};
 /// coordinates is 2 %.
 const NOISE_ACCURACY: f64 = 0.01;
 
-/// Residuals (m, or rad) of a run with the values of all parameters, up to a time (s).
-pub(super) type Run<'a> = dyn Fn(&[f64], f64, Steps) -> Result<Output, FitError> + Send + Sync + 'a;
+/// Residuals of a run with the values of all parameters, up to a time (s), that follows a grid or records one.
+pub(super) type Run<'a> = dyn Fn(&[f64], f64, Option<&Grid>) -> Result<Output, FitError> + Send + Sync + 'a;
 
 /// Residuals of the data up to a time, as functions of the coordinates of the free parameters.
 #[derive(Clone)]
@@ -67,11 +68,11 @@ impl Fit {
             data,
             loss: self.loss,
             values,
-            free: (0..parameters.len()).filter(|k| !parameters[*k].is_fixed()).collect(),
+            free: free(parameters),
             noise: data.iter().map(|series| series.noise.unwrap_or_else(|| series.scatter())).collect(),
             until: f64::INFINITY,
             threads: self.threads,
-            run: Arc::new(move |values, until, steps| simulate(family, data, step, (values, until), steps)),
+            run: Arc::new(move |values, until, grid| simulate(family, data, step, (values, until), grid)),
         }
     }
 }
@@ -105,23 +106,24 @@ impl Problem<'_> {
 
     /// Residuals at free coordinates, on a new grid. The error is that of the family or of the run.
     pub fn at(&self, x: DVector<f64>) -> Result<Point, FitError> {
-        let output = (self.run)(&self.values_at(&x), self.until, Steps::Record)?;
-        let residuals = self.over_noise(&output);
+        let (residuals, grid) = (self.run)(&self.values_at(&x), self.until, None)?;
+        let rows = residuals.iter().map(|(row, _)| *row).collect();
+        let residuals = self.over_noise(&residuals);
         let data: f64 = residuals.iter().map(|r| self.loss.value(*r)).sum();
         let objective = data + self.priors(&x).map(|(_, [r, _])| 0.5 * r * r).sum::<f64>();
-        let rows = output.residuals.into_iter().map(|(row, _)| row).collect();
-        Ok(Point { x, residuals, rows, objective, grid: output.grid })
+        Ok(Point { x, residuals, rows, objective, grid })
     }
 
     /// Residuals over the noise with other free coordinates, on the grid of the run at a point.
     pub fn near(&self, point: &Point, x: &DVector<f64>) -> Result<DVector<f64>, FitError> {
-        Ok(self.over_noise(&(self.run)(&self.values_at(x), self.until, Steps::Follow(&point.grid))?))
+        let (residuals, _) = (self.run)(&self.values_at(x), self.until, Some(&point.grid))?;
+        Ok(self.over_noise(&residuals))
     }
 
     /// Residuals of a run (m, or rad) over the noise of their series.
-    fn over_noise(&self, output: &Output) -> DVector<f64> {
-        let scaled = output.residuals.iter().map(|(row, residual)| residual / self.noise[row.series]);
-        DVector::from_iterator(output.residuals.len(), scaled)
+    fn over_noise(&self, residuals: &[(Row, f64)]) -> DVector<f64> {
+        let scaled = residuals.iter().map(|(row, residual)| residual / self.noise[row.series]);
+        DVector::from_iterator(residuals.len(), scaled)
     }
 
     /// Estimates the noise of each series for which it is not given from the residuals at a point. Returns whether a

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::Loss;
 use super::noise::Noise;
 use super::residuals::Row;
-use super::series::{Kind, Series};
+use super::series::{Series, span};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
@@ -183,7 +183,7 @@ pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Row, f64)], noise: &
 /// Warnings about frames whose times are, up to rounding, those of a discontinuity of the laws. The shoot is at its
 /// start.
 pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Warning>, ParameterError> {
-    let last = data.iter().filter_map(|series| series.times.last()).copied().fold(f64::NEG_INFINITY, f64::max);
+    let [_, last] = span(data);
     let mut frames = vec![Vec::new(); data.len()];
     let mut time = next_discontinuity(shoot.model(), before(shoot.time()))?;
     while time <= last {
@@ -223,7 +223,7 @@ fn of_residuals(series: usize, data: &Series, loss: Loss, residuals: &[f64]) -> 
 /// An error δ of a time displaces the tip by its velocity times δ. The velocity is that of the simulated tip.
 fn uncertainty_of_times(series: &Series, residuals: &[f64]) -> Option<f64> {
     let (count, d) = (series.times.len(), series.dimension());
-    if series.kind == Kind::Angle || count < FEW {
+    if series.is_angle || count < FEW {
         return None;
     }
     let simulated = |frame: usize, k: usize| series.last_point(frame)[k] + residuals[frame * d + k];
