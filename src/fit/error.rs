@@ -60,8 +60,9 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Length of the shoot at the initial values, times the largest norm of a row of the view, m: at the start of
-        /// the shoot, or at the end of the data.
+        /// Extent of the shoot at the initial values, m: its length times the largest norm of a row of the view for data
+        /// that are too large; for data that are too small the distance of the image of the tip from the base, or the
+        /// length at the end of the data in space.
         modelled: f64,
     },
     /// A parameter is invalid.

@@ -202,7 +202,7 @@ impl Estimates {
             let parameter = &self.input.family[*k];
             let at = |change: f64| {
                 let mut values = values.clone();
-                values[*k] = parameter.value(parameter.coordinate(values[*k]) + change);
+                values[*k] = parameter.value(parameter.unknown(values[*k]) + change);
                 function(&values)
             };
             (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)

@@ -13,7 +13,7 @@ const CLOSEST: f64 = 1e-4;
 /// Largest absolute value. Squares and products of bounds are finite.
 const LARGEST: f64 = 1e100;
 
-/// Smallest standard deviation of a prior, relative to the coordinate, whose rounding then is 1e-4 of it.
+/// Smallest standard deviation of a prior, relative to the unknown, whose rounding then is 1e-4 of it.
 const NARROWEST: f64 = 1e-12;
 
 /// A parameter of a family of shoots: its name, initial value, bounds and prior.
@@ -71,52 +71,46 @@ impl Parameter {
         self.bounds[0] == self.bounds[1]
     }
 
-    /// Coordinate of a value in a search: ln value, or the value over the distance of the bounds.
-    pub(super) fn coordinate(&self, value: f64) -> f64 {
+    /// Unknown of a search for a value of the parameter: ln value, or the value over the distance of the bounds.
+    pub(super) fn unknown(&self, value: f64) -> f64 {
         if self.logarithmic { value.ln() } else { value / self.unit() }
     }
 
-    /// Value at a coordinate.
-    pub(super) fn value(&self, coordinate: f64) -> f64 {
-        if self.logarithmic { coordinate.exp() } else { coordinate * self.unit() }
+    /// Value of the parameter for its unknown.
+    pub(super) fn value(&self, unknown: f64) -> f64 {
+        if self.logarithmic { unknown.exp() } else { unknown * self.unit() }
     }
 
-    /// Derivative of the value with respect to the coordinate, at a value.
-    pub(super) fn slope(&self, value: f64) -> f64 {
-        if self.logarithmic { value } else { self.unit() }
-    }
-
-    /// Bounds as coordinates.
+    /// Bounds of the unknown.
     pub(super) fn limits(&self) -> [f64; 2] {
-        self.bounds.map(|bound| self.coordinate(bound))
+        self.bounds.map(|bound| self.unknown(bound))
     }
 
-    /// Residual of the prior at a coordinate, and its derivative: the difference from the centre over the standard
+    /// Residual of the prior for an unknown, and its derivative: the difference from the centre over the standard
     /// deviation, and the inverse of the latter. `None` without a prior.
-    pub(super) fn prior_residual(&self, coordinate: f64) -> Option<[f64; 2]> {
+    pub(super) fn prior_residual(&self, unknown: f64) -> Option<[f64; 2]> {
         let [centre, deviation] = self.prior?;
-        let deviation = if self.logarithmic { deviation } else { deviation / self.unit() };
-        Some([(coordinate - self.coordinate(centre)) / deviation, 1.0 / deviation])
+        let deviation = deviation / self.unit();
+        Some([(unknown - self.unknown(centre)) / deviation, 1.0 / deviation])
     }
 
-    /// Whether rounding of the coordinate changes the residual of the prior.
+    /// Whether rounding of the unknown changes the residual of the prior.
     fn has_exact_prior(&self) -> bool {
         let largest = self.limits().iter().fold(1.0_f64, |largest, x| largest.max(x.abs()));
         self.prior_residual(0.0).is_some_and(|[_, slope]| slope * NARROWEST * largest > 1.0)
     }
 
-    /// Value of a unit of the coordinate of a linear parameter: the distance of the bounds, or one for a fixed
-    /// parameter.
-    fn unit(&self) -> f64 {
-        let width = self.bounds[1] - self.bounds[0];
-        if width > 0.0 { width } else { 1.0 }
+    /// Error of the estimate for a unit of error of the unknown: the distance of the bounds of a linear parameter, or one
+    /// for a fixed one. It is one for a logarithmic parameter, whose errors are relative.
+    pub(super) fn unit(&self) -> f64 {
+        if self.logarithmic || self.is_fixed() { 1.0 } else { self.bounds[1] - self.bounds[0] }
     }
 
     /// Returns an error unless the initial value, the bounds and the prior are valid.
     pub(super) fn check(&self) -> Result<(), FitError> {
         let ([low, high], is_free) = (self.bounds, !self.is_fixed());
         let is_normal = |[centre, deviation]: [f64; 2]| {
-            deviation > 0.0 && deviation.is_finite() && self.coordinate(centre).is_finite()
+            deviation > 0.0 && deviation.is_finite() && self.unknown(centre).is_finite()
         };
         let is_finite = [low, high, self.start].iter().all(|x| x.abs() <= LARGEST);
         let is_apart = high - low > CLOSEST * low.abs().max(high.abs());

@@ -1,4 +1,4 @@
-//! Least-squares problem of a fit: residuals over the noise as functions of the free coordinates.
+//! Least-squares problem of a fit: residuals over the noise as functions of the unknowns.
 
 use std::fmt::Display;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ const NOISE_ACCURACY: f64 = 0.01;
 /// Residuals of a run with the values of all parameters, up to a time (s), that follows a grid or records one.
 pub(super) type Run<'a> = dyn Fn(&[f64], f64, Option<&Grid>) -> Result<Output, FitError> + Send + Sync + 'a;
 
-/// Residuals of the data up to a time, as functions of the coordinates of the free parameters.
+/// Residuals of the data up to a time, as functions of the unknowns of a search, one for each free parameter.
 #[derive(Clone)]
 pub(super) struct Problem<'a> {
     pub parameters: &'a [Parameter],
@@ -41,11 +41,11 @@ pub(super) struct Problem<'a> {
 
 /// Residuals at a point.
 pub(super) struct Point {
-    /// Free coordinates.
+    /// Unknowns.
     pub x: DVector<f64>,
     /// Simulated minus measured coordinates over the noise.
     pub residuals: DVector<f64>,
-    /// Series, coordinate and time of each residual.
+    /// Origin of each residual.
     pub rows: Vec<Row>,
     /// Sum of the losses of all residuals and of half the squares of the priors.
     pub objective: f64,
@@ -78,13 +78,13 @@ impl Fit {
 }
 
 impl Problem<'_> {
-    /// Free coordinates of the values in the problem.
-    pub fn coordinates(&self) -> DVector<f64> {
-        let coordinate = |k: &usize| self.parameters[*k].coordinate(self.values[*k]);
-        DVector::from_iterator(self.free.len(), self.free.iter().map(coordinate))
+    /// Unknowns of the values in the problem.
+    pub fn unknowns(&self) -> DVector<f64> {
+        let unknown = |k: &usize| self.parameters[*k].unknown(self.values[*k]);
+        DVector::from_iterator(self.free.len(), self.free.iter().map(unknown))
     }
 
-    /// Values of all parameters at free coordinates.
+    /// Values of all parameters for the unknowns `x`.
     pub fn values_at(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut values = self.values.clone();
         for (k, x) in self.free.iter().zip(x.iter()) {
@@ -93,18 +93,18 @@ impl Problem<'_> {
         values
     }
 
-    /// Bounds of free coordinate `i`.
+    /// Bounds of unknown `i`.
     pub fn limits(&self, i: usize) -> [f64; 2] {
         self.parameters[self.free[i]].limits()
     }
 
-    /// Indices of the free coordinates with a prior, each with the residual of the prior and its derivative.
+    /// Indices of the unknowns with a prior, each with the residual of the prior and its derivative.
     pub fn priors<'a>(&'a self, x: &'a DVector<f64>) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
         let residual = |(i, k): (usize, &usize)| Some((i, self.parameters[*k].prior_residual(x[i])?));
         self.free.iter().enumerate().filter_map(residual)
     }
 
-    /// Residuals at free coordinates, on a new grid. The error is that of the family or of the run.
+    /// Residuals for the unknowns `x`, on a new grid. The error is that of the family or of the run.
     pub fn at(&self, x: DVector<f64>) -> Result<Point, FitError> {
         let (residuals, grid) = (self.run)(&self.values_at(&x), self.until, None)?;
         let rows = residuals.iter().map(|(row, _)| *row).collect();
@@ -114,7 +114,7 @@ impl Problem<'_> {
         Ok(Point { x, residuals, rows, objective, grid })
     }
 
-    /// Residuals over the noise with other free coordinates, on the grid of the run at a point.
+    /// Residuals over the noise for the unknowns `x`, on the grid of the run at a point.
     pub fn near(&self, point: &Point, x: &DVector<f64>) -> Result<DVector<f64>, FitError> {
         let (residuals, _) = (self.run)(&self.values_at(x), self.until, Some(&point.grid))?;
         Ok(self.over_noise(&residuals))
@@ -133,7 +133,7 @@ impl Problem<'_> {
         // Part of the squares that the fit does not absorb.
         let share = 1.0 - self.free.len() as f64 / point.residuals.len() as f64;
         for (index, _) in self.data.iter().enumerate().filter(|(_, series)| series.noise.is_none()) {
-            let all = point.rows.iter().zip(point.residuals.iter());
+            let all = point.rows.iter().zip(&point.residuals);
             let residuals: Vec<f64> = all.filter(|(row, _)| row.series == index).map(|(_, r)| *r).collect();
             let deviation = match self.loss {
                 Loss::Squares => root_mean_square(&residuals),

@@ -34,13 +34,13 @@ const NODES: usize = 6;
 /// Shortest piece of a path over the time step. Shorter ones are rounding.
 const SHORTEST: f64 = 1e-3;
 
-/// Origin of a residual: the series, the coordinate and the time.
+/// Origin of a residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row {
     /// Index of the series.
     pub series: usize,
     /// Index of the residual in its frame.
-    pub coordinate: usize,
+    pub index: usize,
     /// Time of the frame, s.
     pub time: f64,
 }
@@ -82,8 +82,8 @@ pub(super) fn simulate<M: Model, E: Display>(
     let cameras: Vec<_> = data.iter().map(|series| Camera::of(series, family, values)).collect();
     let mut residuals = Vec::new();
     let mut add = |(series, frame): (usize, usize), of_frame: Vec<f64>| {
-        let row = |coordinate| Row { series, coordinate, time: data[series].times[frame] };
-        residuals.extend(of_frame.into_iter().enumerate().map(|(coordinate, r)| (row(coordinate), r)));
+        let row = |index| Row { series, index, time: data[series].times[frame] };
+        residuals.extend(of_frame.into_iter().enumerate().map(|(index, r)| (row(index), r)));
     };
     for (time, frame) in stops {
         integrator

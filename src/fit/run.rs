@@ -137,7 +137,7 @@ impl Fit {
 /// Search from a guess. The shoot at the guess, where a search in a part of the data has ended, may fail at a later
 /// time. Then the search begins at the initial values of the family.
 fn search_from(problem: &Problem, guess: &DVector<f64>, end: End) -> Result<Reached, FitError> {
-    search(problem, guess.clone(), end).or_else(|_| search(problem, problem.coordinates(), end))
+    search(problem, guess.clone(), end).or_else(|_| search(problem, problem.unknowns(), end))
 }
 
 /// Returns an error if a constant explains the data of a problem better than the best of the points that searches have
@@ -153,7 +153,7 @@ fn check_motion(problem: &Problem, reached: &[Point]) -> Result<(), FitError> {
     if is_known && ratio > 1.0 { Err(FitError::WorseThanConstant { searches, ratio }) } else { Ok(()) }
 }
 
-/// Free coordinates of the given initial values, and of `count` − 1 others that cover the space between the bounds
+/// Unknowns of the given initial values, and of `count` − 1 others that cover the space between the bounds
 /// evenly.
 fn initial_guesses(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
     let others = (1..count).map(|index| {
@@ -162,7 +162,7 @@ fn initial_guesses(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
             low + (high - low) * radical_inverse(index as u32, PRIMES[i % PRIMES.len()])
         })
     });
-    std::iter::once(problem.coordinates()).chain(others).collect()
+    std::iter::once(problem.unknowns()).chain(others).collect()
 }
 
 /// Radical inverse of `index`: its digits in a base, mirrored at the radix point.

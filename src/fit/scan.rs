@@ -158,7 +158,7 @@ impl Fit {
         let null = family(oscillator(0.0, longest, 0.0, Handedness::Counterclockwise));
         self.check(&null, &estimates.input.data)?;
         let problem = Problem { free, ..estimates.problem(self, &null, values.clone()) };
-        let at = problem.at(problem.coordinates())?;
+        let at = problem.at(problem.unknowns())?;
         let explained = orthonormal_basis(&problem.one_sided_jacobian(&at)?);
         let unexplained = |vector: DVector<f64>| &vector - &explained * explained.tr_mul(&vector);
         let slopes = unexplained(at.residuals.map(|r| problem.loss.slope(r)));

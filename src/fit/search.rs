@@ -26,7 +26,7 @@ const DAMPINGS: [f64; 2] = [1e-9, 1e12];
 /// singular values of 1e-12 and more, and the first damping hides steps along them.
 const LEAST: [f64; 3] = [DAMPINGS[0], 1e-7, 1e-5];
 
-/// Largest change of a coordinate in an iteration. A logarithmic parameter changes by at most the factor e.
+/// Largest change of an unknown in an iteration. A logarithmic parameter changes by at most the factor e.
 const LONGEST: f64 = 1.0;
 
 /// Conditions for the end of a search.
@@ -46,7 +46,7 @@ pub(super) struct Reached {
     pub converged: Result<bool, FitError>,
 }
 
-/// Searches for a minimum of the objective from free coordinates `x`.
+/// Searches for a minimum of the objective from the unknowns `x`.
 pub(super) fn search(problem: &Problem, x: DVector<f64>, end: End) -> Result<Reached, FitError> {
     let mut point = problem.at(x)?;
     let mut damping = DAMPING;
@@ -66,7 +66,7 @@ struct Linearised<'a> {
     /// Gradient of the objective, and approximation of its second derivatives.
     gradient: DVector<f64>,
     matrix: DMatrix<f64>,
-    /// Indices of the coordinates that are not kept at a bound.
+    /// Indices of the unknowns that are not kept at a bound.
     moving: Vec<usize>,
 }
 
@@ -131,7 +131,7 @@ impl<'a> Linearised<'a> {
         let mut damped = DMatrix::from_fn(n, n, |i, j| self.matrix[(self.moving[i], self.moving[j])]);
         let largest = damped.diagonal().iter().copied().fold(0.0, f64::max);
         for i in 0..n {
-            // The diagonal element of a coordinate without effect is zero, and gets a small damping.
+            // The diagonal element of an unknown without effect is zero, and gets a small damping.
             damped[(i, i)] += damping * damped[(i, i)].max(1e-12 * largest);
         }
         let right = DVector::from_fn(n, |i, _| -self.gradient[self.moving[i]]);

@@ -121,24 +121,26 @@ fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Resul
     if series.is_angle || series.scale.is_some() || series.offset.is_some() {
         return Ok(());
     }
-    let length = shoot.rod().length();
-    let norm = series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
-    let (observed, modelled) = (series.extent(), length * norm);
-    let duration = series.times[series.times.len() - 1] - shoot.time();
-    let expected = if series.dimension() == 3 {
+    let (observed, length, start) = (series.extent(), shoot.rod().length(), shoot.time());
+    let longest = length * series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
+    let duration = series.times[series.times.len() - 1] - start;
+    let growth = shoot.model().growth();
+    let expected = if series.dimension() == 3 && growth.elongates() {
+        // With times in another unit the shoot would grow far beyond the data.
+        growth.length(length, start + duration)
+    } else if series.dimension() == 3 {
         length
-    } else if series.times[0] - shoot.time() <= EARLY * duration {
+    } else if series.times[0] - start <= EARLY * duration {
         series.view.image(&shoot.tip()).norm()
     } else {
         // The tip may be close to the line of sight to the base, such as that of a risen shoot from above.
         0.0
     };
-    if observed > WRONG_UNIT * modelled || observed * WRONG_UNIT < expected {
-        return Err(FitError::Unit { series: index, observed, modelled });
+    if observed > WRONG_UNIT * longest {
+        Err(FitError::Unit { series: index, observed, modelled: longest })
+    } else if observed * WRONG_UNIT < expected {
+        Err(FitError::Unit { series: index, observed, modelled: expected })
+    } else {
+        Ok(())
     }
-    // With times in another unit the shoot would grow far beyond the data.
-    let growth = shoot.model().growth();
-    let longest = if growth.elongates() { growth.length(length, shoot.time() + duration) } else { length };
-    let far = series.dimension() == 3 && observed * WRONG_UNIT < longest;
-    if far { Err(FitError::Unit { series: index, observed, modelled: longest }) } else { Ok(()) }
 }

@@ -165,7 +165,7 @@ pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Row, f64)], noise: &
         if !frames.is_empty() {
             warnings.push(Warning::RepeatedFrames { series: index, frames });
         }
-        let of_tip = own().filter(|(row, _)| row.coordinate < series.dimension()).map(|(_, r)| *r);
+        let of_tip = own().filter(|(row, _)| row.index < series.dimension()).map(|(_, r)| *r);
         if let Some(deviation) = uncertainty_of_times(series, &of_tip.collect::<Vec<_>>()) {
             warnings.push(Warning::UncertainTimes { series: index, deviation });
         }

@@ -31,6 +31,13 @@ pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
+/// Normal deviate of χ² with given degrees of freedom that is a `ratio` times its mean: its cube root is almost normal
+/// (E. B. Wilson and M. M. Hilferty, Proc. Natl. Acad. Sci. 17, 684, 1931).
+pub(crate) fn normal_deviate(ratio: f64, freedom: f64) -> f64 {
+    let variance = 2.0 / (9.0 * freedom);
+    (ratio.cbrt() - (1.0 - variance)) / variance.sqrt()
+}
+
 /// The median sampling interval.
 pub(crate) fn median_gap(times: &[f64]) -> f64 {
     median(times.windows(2).map(|w| w[1] - w[0]).collect())
