@@ -14,12 +14,17 @@ use super::{Estimates, Family, Fit, FitError, Warning};
 use crate::ensemble;
 use crate::model::Model;
 use crate::shoot::Shoot;
+use crate::tracking::{centred, robust_deviation};
 
 /// End of a search in a part of the data, whose result is the initial guess of the next search.
 const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
 
 /// Predicted length of a step, in standard errors, at which the last search ends.
 const FINAL: f64 = 1e-3;
+
+/// Distance of a shoot from the data, over that of a constant, above which the data or their units are wrong. It is 14
+/// for a leaning shoot with frames ten times too far apart, and up to 3.6 for data with outliers and hardly any motion.
+const FAR: f64 = 7.0;
 
 /// Largest number of estimates of the noise. Usually two suffice. The fit has not converged if this number does not.
 const NOISE_ESTIMATES: usize = 20;
@@ -140,17 +145,22 @@ fn search_from(problem: &Problem, guess: &DVector<f64>, end: End) -> Result<Reac
     search(problem, guess.clone(), end).or_else(|_| search(problem, problem.unknowns(), end))
 }
 
-/// Returns an error if a constant explains the data of a problem better than the best of the points that searches have
-/// reached, which is the first.
+/// Returns an error if the motion of the best of the shoots that searches have reached, which is the first, is far from
+/// that of the data. Medians are not changed by outliers, and a shoot at rest is as far from the data as a constant is.
 fn check_motion(problem: &Problem, reached: &[Point]) -> Result<(), FitError> {
-    let Some(best) = reached.first() else { return Ok(()) };
-    // The deviation is that of all data, so that a part without motion is no reason for an error.
-    let of_constant = |(series, noise): (&Series, &f64)| problem.loss.value(series.deviation() / noise);
-    let losses: Vec<f64> = problem.data.iter().zip(&problem.noise).map(of_constant).collect();
-    let constant: f64 = best.rows.iter().map(|row| losses[row.series]).sum();
-    let is_known = constant > 0.0 && problem.data.iter().all(|series| series.times.len() >= FEW);
-    let (searches, ratio) = (reached.len(), (best.objective / constant).sqrt());
-    if is_known && ratio > 1.0 { Err(FitError::WorseThanConstant { searches, ratio }) } else { Ok(()) }
+    let Some(Point { rows, residuals, .. }) = reached.first() else { return Ok(()) };
+    let mut relative = Vec::new();
+    for (index, series) in problem.data.iter().enumerate() {
+        // The deviation is that of all data, so that a part without motion is no reason for an error.
+        let unit = problem.noise[index] / series.typical_deviation();
+        for k in (0..series.dimension()).filter(|_| unit.is_finite()) {
+            let own = rows.iter().zip(residuals).filter(|(row, _)| (row.series, row.index) == (index, k));
+            relative.extend(centred(own.map(|(_, r)| r * unit).collect()));
+        }
+    }
+    let is_known = problem.data.iter().all(|series| series.times.len() >= FEW);
+    let (searches, ratio) = (reached.len(), robust_deviation(relative.into_iter()));
+    if is_known && ratio > FAR { Err(FitError::WorseThanConstant { searches, ratio }) } else { Ok(()) }
 }
 
 /// Unknowns of the given initial values, and of `count` − 1 others that cover the space between the bounds
