@@ -60,9 +60,8 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Extent of the shoot at the initial values, m: its length times the largest norm of a row of the view for data
-        /// that are too large; for data that are too small the distance of the image of the tip from the base, or the
-        /// length at the end of the data in space.
+        /// Extent of the shoot at the initial values, m. For data that are too large, it is the length in the view. For
+        /// data that are too small, it is the length at the end of the data, or the distance of the tip in the view.
         modelled: f64,
     },
     /// A parameter is invalid.

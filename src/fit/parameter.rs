@@ -100,8 +100,8 @@ impl Parameter {
         self.prior_residual(0.0).is_some_and(|[_, slope]| slope * NARROWEST * largest > 1.0)
     }
 
-    /// Error of the estimate for a unit of error of the unknown: the distance of the bounds of a linear parameter, or one
-    /// for a fixed one. It is one for a logarithmic parameter, whose errors are relative.
+    /// Error of the estimate over that of its unknown: the distance of the bounds of a linear parameter, otherwise one.
+    /// Errors of logarithmic parameters are relative.
     pub(super) fn unit(&self) -> f64 {
         if self.logarithmic || self.is_fixed() { 1.0 } else { self.bounds[1] - self.bounds[0] }
     }

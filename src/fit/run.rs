@@ -1,6 +1,7 @@
 //! The fit: searches from several initial guesses in growing parts of the data, and estimates of the noise.
 
 use std::fmt::Display;
+use std::sync::{Mutex, PoisonError};
 
 use nalgebra::DVector;
 
@@ -57,7 +58,7 @@ impl Fit {
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
         data: &[Series],
-        show: impl FnMut(f64),
+        show: impl Fn(f64) + Sync,
     ) -> Result<Estimates, FitError> {
         self.check(family, data)?;
         let mut problem = self.problem(family, data, initial_values(&family.parameters));
@@ -80,7 +81,7 @@ impl Fit {
 
     /// Initial guess of the last search, from searches in growing parts of the data; and the objectives of the searches
     /// in the last part.
-    fn guess(&self, problem: &Problem, mut show: impl FnMut(f64)) -> Result<(DVector<f64>, Vec<f64>), FitError> {
+    fn guess(&self, problem: &Problem, show: impl Fn(f64) + Sync) -> Result<(DVector<f64>, Vec<f64>), FitError> {
         let [first, last] = span(problem.data);
         let until = |part: f64| last - (1.0 - part) * (last - first);
         let times = || problem.data.iter().flat_map(|series| &series.times);
@@ -93,7 +94,8 @@ impl Fit {
         let stages: Vec<(f64, usize)> = parts.into_iter().zip(counts).collect();
         // The last search is one more in all data.
         let all = 1.0 + stages.iter().map(|(part, count)| part * *count as f64).sum::<f64>();
-        let (mut done, mut guesses, mut objectives) = (0.0, initial_guesses(problem, self.starts), Vec::new());
+        let done = Mutex::new(0.0);
+        let (mut guesses, mut objectives) = (initial_guesses(problem, self.starts), Vec::new());
         for (part, count) in stages {
             guesses.truncate(count);
             let threads = (self.threads / guesses.len()).max(1);
@@ -102,16 +104,19 @@ impl Fit {
             let batch = if objectives.is_empty() { count.div_ceil(2) } else { guesses.len() };
             let (mut found, mut failure) = (Vec::new(), None);
             for batch in guesses.chunks(batch) {
-                let one = |i: usize| search_from(&in_part, &batch[i], INTERMEDIATE);
-                ensemble::run(0..batch.len(), self.threads, one, |_, reached| {
-                    done += part;
-                    show(done / all);
+                let reached = ensemble::collect(batch.len(), self.threads, |i| {
+                    let reached = search_from(&in_part, &batch[i], INTERMEDIATE);
+                    let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                    *done += part;
+                    show(*done / all);
+                    reached
+                });
+                for reached in reached {
                     match reached {
                         Ok(reached) => found.push(reached.point),
-                        Err(error) => failure = failure.take().or(Some(error)),
+                        Err(error) => failure = failure.or(Some(error)),
                     }
-                    Ok::<_, FitError>(())
-                })?;
+                }
                 found.sort_by(|a: &Point, b| a.objective.total_cmp(&b.objective));
                 // Data that end within a time step have an error of their own.
                 if last - first >= self.step {

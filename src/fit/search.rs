@@ -92,7 +92,7 @@ impl<'a> Linearised<'a> {
     }
 
     /// First point with a lower objective at the end of a step, with increasing damping and then with the least one;
-    /// and its damping. `None` if there is none, so that the search has converged.
+    /// and its damping. `None` if no step lowers it: the search has converged.
     fn lower(&self, damping: f64, accuracy: f64) -> Result<Option<(Point, f64)>, FitError> {
         let mean_square = 2.0 * self.at.objective / self.at.residuals.len() as f64;
         let accuracy = accuracy * mean_square.max(1.0).sqrt();

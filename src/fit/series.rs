@@ -217,8 +217,8 @@ impl Series {
         (points.map(|point| (point - mean).norm_squared()).sum::<f64>() / (count * self.dimension() as f64)).sqrt()
     }
 
-    /// Typical distance of the coordinates of the last points from their medians, in the unit of the data, or rad: their
-    /// standard deviation if they are normal.
+    /// Robust standard deviation of the coordinates of the last points from their medians, in the unit of the data, or
+    /// rad.
     pub(super) fn typical_deviation(&self) -> f64 {
         let coordinate = |k: usize| (0..self.frames.len()).map(|frame| self.last_point(frame)[k]).collect();
         robust_deviation((0..self.dimension()).flat_map(|k| centred(coordinate(k))))
