@@ -96,7 +96,7 @@ pub enum FitError {
         /// Error of the integrator.
         error: Box<IntegrationError>,
     },
-    /// A constant is closer to the data than the shoot at the end of the best search in a part of the data.
+    /// A constant explains the data better than the shoot at the end of the best search in a part of the data.
     #[error(
         "the shoot is {ratio:.1} times as far from the data as a constant is, after {searches} searches: are the units \
          of times and lengths, the time of the start and the given values right?"
@@ -104,7 +104,7 @@ pub enum FitError {
     WorseThanConstant {
         /// Number of searches in this part.
         searches: usize,
-        /// Median distance of the shoot from the data over that of a constant, each without its own median.
+        /// Root of the smallest objective over that of a constant.
         ratio: f64,
     },
     /// Two fits cannot be compared.

@@ -1,5 +1,6 @@
 //! The fit: searches from several initial guesses in growing parts of the data, and estimates of the noise.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::{Mutex, PoisonError};
 
@@ -8,6 +9,7 @@ use nalgebra::DVector;
 use super::answer::estimates;
 use super::parameter::initial_values;
 use super::problem::{Point, Problem};
+use super::residuals::Row;
 use super::search::{End, Reached, search};
 use super::series::{Series, span};
 use super::warning::{FEW, ambiguous_frames};
@@ -15,7 +17,7 @@ use super::{Estimates, Family, Fit, FitError, Warning};
 use crate::ensemble;
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tracking::{centred, robust_deviation};
+use crate::tracking::robust_deviation;
 
 /// End of a search in a part of the data, whose result is the initial guess of the next search.
 const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
@@ -23,9 +25,12 @@ const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
 /// Predicted length of a step, in standard errors, at which the last search ends.
 const FINAL: f64 = 1e-3;
 
-/// Distance of a shoot from the data, over that of a constant, above which the data or their units are wrong. It is 14
-/// for a leaning shoot with frames ten times too far apart, and up to 3.6 for data with outliers and hardly any motion.
-const FAR: f64 = 7.0;
+/// Median distance of a shoot from the data, over that of a constant, that outliers do not explain. It is 4.6 for a
+/// leaning shoot with frames ten times too far apart, and up to 1.8 for data with outliers and hardly any motion.
+const FAR: f64 = 2.5;
+
+/// Smallest displacement of a shoot that moves, over the deviation of the data.
+const MOTION: f64 = 0.1;
 
 /// Largest number of estimates of the noise. Usually two suffice. The fit has not converged if this number does not.
 const NOISE_ESTIMATES: usize = 20;
@@ -150,22 +155,30 @@ fn search_from(problem: &Problem, guess: &DVector<f64>, end: End) -> Result<Reac
     search(problem, guess.clone(), end).or_else(|_| search(problem, problem.unknowns(), end))
 }
 
-/// Returns an error if the motion of the best of the shoots that searches have reached, which is the first, is far from
-/// that of the data. Medians are not changed by outliers, and a shoot at rest is as far from the data as a constant is.
+/// Returns an error if a constant explains the data better than the best of the points that searches have reached, which
+/// is the first. A shoot at rest is no reason for an error: a family without an oscillator may have no motion. Outliers
+/// are none either, so that the median of the distances counts as well.
 fn check_motion(problem: &Problem, reached: &[Point]) -> Result<(), FitError> {
-    let Some(Point { rows, residuals, .. }) = reached.first() else { return Ok(()) };
-    let mut relative = Vec::new();
-    for (index, series) in problem.data.iter().enumerate() {
-        // The deviation is that of all data, so that a part without motion is no reason for an error.
-        let unit = problem.noise[index] / series.typical_deviation();
-        for k in (0..series.dimension()).filter(|_| unit.is_finite()) {
-            let own = rows.iter().zip(residuals).filter(|(row, _)| (row.series, row.index) == (index, k));
-            relative.extend(centred(own.map(|(_, r)| r * unit).collect()));
-        }
+    let Some(Point { rows, residuals, objective, .. }) = reached.first() else { return Ok(()) };
+    // The deviations are those of all data, so that a part without motion is no reason for an error.
+    let deviations: Vec<f64> = problem.data.iter().map(Series::deviation).collect();
+    let typical: Vec<f64> = problem.data.iter().map(Series::typical_deviation).collect();
+    let of_constant = |row: &Row| problem.loss.value(deviations[row.series] / problem.noise[row.series]);
+    let constant: f64 = rows.iter().map(of_constant).sum();
+    let (mut starts, mut moves, mut distances) = (BTreeMap::new(), false, Vec::new());
+    let of_tip = |(row, _): &(&Row, &f64)| row.index < problem.data[row.series].dimension();
+    for (row, residual) in rows.iter().zip(residuals).filter(of_tip) {
+        let (series, residual) = (&problem.data[row.series], residual * problem.noise[row.series]);
+        let frame = series.times.partition_point(|time| *time < row.time);
+        let simulated = series.last_point(frame)[row.index] + residual;
+        let start = *starts.entry((row.series, row.index)).or_insert(simulated);
+        moves |= (simulated - start).abs() > MOTION * deviations[row.series];
+        distances.push(residual / typical[row.series]);
     }
-    let is_known = problem.data.iter().all(|series| series.times.len() >= FEW);
-    let (searches, ratio) = (reached.len(), robust_deviation(relative.into_iter()));
-    if is_known && ratio > FAR { Err(FitError::WorseThanConstant { searches, ratio }) } else { Ok(()) }
+    let is_far = moves && robust_deviation(distances.into_iter()) > FAR;
+    let is_known = constant > 0.0 && problem.data.iter().all(|series| series.times.len() >= FEW);
+    let (searches, ratio) = (reached.len(), (objective / constant).sqrt());
+    if is_known && is_far && ratio > 1.0 { Err(FitError::WorseThanConstant { searches, ratio }) } else { Ok(()) }
 }
 
 /// Unknowns of the given initial values, and of `count` − 1 others that cover the space between the bounds
