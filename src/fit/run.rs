@@ -26,8 +26,8 @@ const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
 const FINAL: f64 = 1e-3;
 
 /// Median distance of a shoot from the data, over that of a constant, that outliers do not explain. It is 4.6 for a
-/// leaning shoot with frames ten times too far apart, and up to 1.8 for data with outliers and hardly any motion.
-const FAR: f64 = 2.5;
+/// leaning shoot with frames ten times too far apart. For data with outliers and hardly any motion it is below 4.
+const FAR: f64 = 4.0;
 
 /// Smallest displacement of a shoot that moves, over the deviation of the data.
 const MOTION: f64 = 0.1;
