@@ -238,5 +238,7 @@ fn uncertainty_of_times(series: &Series, residuals: &[f64]) -> Option<f64> {
     let squares = centred(DVector::from_iterator(n, inner().map(|(frame, k)| residuals[frame * d + k].powi(2))));
     let correlation = speeds.dot(&squares) / (speeds.norm() * squares.norm());
     let is_significant = correlation * (n as f64).sqrt() > SIGNIFICANT;
-    is_significant.then(|| (speeds.dot(&squares) / speeds.norm_squared()).sqrt())
+    let deviation = (speeds.dot(&squares) / speeds.norm_squared()).sqrt();
+    // The speed of a shoot at rest is rounding.
+    (is_significant && deviation < series.times[count - 1] - series.times[0]).then_some(deviation)
 }
