@@ -155,9 +155,10 @@ fn search_from(problem: &Problem, guess: &DVector<f64>, end: End) -> Result<Reac
     search(problem, guess.clone(), end).or_else(|_| search(problem, problem.unknowns(), end))
 }
 
-/// Returns an error if a constant explains the data better than the best of the points that searches have reached, which
-/// is the first. A shoot at rest is no reason for an error: a family without an oscillator may have no motion. Outliers
-/// are none either, so that the median of the distances counts as well.
+/// Returns an error if a constant explains the data better than the first of the points that searches have reached.
+///
+/// A family without an oscillator may have no motion, so that a shoot at rest is no reason for an error. The median of
+/// the distances excludes an error that only outliers cause.
 fn check_motion(problem: &Problem, reached: &[Point]) -> Result<(), FitError> {
     let Some(Point { rows, residuals, objective, .. }) = reached.first() else { return Ok(()) };
     // The deviations are those of all data, so that a part without motion is no reason for an error.
