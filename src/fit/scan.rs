@@ -80,7 +80,8 @@ impl std::fmt::Display for Scan {
 
 impl Estimates {
     /// Shortest and longest period (s) of an oscillator that the data resolve: two median times between frames, or a
-    /// hundredth of the duration if this is longer, and half of the duration.
+    /// hundredth of the duration if this is longer, and half of the duration. The duration is that from the first to
+    /// the last frame of all series.
     #[must_use]
     pub fn resolved_periods(&self) -> [f64; 2] {
         let data = &self.input.data;

@@ -270,29 +270,29 @@ impl Series {
         ];
         refuse(&conditions, of_series)?;
         for (frame, (time, points)) in times.iter().zip(frames).enumerate() {
-            let is_early = "has a time before that of the shoot of the family: count times from its start, and do not \
+            let early = "has a time before that of the shoot of the family: count times from its start, and do not \
                 advance it";
-            let is_far = "has neighbouring points at a large distance: are they of one plant, in order from the base?";
+            let jump = "has neighbouring points at a large distance: are they of one plant, in order from the base?";
             let conditions = [
                 (!time.is_finite(), "has a time that is not finite"),
-                (*time < start, is_early),
+                (*time < start, early),
                 (frame > 0 && *time <= times[frame - 1], "has a time that is not later than the one before it"),
                 (points.is_empty(), "has no points"),
                 (
                     !points.iter().flatten().all(|x| x.abs() <= LARGEST),
                     "has a coordinate that is not finite or beyond 1e9",
                 ),
-                (has_jump(points), is_far),
+                (has_jump(points), jump),
             ];
             refuse(&conditions, |problem| FitError::Frame { series, frame, problem })?;
         }
         let is_constant = frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]);
         let relative = noise.map_or(1.0, |noise| noise / self.size());
-        let is_large = "has a noise far above all of its coordinates: is its unit that of the coordinates?";
+        let large = "has a noise far above all of its coordinates: is its unit that of the coordinates?";
         let conditions = [
             (is_constant, "is constant: all of its frames are equal"),
             (relative < LEAST_NOISE, "has a noise below the rounding of its coordinates"),
-            (relative > MOST_NOISE, is_large),
+            (relative > MOST_NOISE, large),
         ];
         refuse(&conditions, of_series)
     }
