@@ -5,8 +5,7 @@ use nalgebra::DVector;
 use super::confidence::{Linear, Singular, uncertain};
 use super::estimate::{Estimate, Estimates, Input, Verdict, WeakDirection, deviation};
 use super::noise::Noise;
-use super::problem::Problem;
-use super::search::{Outcome, Reached};
+use super::problem::{Point, Problem};
 use super::warning::warnings;
 use super::{FitError, Parameter, Warning};
 
@@ -17,18 +16,18 @@ const NAMED: f64 = 0.1;
 /// all searches.
 pub(super) fn estimates(
     problem: &Problem,
-    reached: &Reached,
+    reached: &Point,
     objectives: Vec<f64>,
     widest: f64,
 ) -> Result<Estimates, FitError> {
     // Parameters at a bound are fixed there, and have no standard error.
     let is_inner = |i: &usize| {
-        let ([low, high], x) = (problem.limits(*i), reached.point.x[*i]);
+        let ([low, high], x) = (problem.limits(*i), reached.x[*i]);
         low < x && x < high
     };
     let free: Vec<usize> = (0..problem.free.len()).filter(is_inner).map(|i| problem.free[i]).collect();
-    let problem = Problem { free, values: problem.values_at(&reached.point.x), ..problem.clone() };
-    let point = problem.at(problem.coordinates())?;
+    let problem = Problem { free, values: problem.values_at(&reached.x), ..problem.clone() };
+    let point = problem.at(problem.unknowns())?;
     let jacobian = problem.jacobian(&point)?;
     let slopes: Vec<_> = problem.priors(&point.x).map(|(i, [_, slope])| (i, slope)).collect();
     let singular = Singular::of(&jacobian, &slopes);
@@ -38,14 +37,14 @@ pub(super) fn estimates(
     // With no more frames than parameters, further frames may determine a combination without effect.
     let mut times: Vec<f64> = point.rows.iter().map(|row| row.time).collect();
     times.dedup();
-    let bounds = (widest, times.len() > problem.free.len());
-    let all = point.rows.iter().zip(point.residuals.iter());
+    let structural = times.len() > problem.free.len();
+    let all = point.rows.iter().zip(&point.residuals);
     let residuals: Vec<_> = all.map(|(row, r)| (*row, r * problem.noise[row.series])).collect();
     let mut estimates = Estimates {
-        parameters: parameter_estimates(&problem, &linear, bounds),
-        weak: weak_directions(&problem, &linear, bounds),
+        parameters: parameter_estimates(&problem, &linear, widest, structural),
+        weak: weak_directions(&problem, &linear, widest, structural),
         warnings: Vec::new(),
-        chi_squared: 2.0 * reached.point.objective,
+        chi_squared: 2.0 * reached.objective,
         degrees_of_freedom: point.residuals.len().saturating_sub(problem.free.len()),
         noise: problem.noise.clone(),
         lag_one: noise.lag_one(),
@@ -55,30 +54,26 @@ pub(super) fn estimates(
         input: Input { family: problem.parameters.to_vec(), data: problem.data.to_vec(), loss: problem.loss },
         linear,
     };
-    if let Outcome::Unfinished = reached.outcome {
-        estimates.warnings.push(Warning::NotConverged { iterations: reached.iterations });
-    }
     estimates.warnings.extend(warnings(problem.data, problem.loss, &residuals, &noise));
     let at_bound = estimates.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
     estimates.warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));
     Ok(estimates)
 }
 
-/// Estimates of all parameters.
-fn parameter_estimates(problem: &Problem, linear: &Linear, (widest, enough_frames): (f64, bool)) -> Vec<Estimate> {
+/// Estimates of all parameters. Combinations without effect are `structural` if further frames do not change that.
+fn parameter_estimates(problem: &Problem, linear: &Linear, widest: f64, structural: bool) -> Vec<Estimate> {
     let estimate = |(k, parameter): (usize, &Parameter)| {
         let (name, value, relative) = (parameter.name.clone(), problem.values[k], parameter.logarithmic);
         let (error, verdict) = match problem.free.iter().position(|other| *other == k) {
             None if parameter.is_fixed() => (0.0, Verdict::Fixed),
             None => (0.0, Verdict::AtBound),
             Some(i) if linear.without_effect.iter().any(|change| change[i] != 0.0) => {
-                (f64::INFINITY, if enough_frames { Verdict::StructurallyNot } else { Verdict::PracticallyNot })
+                (f64::INFINITY, if structural { Verdict::StructurallyNot } else { Verdict::PracticallyNot })
             }
             Some(i) => {
                 let error = deviation(linear.covariance[(i, i)]);
-                let unit = if relative { 1.0 } else { parameter.slope(value) };
                 let verdict = if error <= widest { Verdict::Identifiable } else { Verdict::PracticallyNot };
-                (error * unit, verdict)
+                (error * parameter.unit(), verdict)
             }
         };
         Estimate { name, value, error, relative, verdict }
@@ -87,7 +82,7 @@ fn parameter_estimates(problem: &Problem, linear: &Linear, (widest, enough_frame
 }
 
 /// Combinations without effect, and then those with a standard error above `widest`, the largest error first.
-fn weak_directions(problem: &Problem, linear: &Linear, (widest, enough_frames): (f64, bool)) -> Vec<WeakDirection> {
+fn weak_directions(problem: &Problem, linear: &Linear, widest: f64, structural: bool) -> Vec<WeakDirection> {
     let undetermined = linear.without_effect.iter().map(|changes| (changes.clone(), f64::INFINITY));
     let parameter = |i: usize| &problem.parameters[problem.free[i]];
     let direction = |(changes, error): (DVector<f64>, f64)| {
@@ -97,7 +92,7 @@ fn weak_directions(problem: &Problem, linear: &Linear, (widest, enough_frames): 
         let component = |i: usize| (parameter(i).name.clone(), sign * changes[i]);
         let components = (0..changes.len()).filter(named).map(component).collect();
         let logarithmic = (0..changes.len()).filter(named).map(|i| parameter(i).logarithmic).collect();
-        WeakDirection { components, error, structural: enough_frames && error.is_infinite(), logarithmic }
+        WeakDirection { components, error, structural: structural && error.is_infinite(), logarithmic }
     };
     undetermined.chain(uncertain(&linear.covariance, widest)).map(direction).collect()
 }

@@ -13,13 +13,13 @@ const ITERATIONS: usize = 100;
 /// have an error of this size.
 const NO_EFFECT: f64 = 1e-8;
 
-/// Component of a combination, relative to the largest one, above which a coordinate belongs to the combination.
+/// Component of a combination, relative to the largest one, above which an unknown belongs to the combination.
 const BELONGS: f64 = 1e-3;
 
 /// Singular value decomposition of the matrix of a Jacobian and of the slopes of priors, whose columns are divided by
 /// their norms.
 ///
-/// The division makes the decomposition independent of the scales of the coordinates. Otherwise, wide bounds of a
+/// The division makes the decomposition independent of the scales of the unknowns. Otherwise, wide bounds of a
 /// linear parameter or a narrow prior would hide the effects of the other parameters.
 #[derive(Clone)]
 pub(super) struct Singular {
@@ -32,14 +32,10 @@ pub(super) struct Singular {
 }
 
 impl Singular {
-    /// Decomposes a Jacobian and the slopes of `priors`, each with the index of its coordinate. If the decomposition
+    /// Decomposes a Jacobian and the slopes of `priors`, each with the index of its unknown. If the decomposition
     /// does not converge, no combination has a known effect.
     pub fn of(jacobian: &DMatrix<f64>, priors: &[(usize, f64)]) -> Self {
         let n = jacobian.ncols();
-        let unknown = |norms| Self { values: DVector::zeros(n), norms, vectors: DMatrix::identity(n, n) };
-        if n == 0 {
-            return unknown(DVector::zeros(0));
-        }
         let mut rows = jacobian.clone().resize_vertically((jacobian.nrows() + priors.len()).max(n), 0.0);
         for (row, (i, slope)) in priors.iter().enumerate() {
             rows[(jacobian.nrows() + row, *i)] = *slope;
@@ -49,12 +45,11 @@ impl Singular {
         for i in 0..n {
             rows.column_mut(i).unscale_mut(norms[i]);
         }
-        // The triangular factor is small and has the same singular values.
-        let svd = rows.qr().r().try_svd(false, true, f64::EPSILON, 0);
-        match svd.and_then(|svd| Some((svd.v_t?.transpose(), svd.singular_values))) {
-            Some((vectors, values)) => Self { values, norms, vectors },
-            None => unknown(norms),
-        }
+        // The triangular factor is small and has the same singular values. nalgebra does not decompose an empty matrix.
+        let svd = if n > 0 { rows.qr().r().try_svd(false, true, f64::EPSILON, 0) } else { None };
+        let known = svd.and_then(|svd| Some((svd.singular_values, svd.v_t?.transpose())));
+        let (values, vectors) = known.unwrap_or_else(|| (DVector::zeros(n), DMatrix::identity(n, n)));
+        Self { values, norms, vectors }
     }
 
     /// Whether combination `j` has no effect on the data.
@@ -62,7 +57,7 @@ impl Singular {
         self.values[j] <= NO_EFFECT * self.values.max()
     }
 
-    /// Combinations without effect: changes of the coordinates, the largest ±1. A coordinate belongs to a combination
+    /// Combinations without effect: changes of the unknowns, the largest ±1. An unknown belongs to a combination
     /// if its change, or the effect of its change, is not small. The components of the others are zero.
     pub fn without_effect(&self) -> Vec<DVector<f64>> {
         let combination = |j| {
@@ -90,13 +85,13 @@ impl Singular {
 pub(super) struct Linear {
     /// Indices of the parameters with a standard error.
     pub free: Vec<usize>,
-    /// Covariance of the coordinates of these parameters, without the combinations that have no effect.
+    /// Covariance of the unknowns of these parameters, without the combinations that have no effect.
     pub covariance: DMatrix<f64>,
     /// The same covariance for the loss of squares and white noise of the size in the problem.
     pub white: DMatrix<f64>,
     /// Number of successive residuals that contain the information of one.
     pub redundancy: f64,
-    /// Combinations without effect on the data: changes of the coordinates.
+    /// Combinations without effect on the data: changes of the unknowns.
     pub without_effect: Vec<DVector<f64>>,
 }
 
@@ -128,7 +123,7 @@ impl Linear {
     }
 }
 
-/// Combinations of coordinates with a standard error above `widest`, the largest error first. Each has its components,
+/// Combinations of unknowns with a standard error above `widest`, the largest error first. Each has its components,
 /// the largest ±1, and its standard error.
 pub(super) fn uncertain(covariance: &DMatrix<f64>, widest: f64) -> Vec<(DVector<f64>, f64)> {
     // nalgebra does not decompose an empty matrix.
@@ -157,13 +152,13 @@ mod tests {
         DMatrix::from_fn(4, 3, |i, k| rows[i][k] * scales[k])
     }
 
-    /// Whether each coordinate belongs to a combination without effect.
+    /// Whether each unknown belongs to a combination without effect.
     fn belonging(found: &Singular) -> [bool; 3] {
         [0, 1, 2].map(|i| found.without_effect().iter().any(|change| change[i] != 0.0))
     }
 
     #[test]
-    fn scales_of_coordinates_do_not_hide_a_combination_without_effect() {
+    fn scales_of_unknowns_do_not_hide_a_combination_without_effect() {
         for scales in [[1.0; 3], [1e-5, 1e7, 1.0], [1.0, 1.0, 1e12], [1.0, 1.0, 1e-12]] {
             let found = Singular::of(&jacobian(scales), &[]);
             let combinations = found.without_effect();
@@ -176,13 +171,13 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_prior_determines_its_coordinate_only() {
+    fn a_narrow_prior_determines_its_unknown_only() {
         let matrix = jacobian([1.0; 3]);
         let found = Singular::of(&matrix, &[(2, 1e12)]);
         assert_eq!(belonging(&found), [true, true, false]);
         let found = Singular::of(&matrix, &[(0, 1e12)]);
         assert!(found.without_effect().is_empty());
-        // Variance of the prior. Then variance of the second coordinate with the first one known: the inverse square of
+        // Variance of the prior. Then variance of the second unknown with the first one known: the inverse square of
         // the part of its column that is orthogonal to the third column.
         let inverse = found.inverse();
         assert_relative_eq!(inverse[(0, 0)], 1e-24, epsilon = 0.0, max_relative = 1e-12);
@@ -191,7 +186,7 @@ mod tests {
         assert_relative_eq!(inverse[(1, 1)], rest.norm_squared().recip(), epsilon = 0.0, max_relative = 1e-12);
     }
 
-    /// One equation for two coordinates.
+    /// One equation for two unknowns.
     #[test]
     fn fewer_rows_than_columns_leave_a_combination_without_effect() {
         let found = Singular::of(&DMatrix::from_row_slice(1, 2, &[1.0, 2.0]), &[]);

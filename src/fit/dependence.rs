@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::confidence::Singular;
 use super::problem::Problem;
-use super::{Estimates, Family, Fit, FitError, Parameter};
+use super::{Estimates, Family, Fit, FitError};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -44,7 +44,7 @@ impl Fit {
         let given: Vec<usize> = (0..input.family.len()).filter(is_given).collect();
         let mut parameters = input.family.clone();
         for k in &given {
-            // The coordinate of this parameter is its value over the size of its value.
+            // The unknown of this parameter is its value over the absolute value.
             let (value, size) = (parameters[*k].start, parameters[*k].start.abs());
             parameters[*k].bounds = [value - 0.5 * size, value + 0.5 * size];
         }
@@ -52,26 +52,24 @@ impl Fit {
         let values = estimates.values();
         let all = free.iter().chain(&given).copied().collect();
         let problem = Problem { free: all, ..estimates.problem(self, &family, values.clone()) };
-        let at = problem.at(problem.coordinates())?;
+        let at = problem.at(problem.unknowns())?;
         let jacobian = problem.one_sided_jacobian(&at)?;
-        let unit = |[length, time]: [f64; 2]| -> Result<DVector<f64>, FitError> {
-            let side = |sign: f64| {
-                let factors = [length, time].map(|change| 1.0 + sign * change);
-                let data: Vec<_> = input.data.iter().map(|series| series.scaled(factors)).collect();
-                let other = self.problem(&family, &data, values.clone());
-                let scaled = Problem { noise: estimates.noise.clone(), ..other };
-                Ok::<_, FitError>(scaled.at(scaled.coordinates())?.residuals)
-            };
-            Ok((side(1.0)? - side(-1.0)?) / (2.0 * CHANGE))
+        let in_units = |factors: [f64; 2]| -> Result<DVector<f64>, FitError> {
+            let data: Vec<_> = input.data.iter().map(|series| series.scaled(factors)).collect();
+            let scaled = self.problem(&family, &data, values.clone());
+            let scaled = Problem { noise: estimates.noise.clone(), ..scaled };
+            Ok(scaled.at(scaled.unknowns())?.residuals)
         };
-        let units = [unit([CHANGE, 0.0])?, unit([0.0, CHANGE])?];
-        let units = units.iter().map(|unit| unit.column(0));
+        let [smaller, larger] = [1.0 - CHANGE, 1.0 + CHANGE];
+        let length = (in_units([larger, 1.0])? - in_units([smaller, 1.0])?) / (2.0 * CHANGE);
+        let time = (in_units([1.0, larger])? - in_units([1.0, smaller])?) / (2.0 * CHANGE);
+        let units = [length.column(0), time.column(0)];
         let mut columns = DMatrix::from_columns(&jacobian.column_iter().chain(units).collect::<Vec<_>>());
         // Residuals in the linear part of Huber's loss have no influence on the change.
         for i in (0..at.residuals.len()).filter(|i| !input.loss.is_inside(at.residuals[*i])) {
             columns.row_mut(i).fill(0.0);
         }
-        // Changes of the free coordinates that compensate changes of the others, whose effects are the other columns.
+        // Changes of the unknowns that compensate changes of the others, whose effects are the other columns.
         let (jacobian, others) = columns.columns_range_pair(..free.len(), free.len()..);
         let priors = problem.priors(&at.x).filter(|(i, _)| *i < free.len()).map(|(i, [_, slope])| (i, slope));
         let inverse = Singular::of(&jacobian.clone_owned(), &priors.collect::<Vec<_>>()).inverse();
@@ -80,9 +78,8 @@ impl Fit {
         let names = names.chain([("unit of length", 1.0), ("unit of time", 1.0)]);
         let of = |(j, (name, sign)): (usize, (&str, f64))| {
             let slope = |(i, k): (usize, &usize)| {
-                let parameter: &Parameter = &input.family[*k];
-                let unit = if parameter.logarithmic { 1.0 } else { parameter.slope(values[*k]) };
-                (parameter.name.clone(), sign * unit * slopes[(i, j)])
+                let parameter = &input.family[*k];
+                (parameter.name.clone(), sign * parameter.unit() * slopes[(i, j)])
             };
             Dependence { given: name.to_owned(), slopes: free.iter().enumerate().map(slope).collect() }
         };

@@ -60,8 +60,8 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Length of the shoot at the initial values, times the largest norm of a row of the view, m: at the start of
-        /// the shoot, or at the end of the data.
+        /// Extent of the shoot at the initial values, m. For data that are too large, it is the length in the view. For
+        /// data that are too small, it is the length at the end of the data, or the distance of the tip in the view.
         modelled: f64,
     },
     /// A parameter is invalid.
@@ -122,11 +122,15 @@ pub enum FitError {
 
 debug_by_display!(FitError);
 
-/// Text of the first of some conditions that is true.
-pub(super) fn first_problem(conditions: &[(bool, &'static str)]) -> Option<&'static str> {
-    conditions.iter().find(|(is_true, _)| *is_true).map(|(_, problem)| *problem)
+/// Returns the error with the text of the first of some conditions that is true.
+pub(super) fn refuse(
+    conditions: &[(bool, &'static str)],
+    error: impl Fn(&'static str) -> FitError,
+) -> Result<(), FitError> {
+    conditions.iter().find(|(is_true, _)| *is_true).map_or(Ok(()), |(_, problem)| Err(error(problem)))
 }
 
+/// Names and values of parameters as text.
 fn describe(values: &[(String, f64)]) -> String {
     values.iter().map(|(name, value)| format!("{name} = {:.7}", Number(*value))).collect::<Vec<_>>().join(", ")
 }

@@ -6,6 +6,7 @@ use nalgebra::DVector;
 
 use super::confidence::Linear;
 use super::jacobian::DIFFERENCE;
+use super::parameter::free;
 use super::problem::Problem;
 use super::series::Series;
 use super::{Family, Fit, FitError, Loss, Parameter, Warning};
@@ -62,12 +63,8 @@ impl Estimate {
     /// normal on the scale of the search.
     #[must_use]
     pub fn interval(&self) -> [f64; 2] {
-        let width = QUANTILE_95 * self.error;
-        if self.relative {
-            [self.value * (-width).exp(), self.value * width.exp()]
-        } else {
-            [self.value - width, self.value + width]
-        }
+        let end = |change: f64| if self.relative { self.value * change.exp() } else { self.value + change };
+        [-QUANTILE_95, QUANTILE_95].map(|quantile| end(quantile * self.error))
     }
 }
 
@@ -94,7 +91,10 @@ impl std::fmt::Display for WeakDirection {
             let effect = if self.structural { "has no effect on the data" } else { "hardly changes the data" };
             return write!(f, "{last} {effect}");
         }
-        let known = if self.structural { "known only in combination" } else { "hardly known except in combination" };
+        let (known, effect) = match self.structural {
+            true => ("known only in combination", "leave every datum unchanged"),
+            false => ("hardly known except in combination", "hardly change the data"),
+        };
         write!(f, "{} and {last} are {known}: changes of", first.join(", "))?;
         for ((name, component), logarithmic) in self.components.iter().zip(&self.logarithmic) {
             let unit = if *logarithmic { "ln" } else { "ranges of" };
@@ -102,7 +102,7 @@ impl std::fmt::Display for WeakDirection {
             let component = if small { format!("{component:+.0e}") } else { format!("{component:+.2}") };
             write!(f, " {component} {unit} {name}")?;
         }
-        write!(f, " {}", if self.structural { "leave every datum unchanged" } else { "hardly change the data" })
+        write!(f, " {effect}")
     }
 }
 
@@ -184,9 +184,13 @@ impl Estimates {
         }
         let redundancy = self.linear.redundancy.max(other.linear.redundancy);
         let n = self.residuals.len() as f64 / redundancy;
+        // Minus twice the logarithm of the likelihood and the priors, up to a constant that depends on the data only.
+        let logarithms =
+            |found: &Self| found.residuals.iter().map(|(series, ..)| found.noise[*series].ln()).sum::<f64>();
+        let deviance = |found: &Self| found.chi_squared + 2.0 * logarithms(found);
         // A parameter at a bound was free to be elsewhere.
-        let parameters = |found: &Self| found.input.family.iter().filter(|one| !one.is_fixed()).count() as f64;
-        Ok((other.deviance() - self.deviance()) / redundancy + (parameters(other) - parameters(self)) * n.max(1.0).ln())
+        let parameters = |found: &Self| free(&found.input.family).len() as f64;
+        Ok((deviance(other) - deviance(self)) / redundancy + (parameters(other) - parameters(self)) * n.max(1.0).ln())
     }
 
     /// Value of a function of the parameter values (in the order of the family), and its standard error by linear
@@ -198,7 +202,7 @@ impl Estimates {
             let parameter = &self.input.family[*k];
             let at = |change: f64| {
                 let mut values = values.clone();
-                values[*k] = parameter.value(parameter.coordinate(values[*k]) + change);
+                values[*k] = parameter.value(parameter.unknown(values[*k]) + change);
                 function(&values)
             };
             (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
@@ -228,24 +232,18 @@ impl Estimates {
     /// zero outside the diagonal.
     #[must_use]
     pub fn correlations(&self) -> Vec<Vec<f64>> {
-        let (count, Linear { free, covariance, .. }) = (self.parameters.len(), &self.linear);
-        let mut matrix = vec![vec![0.0; count]; count];
-        for k in 0..count {
-            matrix[k][k] = 1.0;
-        }
-        for (i, k) in free.iter().enumerate() {
-            for (j, l) in free.iter().enumerate().filter(|(j, _)| *j != i) {
+        let Linear { free, covariance, .. } = &self.linear;
+        let position = |k: usize| free.iter().position(|other| *other == k);
+        let correlation = |k: usize, l: usize| match (position(k), position(l)) {
+            _ if k == l => 1.0,
+            (Some(i), Some(j)) => {
                 let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-                matrix[*k][*l] = if size > 0.0 && size.is_finite() { covariance[(i, j)] / size } else { 0.0 };
+                if size > 0.0 && size.is_finite() { covariance[(i, j)] / size } else { 0.0 }
             }
-        }
-        matrix
-    }
-
-    /// Minus twice the logarithm of the likelihood and the priors, up to a constant that depends on the data only.
-    #[must_use]
-    pub fn deviance(&self) -> f64 {
-        self.chi_squared + 2.0 * self.residuals.iter().map(|(series, ..)| self.noise[*series].ln()).sum::<f64>()
+            _ => 0.0,
+        };
+        let all = 0..self.parameters.len();
+        all.clone().map(|k| all.clone().map(|l| correlation(k, l)).collect()).collect()
     }
 }
 

@@ -6,7 +6,7 @@ use super::FitError;
 use super::problem::{Point, Problem};
 use crate::ensemble;
 
-/// Step of a coordinate in a central difference quotient. A coordinate is ln value, or the value over the distance of
+/// Step of an unknown in a central difference quotient. An unknown is ln value, or the value over the distance of
 /// its bounds.
 ///
 /// On the grid of one run, the path of a growing shoot over ten hours is smooth to 1e-14 of its length. The quotients
@@ -14,7 +14,7 @@ use crate::ensemble;
 /// boundary of the growth zone past a node, which the grid does not permit.
 pub(super) const DIFFERENCE: f64 = 1e-5;
 
-/// Step of a coordinate in a one-sided difference quotient. The relative error by curvature, below 1e-4, displaces the
+/// Step of an unknown in a one-sided difference quotient. The relative error by curvature, below 1e-4, displaces the
 /// end of a search by less than 1e-4 standard errors.
 const ONE_SIDED: f64 = 1e-6;
 
@@ -45,7 +45,7 @@ impl Problem<'_> {
         })
     }
 
-    /// Matrix with a column for each free coordinate.
+    /// Matrix with a column for each unknown.
     fn columns(
         &self,
         point: &Point,
@@ -56,7 +56,7 @@ impl Problem<'_> {
         Ok(DMatrix::from_iterator(point.residuals.len(), n, columns.iter().flatten().copied()))
     }
 
-    /// Derivatives of the residuals with respect to coordinate `k`, with an error of fourth order: extrapolated from
+    /// Derivatives of the residuals with respect to unknown `k`, with an error of fourth order: extrapolated from
     /// the first two successive quotients that agree.
     ///
     /// Long steps may fail, because a displaced shoot cannot follow the grid. They may also be longer than the range in
@@ -89,7 +89,7 @@ impl Problem<'_> {
         last
     }
 
-    /// Difference quotient of the residuals for coordinate `k` with the step `h` and an error of second order: a
+    /// Difference quotient of the residuals for unknown `k` with the step `h` and an error of second order: a
     /// central one, or a one-sided one where the family has no shoot on one side.
     fn quotient(&self, point: &Point, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
         let one_sided = |near: &DVector<f64>, h: f64| match self.displaced(point, k, 2.0 * h) {
@@ -106,7 +106,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Residuals over the noise with coordinate `k` changed by `h`, on the grid of the run at the point. `None` beyond
+    /// Residuals over the noise with unknown `k` changed by `h`, on the grid of the run at the point. `None` beyond
     /// the bounds, where the family need not have a shoot.
     fn displaced(&self, point: &Point, k: usize, h: f64) -> Option<Result<DVector<f64>, FitError>> {
         let mut x = point.x.clone();
@@ -124,19 +124,19 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::fit::residuals::{Output, Row, Steps};
+    use crate::fit::residuals::Row;
     use crate::fit::{Loss, Parameter, Series};
     use crate::integrator::Grid;
 
-    /// The first coordinate x has the effect sin x, and the second one an effect of the size of rounding.
+    /// The first unknown x has the effect sin x, and the second one an effect of the size of rounding.
     #[test]
     fn column_of_rounding_is_zero() {
         let parameters = ["a", "b"].map(|name| Parameter::positive(name, [0.1, 10.0]));
         let data = [Series::tips(vec![1.0], &[Vector3::x()])];
-        let run = |values: &[f64], _: f64, _: Steps| {
+        let run = |values: &[f64], _: f64, _: Option<&Grid>| {
             let residual = values[0].ln().sin() + 1e-14 * (1e6 * values[1].ln()).sin();
-            let rows = (0..3).map(|coordinate| Row { series: 0, coordinate, time: 1.0 });
-            Ok(Output { residuals: rows.map(|row| (row, residual)).collect(), grid: Grid::default() })
+            let rows = (0..3).map(|index| Row { series: 0, index, time: 1.0 });
+            Ok((rows.map(|row| (row, residual)).collect(), Grid::default()))
         };
         let problem = Problem {
             parameters: &parameters,
@@ -149,7 +149,7 @@ mod tests {
             threads: 1,
             run: Arc::new(run),
         };
-        let point = problem.at(problem.coordinates()).unwrap();
+        let point = problem.at(problem.unknowns()).unwrap();
         let jacobian = problem.jacobian(&point).unwrap();
         // The error of fourth order is 1e-20, and that by rounding 1e-16 over the step of 3e-6.
         assert_relative_eq!(jacobian[(0, 0)], 2.0_f64.ln().cos(), epsilon = 1e-9);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::residuals::Row;
-use crate::tracking::{RedNoise, median};
+use crate::tracking::{RedNoise, median, normal_deviate};
 
 /// Largest part of the squares of the residuals that a fit absorbs, in the estimate of the noise.
 const MOST_ABSORBED: f64 = 0.75;
@@ -24,10 +24,9 @@ const LEAST_PER_LAG: usize = 8;
 /// Noise of each series, estimated from the residuals of a fit.
 pub(super) struct Noise(Vec<SeriesNoise>);
 
+/// Noise of a series.
 struct SeriesNoise {
-    /// Indices of the residuals of the series, and its chains.
-    indices: Vec<usize>,
-    chains: Chains,
+    chains: Vec<Chain>,
     /// Correlation of successive values of a coordinate, and model of the correlations at all lags.
     lag_one: f64,
     correlation: RedNoise,
@@ -37,28 +36,30 @@ struct SeriesNoise {
     excess: f64,
 }
 
+/// Residuals of one coordinate of a series in successive frames.
+struct Chain {
+    /// Indices of the residuals.
+    indices: Vec<usize>,
+    /// Times between successive residuals over the median of these times in the series.
+    gaps: Vec<f64>,
+}
+
 impl Noise {
     /// Estimates the noise from the residuals of a fit, or from the derivatives of their loss, with the Jacobian J.
     /// `inverse` is (JᵀJ)⁻¹.
     pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let count = rows.iter().map(|row| row.series + 1).max().unwrap_or(0);
-        let indices = |series| (0..rows.len()).filter(|i| rows[*i].series == series).collect::<Vec<_>>();
-        let of = |indices: Vec<usize>| {
-            let rows: Vec<Row> = indices.iter().map(|i| rows[*i]).collect();
-            let (residuals, jacobian) = (residuals.select_rows(&indices), jacobian.select_rows(&indices));
-            SeriesNoise::of(&residuals, (indices, Chains::new(&rows)), &jacobian, inverse)
-        };
-        Self((0..count).map(indices).filter(|indices| !indices.is_empty()).map(of).collect())
+        let of = |series| SeriesNoise::of(series, (residuals, rows), jacobian, inverse);
+        Self((0..count).map(of).collect())
     }
 
     /// Covariance Jᵀ S J of the sums Jᵀ r of residuals r whose covariance S is that of the noise. White noise is added
     /// to each series until its mean square has at least the size `least`.
     pub fn covariance(&self, jacobian: &DMatrix<f64>, least: f64) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(jacobian.ncols(), jacobian.ncols());
-        for SeriesNoise { indices, chains, correlation, variance, .. } in &self.0 {
-            let jacobian = jacobian.select_rows(indices);
-            sum += chains.correlated_square(&jacobian, *correlation) * *variance;
-            sum += jacobian.tr_mul(&jacobian) * (least - variance).max(0.0);
+        for SeriesNoise { chains, correlation, variance, .. } in &self.0 {
+            sum += correlated_square(chains, jacobian, *correlation) * *variance;
+            sum += correlated_square(chains, jacobian, RedNoise::WHITE) * (least - variance).max(0.0);
         }
         sum
     }
@@ -88,29 +89,31 @@ impl SeriesNoise {
     /// A fit absorbs tr[(JᵀJ)⁻¹ Jᵀ R J] of the n squares. This number exceeds that of the parameters if the noise is as
     /// slow as the columns of J. The products of successive residuals are reduced by the same part.
     fn of(
-        residuals: &DVector<f64>,
-        (indices, chains): (Vec<usize>, Chains),
+        series: usize,
+        (residuals, rows): (&DVector<f64>, &[Row]),
         jacobian: &DMatrix<f64>,
         inverse: &DMatrix<f64>,
     ) -> Self {
-        let n = residuals.len() as f64;
+        let chains = chains(rows, series);
+        let own = || chains.iter().flat_map(|chain| &chain.indices).map(|i| residuals[*i]);
+        let n = own().count() as f64;
         // Twice the standard error of a correlation of white noise.
         let uncertainty = 2.0 / n.sqrt();
-        let observed = [1, 2].map(|lag| chains.correlation(residuals, lag));
+        let observed = [1, 2].map(|lag| correlation(&chains, residuals, lag));
         // `f64::min` and `f64::max` return the limit for a number that is not defined, unlike `clamp`.
         let absorbed = |correlation| {
-            let square = chains.correlated_square(jacobian, correlation);
+            let square = correlated_square(&chains, jacobian, correlation);
             (inverse * square).trace().min(MOST_ABSORBED * n).max(0.0)
         };
-        let (mut lag_one, mut correlation) = (0.0, RedNoise::WHITE);
+        let (mut lag_one, mut model) = (0.0, RedNoise::WHITE);
         for _ in 0..ITERATIONS {
-            let part = absorbed(correlation) / n;
+            let part = absorbed(model) / n;
             let lags = observed.map(|one| (one + (1.0 - one) * part).clamp(0.0, LARGEST_CORRELATION));
-            (lag_one, correlation) = (lags[0], significant(lags, uncertainty));
+            (lag_one, model) = (lags[0], significant(lags, uncertainty));
         }
-        let variance = residuals.norm_squared() / (n - absorbed(correlation)).max(1.0);
-        let excess = chains.excess(residuals);
-        Self { indices, chains, lag_one, correlation, variance, excess }
+        let variance = own().map(|r| r * r).sum::<f64>() / (n - absorbed(model)).max(1.0);
+        let excess = excess(&chains, residuals);
+        Self { chains, lag_one, correlation: model, variance, excess }
     }
 }
 
@@ -120,65 +123,52 @@ fn significant([one, two]: [f64; 2], uncertainty: f64) -> RedNoise {
     if one < uncertainty { RedNoise::WHITE } else { RedNoise::of([one, two], LARGEST_CORRELATION) }
 }
 
-/// Chains of the residuals of a series: those of one coordinate in successive frames.
-struct Chains {
-    /// Index of the previous residual of the chain, and the time between both over the median of these times.
-    previous: Vec<Option<(usize, f64)>>,
+/// Chains of the residuals of a series.
+fn chains(rows: &[Row], series: usize) -> Vec<Chain> {
+    let mut indices: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.series == series) {
+        indices.entry(row.index).or_default().push(i);
+    }
+    let gap = |pair: &[usize]| rows[pair[1]].time - rows[pair[0]].time;
+    let typical = median(indices.values().flat_map(|chain| chain.windows(2).map(gap)).collect());
+    let gaps = |chain: &[usize]| chain.windows(2).map(|pair| gap(pair) / typical).collect();
+    indices.into_values().map(|indices| Chain { gaps: gaps(&indices), indices }).collect()
 }
 
-impl Chains {
-    fn new(rows: &[Row]) -> Self {
-        let mut last = BTreeMap::new();
-        let previous: Vec<Option<usize>> =
-            rows.iter().enumerate().map(|(i, row)| last.insert(row.coordinate, i)).collect();
-        let gap = |(i, before): (usize, &Option<usize>)| before.map(|before| rows[i].time - rows[before].time);
-        let typical = median(previous.iter().enumerate().filter_map(gap).collect());
-        let relative = |(i, before): (usize, &Option<usize>)| {
-            before.map(|before| (before, (rows[i].time - rows[before].time) / typical))
-        };
-        Self { previous: previous.iter().enumerate().map(relative).collect() }
-    }
+/// Correlation of values that are `lag` frames apart.
+fn correlation(chains: &[Chain], values: &DVector<f64>, lag: usize) -> f64 {
+    let pairs = chains.iter().flat_map(|Chain { indices, .. }| indices.iter().zip(&indices[lag.min(indices.len())..]));
+    let (product, square) = pairs.fold((0.0, 0.0), |(product, square), (i, k)| {
+        (product + values[*i] * values[*k], square + 0.5 * (values[*i].powi(2) + values[*k].powi(2)))
+    });
+    if square > 0.0 { product / square } else { 0.0 }
+}
 
-    /// Correlation of values that are `lag` frames apart.
-    fn correlation(&self, values: &DVector<f64>, lag: usize) -> f64 {
-        let mut sums = [0.0, 0.0];
-        for i in 0..values.len() {
-            if let Some(before) = (0..lag).try_fold(i, |i, _| self.previous[i].map(|(before, _)| before)) {
-                sums[0] += values[i] * values[before];
-                sums[1] += 0.5 * (values[i].powi(2) + values[before].powi(2));
+/// Sum of the squares of the correlations at all lags, in standard deviations above its mean for white noise.
+fn excess(chains: &[Chain], values: &DVector<f64>) -> f64 {
+    let count = chains.iter().flat_map(|chain| &chain.indices).filter(|i| values[**i] != 0.0).count();
+    let lags = LAGS.min(count / LEAST_PER_LAG);
+    let squares = (1..=lags).map(|lag| correlation(chains, values, lag).powi(2) * count as f64);
+    if lags == 0 { 0.0 } else { normal_deviate(squares.sum::<f64>() / lags as f64, lags as f64) }
+}
+
+/// Jᵀ R J with the correlations R of the noise of a series.
+fn correlated_square(chains: &[Chain], jacobian: &DMatrix<f64>, noise: RedNoise) -> DMatrix<f64> {
+    let mut sum = DMatrix::zeros(jacobian.ncols(), jacobian.ncols());
+    for Chain { indices, gaps } in chains {
+        let own = jacobian.select_rows(indices);
+        sum += own.tr_mul(&own);
+        if noise != RedNoise::WHITE {
+            let mut tails = DMatrix::zeros(own.nrows(), own.ncols());
+            for (i, gap) in gaps.iter().enumerate() {
+                let tail = (tails.row(i) + own.row(i)) * noise.decay.powf(*gap);
+                tails.set_row(i + 1, &tail);
             }
+            let cross = own.tr_mul(&tails) * noise.share;
+            sum += &cross + cross.transpose();
         }
-        if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
     }
-
-    /// Sum of the squares of the correlations at all lags, in standard deviations above its mean for white noise. The
-    /// cube root of a χ² is almost normal (E. B. Wilson and M. M. Hilferty, Proc. Natl. Acad. Sci. 17, 684, 1931).
-    fn excess(&self, values: &DVector<f64>) -> f64 {
-        let count = values.iter().filter(|value| **value != 0.0).count();
-        let lags = LAGS.min(count / LEAST_PER_LAG);
-        if lags == 0 {
-            return 0.0;
-        }
-        let squares = (1..=lags).map(|lag| self.correlation(values, lag).powi(2) * count as f64);
-        let (mean, variance) = (squares.sum::<f64>() / lags as f64, 2.0 / (9.0 * lags as f64));
-        (mean.cbrt() - 1.0 + variance) / variance.sqrt()
-    }
-
-    /// Jᵀ R J with the correlations R of the noise.
-    fn correlated_square(&self, jacobian: &DMatrix<f64>, noise: RedNoise) -> DMatrix<f64> {
-        if noise == RedNoise::WHITE {
-            return jacobian.tr_mul(jacobian);
-        }
-        let mut tails = DMatrix::zeros(jacobian.nrows(), jacobian.ncols());
-        for (i, previous) in self.previous.iter().enumerate() {
-            if let Some((before, gap)) = *previous {
-                let tail = (tails.row(before) + jacobian.row(before)) * noise.decay.powf(gap);
-                tails.set_row(i, &tail);
-            }
-        }
-        let cross = jacobian.tr_mul(&tails) * noise.share;
-        jacobian.tr_mul(jacobian) + &cross + cross.transpose()
-    }
+    sum
 }
 
 #[cfg(test)]
@@ -195,10 +185,10 @@ mod tests {
     /// Rows of one coordinate in frames at times 0, 1, 2, 4.
     #[test]
     fn correlations_decay_with_time() {
-        let rows: Vec<_> = [0.0, 1.0, 2.0, 4.0].map(|time| Row { series: 0, coordinate: 0, time }).into();
+        let rows: Vec<_> = [0.0, 1.0, 2.0, 4.0].map(|time| Row { series: 0, index: 0, time }).into();
         let jacobian = DMatrix::from_column_slice(4, 1, &[1.0, 2.0, -1.0, 3.0]);
         let noise = RedNoise { share: 0.6, decay: 0.5 };
-        let found = Chains::new(&rows).correlated_square(&jacobian, noise);
+        let found = correlated_square(&chains(&rows, 0), &jacobian, noise);
         let mut expected = 0.0;
         for (i, row) in rows.iter().enumerate() {
             for (k, other) in rows.iter().enumerate() {
@@ -214,7 +204,7 @@ mod tests {
     /// White noise with a wave of a third of its variance, and a period of 40 frames, is not white.
     #[test]
     fn slow_residuals_below_the_noise_are_distinguished_from_white_noise() {
-        let rows: Vec<_> = (0..400).map(|k| Row { series: 0, coordinate: 0, time: f64::from(k) }).collect();
+        let rows: Vec<_> = (0..400).map(|k| Row { series: 0, index: 0, time: f64::from(k) }).collect();
         // The signs of a quadratic residue sequence have no correlations.
         let sign = |k: u32| if (k * k % 401).is_multiple_of(2) { 1.0 } else { -1.0 };
         let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();
@@ -231,7 +221,7 @@ mod tests {
     /// A slow series of 40 frames, and a second one of 400 frames with white noise of three times its size.
     #[test]
     fn correlation_and_variance_of_each_series_are_its_own() {
-        let row = |series: usize| move |k: u32| Row { series, coordinate: 0, time: f64::from(k) };
+        let row = |series: usize| move |k: u32| Row { series, index: 0, time: f64::from(k) };
         let rows: Vec<_> = (0..40).map(row(0)).chain((0..400).map(row(1))).collect();
         // A wave has the correlation cos 2π/40. The signs of a quadratic residue sequence have none.
         let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::error::{FitError, first_problem};
+use super::error::{FitError, refuse};
 use super::series::Series;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -13,7 +13,7 @@ const CLOSEST: f64 = 1e-4;
 /// Largest absolute value. Squares and products of bounds are finite.
 const LARGEST: f64 = 1e100;
 
-/// Smallest standard deviation of a prior, relative to the coordinate, whose rounding then is 1e-4 of it.
+/// Smallest standard deviation of a prior, relative to the unknown, whose rounding then is 1e-4 of it.
 const NARROWEST: f64 = 1e-12;
 
 /// A parameter of a family of shoots: its name, initial value, bounds and prior.
@@ -71,70 +71,72 @@ impl Parameter {
         self.bounds[0] == self.bounds[1]
     }
 
-    /// Coordinate of a value in a search: ln value, or the value over the distance of the bounds.
-    pub(super) fn coordinate(&self, value: f64) -> f64 {
+    /// Unknown of a search for a value of the parameter: ln value, or the value over the distance of the bounds.
+    pub(super) fn unknown(&self, value: f64) -> f64 {
         if self.logarithmic { value.ln() } else { value / self.unit() }
     }
 
-    /// Value at a coordinate.
-    pub(super) fn value(&self, coordinate: f64) -> f64 {
-        if self.logarithmic { coordinate.exp() } else { coordinate * self.unit() }
+    /// Value of the parameter for its unknown.
+    pub(super) fn value(&self, unknown: f64) -> f64 {
+        if self.logarithmic { unknown.exp() } else { unknown * self.unit() }
     }
 
-    /// Derivative of the value with respect to the coordinate, at a value.
-    pub(super) fn slope(&self, value: f64) -> f64 {
-        if self.logarithmic { value } else { self.unit() }
-    }
-
-    /// Bounds as coordinates.
+    /// Bounds of the unknown.
     pub(super) fn limits(&self) -> [f64; 2] {
-        self.bounds.map(|bound| self.coordinate(bound))
+        self.bounds.map(|bound| self.unknown(bound))
     }
 
-    /// Residual of the prior at a coordinate, and its derivative: the difference from the centre over the standard
+    /// Residual of the prior for an unknown, and its derivative: the difference from the centre over the standard
     /// deviation, and the inverse of the latter. `None` without a prior.
-    pub(super) fn prior_residual(&self, coordinate: f64) -> Option<[f64; 2]> {
+    pub(super) fn prior_residual(&self, unknown: f64) -> Option<[f64; 2]> {
         let [centre, deviation] = self.prior?;
-        let deviation = if self.logarithmic { deviation } else { deviation / self.unit() };
-        Some([(coordinate - self.coordinate(centre)) / deviation, 1.0 / deviation])
+        let deviation = deviation / self.unit();
+        Some([(unknown - self.unknown(centre)) / deviation, 1.0 / deviation])
     }
 
-    /// Whether rounding of the coordinate changes the residual of the prior.
+    /// Whether rounding of the unknown changes the residual of the prior.
     fn has_exact_prior(&self) -> bool {
         let largest = self.limits().iter().fold(1.0_f64, |largest, x| largest.max(x.abs()));
         self.prior_residual(0.0).is_some_and(|[_, slope]| slope * NARROWEST * largest > 1.0)
     }
 
-    /// Value of a unit of the coordinate of a linear parameter: the distance of the bounds, or one for a fixed
-    /// parameter.
-    fn unit(&self) -> f64 {
-        let width = self.bounds[1] - self.bounds[0];
-        if width > 0.0 { width } else { 1.0 }
+    /// Error of the estimate over that of its unknown: the distance of the bounds of a linear parameter, otherwise one.
+    /// Errors of logarithmic parameters are relative.
+    pub(super) fn unit(&self) -> f64 {
+        if self.logarithmic || self.is_fixed() { 1.0 } else { self.bounds[1] - self.bounds[0] }
     }
 
     /// Returns an error unless the initial value, the bounds and the prior are valid.
     pub(super) fn check(&self) -> Result<(), FitError> {
         let ([low, high], is_free) = (self.bounds, !self.is_fixed());
         let is_normal = |[centre, deviation]: [f64; 2]| {
-            deviation > 0.0 && deviation.is_finite() && self.coordinate(centre).is_finite()
+            deviation > 0.0 && deviation.is_finite() && self.unknown(centre).is_finite()
         };
         let is_finite = [low, high, self.start].iter().all(|x| x.abs() <= LARGEST);
         let is_apart = high - low > CLOSEST * low.abs().max(high.abs());
-        let problem = first_problem(&[
+        let wrong_prior = "has a prior without a finite centre and a positive standard deviation";
+        let conditions = [
             (!is_finite, "has an initial value or a bound that is not finite or beyond 1e100"),
             (self.name.is_empty(), "has an empty name"),
             (low > high, "has a lower bound above its upper bound"),
             (is_free && !is_apart, "has bounds that are almost equal: fix it"),
             (self.logarithmic && !(low > 0.0), "has a bound that is not positive, though its scale is logarithmic"),
             (!(self.start >= low && self.start <= high), "has an initial value outside its bounds"),
-            (
-                !self.prior.is_none_or(is_normal),
-                "has a prior without a finite centre and a positive standard deviation",
-            ),
+            (!self.prior.is_none_or(is_normal), wrong_prior),
             (is_free && self.has_exact_prior(), "has a prior that is almost exact: fix it"),
-        ]);
-        problem.map_or(Ok(()), |problem| Err(FitError::Parameter { name: self.name.clone(), problem }))
+        ];
+        refuse(&conditions, |problem| FitError::Parameter { name: self.name.clone(), problem })
     }
+}
+
+/// Initial values of parameters.
+pub(super) fn initial_values(parameters: &[Parameter]) -> Vec<f64> {
+    parameters.iter().map(|parameter| parameter.start).collect()
+}
+
+/// Indices of the parameters without a known value.
+pub(super) fn free(parameters: &[Parameter]) -> Vec<usize> {
+    (0..parameters.len()).filter(|k| !parameters[*k].is_fixed()).collect()
 }
 
 /// A family of shoots: parameters, and a function from their values to a shoot at its start.
@@ -161,11 +163,6 @@ impl<F> Family<F> {
         self.parameters.iter().zip(values).map(|(parameter, value)| (parameter.name.clone(), *value)).collect()
     }
 
-    /// Initial values of all parameters.
-    pub(super) fn initial_values(&self) -> Vec<f64> {
-        self.parameters.iter().map(|parameter| parameter.start).collect()
-    }
-
     /// Shoot with the given values of all parameters.
     pub(super) fn shoot<M: Model, E: Display>(&self, values: &[f64]) -> Result<Shoot<M>, FitError>
     where
@@ -179,10 +176,9 @@ impl<F> Family<F> {
     pub(super) fn check(&self, data: &[Series]) -> Result<(), FitError> {
         for (index, parameter) in self.parameters.iter().enumerate() {
             parameter.check()?;
-            if self.index(&parameter.name) != Some(index) {
-                let problem = "has the name of an earlier parameter";
-                return Err(FitError::Parameter { name: parameter.name.clone(), problem });
-            }
+            let is_repeated = self.index(&parameter.name) != Some(index);
+            let of = |problem| FitError::Parameter { name: parameter.name.clone(), problem };
+            refuse(&[(is_repeated, "has the name of an earlier parameter")], of)?;
         }
         for (series, data) in data.iter().enumerate() {
             for name in data.scale.iter().chain(data.offset.iter().flatten()) {

@@ -1,11 +1,12 @@
-//! Least-squares problem of a fit: residuals over the noise as functions of the free coordinates.
+//! Least-squares problem of a fit: residuals over the noise as functions of the unknowns.
 
 use std::fmt::Display;
 use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use super::residuals::{Output, Row, Steps, simulate};
+use super::parameter::free;
+use super::residuals::{Output, Row, simulate};
 use super::series::Series;
 use super::{Family, Fit, FitError, Loss, Parameter};
 use crate::integrator::Grid;
@@ -17,10 +18,10 @@ use crate::tracking::{robust_deviation, root_mean_square};
 /// coordinates is 2 %.
 const NOISE_ACCURACY: f64 = 0.01;
 
-/// Residuals (m, or rad) of a run with the values of all parameters, up to a time (s).
-pub(super) type Run<'a> = dyn Fn(&[f64], f64, Steps) -> Result<Output, FitError> + Send + Sync + 'a;
+/// Residuals of a run with the values of all parameters, up to a time (s), that follows a grid or records one.
+pub(super) type Run<'a> = dyn Fn(&[f64], f64, Option<&Grid>) -> Result<Output, FitError> + Send + Sync + 'a;
 
-/// Residuals of the data up to a time, as functions of the coordinates of the free parameters.
+/// Residuals of the data up to a time, as functions of the unknowns of a search, one for each free parameter.
 #[derive(Clone)]
 pub(super) struct Problem<'a> {
     pub parameters: &'a [Parameter],
@@ -40,11 +41,11 @@ pub(super) struct Problem<'a> {
 
 /// Residuals at a point.
 pub(super) struct Point {
-    /// Free coordinates.
+    /// Unknowns.
     pub x: DVector<f64>,
     /// Simulated minus measured coordinates over the noise.
     pub residuals: DVector<f64>,
-    /// Series, coordinate and time of each residual.
+    /// Origin of each residual.
     pub rows: Vec<Row>,
     /// Sum of the losses of all residuals and of half the squares of the priors.
     pub objective: f64,
@@ -67,23 +68,23 @@ impl Fit {
             data,
             loss: self.loss,
             values,
-            free: (0..parameters.len()).filter(|k| !parameters[*k].is_fixed()).collect(),
+            free: free(parameters),
             noise: data.iter().map(|series| series.noise.unwrap_or_else(|| series.scatter())).collect(),
             until: f64::INFINITY,
             threads: self.threads,
-            run: Arc::new(move |values, until, steps| simulate(family, data, step, (values, until), steps)),
+            run: Arc::new(move |values, until, grid| simulate(family, data, step, (values, until), grid)),
         }
     }
 }
 
 impl Problem<'_> {
-    /// Free coordinates of the values in the problem.
-    pub fn coordinates(&self) -> DVector<f64> {
-        let coordinate = |k: &usize| self.parameters[*k].coordinate(self.values[*k]);
-        DVector::from_iterator(self.free.len(), self.free.iter().map(coordinate))
+    /// Unknowns of the values in the problem.
+    pub fn unknowns(&self) -> DVector<f64> {
+        let unknown = |k: &usize| self.parameters[*k].unknown(self.values[*k]);
+        DVector::from_iterator(self.free.len(), self.free.iter().map(unknown))
     }
 
-    /// Values of all parameters at free coordinates.
+    /// Values of all parameters for the unknowns `x`.
     pub fn values_at(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut values = self.values.clone();
         for (k, x) in self.free.iter().zip(x.iter()) {
@@ -92,36 +93,37 @@ impl Problem<'_> {
         values
     }
 
-    /// Bounds of free coordinate `i`.
+    /// Bounds of unknown `i`.
     pub fn limits(&self, i: usize) -> [f64; 2] {
         self.parameters[self.free[i]].limits()
     }
 
-    /// Indices of the free coordinates with a prior, each with the residual of the prior and its derivative.
+    /// Indices of the unknowns with a prior, each with the residual of the prior and its derivative.
     pub fn priors<'a>(&'a self, x: &'a DVector<f64>) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
         let residual = |(i, k): (usize, &usize)| Some((i, self.parameters[*k].prior_residual(x[i])?));
         self.free.iter().enumerate().filter_map(residual)
     }
 
-    /// Residuals at free coordinates, on a new grid. The error is that of the family or of the run.
+    /// Residuals for the unknowns `x`, on a new grid. The error is that of the family or of the run.
     pub fn at(&self, x: DVector<f64>) -> Result<Point, FitError> {
-        let output = (self.run)(&self.values_at(&x), self.until, Steps::Record)?;
-        let residuals = self.over_noise(&output);
+        let (residuals, grid) = (self.run)(&self.values_at(&x), self.until, None)?;
+        let rows = residuals.iter().map(|(row, _)| *row).collect();
+        let residuals = self.over_noise(&residuals);
         let data: f64 = residuals.iter().map(|r| self.loss.value(*r)).sum();
         let objective = data + self.priors(&x).map(|(_, [r, _])| 0.5 * r * r).sum::<f64>();
-        let rows = output.residuals.into_iter().map(|(row, _)| row).collect();
-        Ok(Point { x, residuals, rows, objective, grid: output.grid })
+        Ok(Point { x, residuals, rows, objective, grid })
     }
 
-    /// Residuals over the noise with other free coordinates, on the grid of the run at a point.
+    /// Residuals over the noise for the unknowns `x`, on the grid of the run at a point.
     pub fn near(&self, point: &Point, x: &DVector<f64>) -> Result<DVector<f64>, FitError> {
-        Ok(self.over_noise(&(self.run)(&self.values_at(x), self.until, Steps::Follow(&point.grid))?))
+        let (residuals, _) = (self.run)(&self.values_at(x), self.until, Some(&point.grid))?;
+        Ok(self.over_noise(&residuals))
     }
 
     /// Residuals of a run (m, or rad) over the noise of their series.
-    fn over_noise(&self, output: &Output) -> DVector<f64> {
-        let scaled = output.residuals.iter().map(|(row, residual)| residual / self.noise[row.series]);
-        DVector::from_iterator(output.residuals.len(), scaled)
+    fn over_noise(&self, residuals: &[(Row, f64)]) -> DVector<f64> {
+        let scaled = residuals.iter().map(|(row, residual)| residual / self.noise[row.series]);
+        DVector::from_iterator(residuals.len(), scaled)
     }
 
     /// Estimates the noise of each series for which it is not given from the residuals at a point. Returns whether a
@@ -131,7 +133,7 @@ impl Problem<'_> {
         // Part of the squares that the fit does not absorb.
         let share = 1.0 - self.free.len() as f64 / point.residuals.len() as f64;
         for (index, _) in self.data.iter().enumerate().filter(|(_, series)| series.noise.is_none()) {
-            let all = point.rows.iter().zip(point.residuals.iter());
+            let all = point.rows.iter().zip(&point.residuals);
             let residuals: Vec<f64> = all.filter(|(row, _)| row.series == index).map(|(_, r)| *r).collect();
             let deviation = match self.loss {
                 Loss::Squares => root_mean_square(&residuals),

@@ -57,17 +57,17 @@ impl Fit {
         // Parameters at a bound may leave it.
         problem.free.retain(|other| *other != k);
         let (parameter, least) = (&family.parameters[k], 0.5 * estimates.chi_squared);
-        let centre = parameter.coordinate(estimates.parameters[k].value);
+        let centre = parameter.unknown(estimates.parameters[k].value);
         let [low, high] = parameter.limits();
         let end = |sign: f64| -> Result<f64, FitError> {
             let room = if sign > 0.0 { high - centre } else { centre - low };
             let mut distance = if error > 0.0 { (QUANTILE_95 * error).min(room) } else { room };
             let mut problem = problem.clone();
             for _ in 0..SEARCHES {
-                let coordinate = centre + sign * distance;
-                problem.values[k] = parameter.value(coordinate);
-                let reached = search(&problem, problem.coordinates(), SEARCH)?.point;
-                let prior = parameter.prior_residual(coordinate).map_or(0.0, |[r, _]| 0.5 * r * r);
+                let unknown = centre + sign * distance;
+                problem.values[k] = parameter.value(unknown);
+                let reached = search(&problem, problem.unknowns(), SEARCH)?.point;
+                let prior = parameter.prior_residual(unknown).map_or(0.0, |[r, _]| 0.5 * r * r);
                 let ratio = target / (2.0 * (reached.objective + prior - least)).max(0.0).sqrt();
                 problem.values = problem.values_at(&reached.x);
                 if distance >= room && ratio >= 1.0 {

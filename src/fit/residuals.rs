@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use nalgebra::Vector3;
 
-use super::series::{Kind, Series};
+use super::series::Series;
 use super::{Family, FitError};
 use crate::equilibrium::NewtonSolver;
 use crate::integrator::{Grid, Integrator, MethodOfSteps};
@@ -34,81 +34,76 @@ const NODES: usize = 6;
 /// Shortest piece of a path over the time step. Shorter ones are rounding.
 const SHORTEST: f64 = 1e-3;
 
-/// Time steps and elements of a run.
-pub(super) enum Steps<'a> {
-    /// The integrator chooses and records them.
-    Record,
-    /// They are those of an earlier run.
-    Follow(&'a Grid),
-}
-
-/// Origin of a residual: the series, the coordinate and the time.
+/// Origin of a residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row {
     /// Index of the series.
     pub series: usize,
     /// Index of the residual in its frame.
-    pub coordinate: usize,
+    pub index: usize,
     /// Time of the frame, s.
     pub time: f64,
 }
 
-/// Result of a run.
-pub(super) struct Output {
-    /// Simulated minus measured coordinates, in the unit of the data, or angles, rad, in the order of time.
-    pub residuals: Vec<(Row, f64)>,
-    /// Grid of the run.
-    pub grid: Grid,
-}
+/// Residuals of a run (simulated minus measured coordinates, in the unit of the data, or angles, rad) in the order of
+/// time, and the grid of the run.
+pub(super) type Output = (Vec<(Row, f64)>, Grid);
 
 /// Simulates the shoot of the family with the given values of all parameters, up to the last frame at or before the
-/// time `until` (s).
+/// time `until` (s). The run follows a grid, or chooses and records one.
 pub(super) fn simulate<M: Model, E: Display>(
     family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
     data: &[Series],
     step: f64,
     (values, until): (&[f64], f64),
-    steps: Steps,
+    grid: Option<&Grid>,
 ) -> Result<Output, FitError> {
     let mut shoot = family.shoot(values)?;
     let mut integrator = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(EQUILIBRIUM));
-    match steps {
-        Steps::Record => integrator.record(),
-        Steps::Follow(grid) => integrator.follow(grid.clone()),
+    match grid {
+        None => integrator.record(),
+        Some(grid) => integrator.follow(grid.clone()),
     }
     // Frames at which steps end, and frames at which the path is interpolated.
-    let (mut exact, mut dense) = (Vec::new(), Vec::new());
-    for (index, series) in data.iter().enumerate() {
-        let frames = series.times.iter().copied().enumerate().take_while(|(_, time)| *time <= until);
-        let of = if series.is_dense(step) { &mut dense } else { &mut exact };
-        of.extend(frames.map(|(frame, time)| (time, Some((index, frame)))));
+    let (mut stops, mut dense) = (Vec::new(), Vec::new());
+    for (series, data) in data.iter().enumerate() {
+        let frames = data.times.iter().enumerate().take_while(|(_, time)| **time <= until);
+        let frames = frames.map(|(frame, time)| (*time, (series, frame)));
+        if data.is_dense(step) {
+            dense.extend(frames);
+        } else {
+            stops.extend(frames.map(|(time, frame)| (time, Some(frame))));
+        }
     }
-    let last = dense.iter().map(|(time, _)| *time).fold(f64::NEG_INFINITY, f64::max);
-    let mut path = Path::until(last, step, &shoot)?;
-    let mut stops = exact;
+    let last = dense.iter().map(|(time, _)| *time).reduce(f64::max);
+    let mut path = last.map_or(Ok(Path::default()), |last| Path::until(last, step, &shoot))?;
     stops.extend(path.times.iter().map(|time| (*time, None)));
     stops.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let cameras: Vec<_> = data.iter().map(|series| Camera::of(series, family, values)).collect();
     let mut residuals = Vec::new();
+    let mut add = |(series, frame): (usize, usize), of_frame: Vec<f64>| {
+        let row = |index| Row { series, index, time: data[series].times[frame] };
+        residuals.extend(of_frame.into_iter().enumerate().map(|(index, r)| (row(index), r)));
+    };
     for (time, frame) in stops {
         integrator
             .advance(&mut shoot, time)
             .map_err(|error| FitError::Run { values: family.named(values), error: Box::new(error) })?;
         match frame {
-            Some(frame) => cameras[frame.0].compare(shoot.rod(), frame, &mut residuals),
+            Some(frame) => add(frame, cameras[frame.0].residuals(shoot.rod(), frame.1)),
             None => path.tips.push(tip_of(shoot.rod())),
         }
     }
     for (time, frame) in dense {
-        let Some(frame) = frame else { continue };
-        cameras[frame.0].compare_tip(path.at(time), frame, &mut residuals);
+        add(frame, cameras[frame.0].tip_residuals(path.at(time), frame.1));
     }
     residuals.sort_by(|(a, _): &(Row, f64), (b, _)| a.time.total_cmp(&b.time));
-    Ok(Output { residuals, grid: integrator.take_grid() })
+    Ok((residuals, integrator.take_grid()))
 }
 
 /// Path of the tip at points between which it is interpolated. Each piece between two discontinuities of the laws,
 /// where the path has a kink, has points at equal intervals.
+#[derive(Default)]
 struct Path {
     /// Times, s.
     times: Vec<f64>,
@@ -119,16 +114,11 @@ struct Path {
 }
 
 impl Path {
-    /// Path without tips of a shoot at its start, to the last time (s), with intervals up to `step` (s). It has no
-    /// times if the last time is not finite.
+    /// Path without tips of a shoot at its start, to the last time (s), with intervals up to `step` (s).
     fn until(last: f64, step: f64, shoot: &Shoot<impl Model>) -> Result<Self, FitError> {
-        let mut path = Self { times: Vec::new(), ends: Vec::new(), tips: Vec::new() };
-        if !last.is_finite() {
-            return Ok(path);
-        }
         let (mut from, shortest) = (shoot.time(), SHORTEST * step);
         let last = last.max(from + step);
-        path.times.push(from);
+        let mut path = Self { times: vec![from], ..Self::default() };
         while from < last {
             let next = next_discontinuity(shoot.model(), from + shortest)?;
             let to = if next < last - shortest { next } else { last };
@@ -181,11 +171,7 @@ impl<'a> Camera<'a> {
 
     /// Image of a vector, without the offset.
     fn direction(&self, vector: &Vector3<f64>) -> Vector3<f64> {
-        let mut image = Vector3::zeros();
-        for (k, row) in self.series.view.0.iter().enumerate() {
-            image[k] = self.scale * row.dot(vector);
-        }
-        image
+        self.scale * self.series.view.image(vector)
     }
 
     /// Image of a position (m).
@@ -193,38 +179,29 @@ impl<'a> Camera<'a> {
         self.direction(position) + self.offset
     }
 
-    /// Appends the residuals of a frame, in the unit of the data, or rad. Those of the tip are the first, so that they
-    /// have the same indices in all frames, whatever the number of points.
-    fn compare(&self, rod: &Rod, frame: (usize, usize), residuals: &mut Vec<(Row, f64)>) {
-        let tip = residuals.len();
-        self.compare_tip(tip_of(rod), frame, residuals);
-        let points = &self.series.frames[frame.1];
-        if points.len() > 1 {
-            let row = residuals[tip].0;
+    /// Residuals of a frame, in the unit of the data, or rad. Those of the tip are the first, so that they have the
+    /// same indices in all frames, whatever the number of points.
+    fn residuals(&self, rod: &Rod, frame: usize) -> Vec<f64> {
+        let mut residuals = self.tip_residuals(tip_of(rod), frame);
+        if let [inner @ .., _] = &self.series.frames[frame][..]
+            && !inner.is_empty()
+        {
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
             let nodes = rod.centre_line();
-            let inner = points[..points.len() - 1].iter();
-            let across = inner.flat_map(|point| self.across((rod, &nodes), &samples, point));
-            let first = residuals.len() - tip;
-            residuals.extend(across.enumerate().map(|(k, r)| (Row { coordinate: first + k, ..row }, r)));
+            residuals.extend(inner.iter().flat_map(|point| self.across((rod, &nodes), &samples, point)));
         }
+        residuals
     }
 
-    /// Appends the residuals of the tip, or of its angle, for a simulated position and tangent.
-    fn compare_tip(
-        &self,
-        [tip, tangent]: [Vector3<f64>; 2],
-        (series, frame): (usize, usize),
-        residuals: &mut Vec<(Row, f64)>,
-    ) {
-        let (time, Some(measured)) = (self.series.times[frame], self.series.frames[frame].last()) else { return };
+    /// Residuals of the tip, or of its angle, for a simulated position and tangent.
+    fn tip_residuals(&self, [tip, tangent]: [Vector3<f64>; 2], frame: usize) -> Vec<f64> {
+        let measured = self.series.last_point(frame);
         let mut difference = self.point(&tip) - measured;
-        if self.series.kind == Kind::Angle {
+        if self.series.is_angle {
             let tangent = self.direction(&tangent);
             difference.x = (tangent.y.atan2(tangent.x) - measured.x + PI).rem_euclid(TAU) - PI;
         }
-        let coordinates = difference.iter().take(self.series.dimension()).enumerate();
-        residuals.extend(coordinates.map(|(coordinate, r)| (Row { series, coordinate, time }, *r)));
+        difference.iter().take(self.series.dimension()).copied().collect()
     }
 
     /// Components, across the tangent, of the distance of the nearest point of the centre line from a measured point:
@@ -254,17 +231,12 @@ impl<'a> Camera<'a> {
                 break;
             }
         }
-        // In a plane, the direction across the tangent is unique. In space, the images of d1 and d2 are orthogonalised
-        // against that of the tangent.
-        let [d1, d2, tangent] = directors;
-        let unit = |v: Vector3<f64>| if v.norm() > 0.0 { v.normalize() } else { v };
-        let tangent = unit(tangent);
-        if self.series.view.0.len() == 2 {
-            return vec![residual.y * tangent.x - residual.x * tangent.y];
+        let [d1, d2, tangent] = directors.map(|d| d.try_normalize(0.0).unwrap_or(d));
+        // In a plane, the direction across the tangent is unique. In space, it is a plane, which d1 and d2 span.
+        if self.series.dimension() == 2 {
+            vec![residual.y * tangent.x - residual.x * tangent.y]
+        } else {
+            vec![residual.dot(&d1), residual.dot(&d2)]
         }
-        let first = unit(d1 - tangent * d1.dot(&tangent));
-        let rest = d2 - tangent * d2.dot(&tangent);
-        let second = unit(rest - first * rest.dot(&first));
-        vec![residual.dot(&first), residual.dot(&second)]
     }
 }

@@ -3,12 +3,13 @@
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Display;
 
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{DMatrix, DVector};
 
 use super::noise::Noise;
+use super::parameter::{free, initial_values};
 use super::problem::Problem;
 use super::residuals::Row;
-use super::series::Series;
+use super::series::{Series, span};
 use super::{Estimates, Family, Fit, FitError, Verdict, Warning};
 use crate::ensemble;
 use crate::error::ParameterError;
@@ -64,15 +65,14 @@ pub struct Scan {
 
 impl std::fmt::Display for Scan {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let ([shortest, longest], ScanLine { oscillator, score }) =
-            (self.periods.map(|period| period / 60.0), self.best);
-        let (period, sense) = (oscillator.period / 60.0, oscillator.handedness);
+        let ScanLine { oscillator, score } = self.best;
+        let [shortest, longest, period] = [self.periods[0], self.periods[1], oscillator.period].map(|s| s / 60.0);
         write!(
             f,
             "oscillators with periods from {shortest:.1} to {longest:.1} min in both senses: the best has a period of \
-             {period:.1} min ({sense:?}), a sensitivity of {:.2e} and a score of {score:.1}; probability of such a \
-             score without an oscillator {:.1e}",
-            oscillator.sensitivity, self.false_alarm
+             {period:.1} min ({:?}), a sensitivity of {:.2e} and a score of {score:.1}; probability of such a score \
+             without an oscillator {:.1e}",
+            oscillator.handedness, oscillator.sensitivity, self.false_alarm
         )?;
         self.warnings.iter().try_for_each(|warning| write!(f, "\n- {warning}"))
     }
@@ -80,11 +80,13 @@ impl std::fmt::Display for Scan {
 
 impl Estimates {
     /// Shortest and longest period (s) of an oscillator that the data resolve: two median times between frames, or a
-    /// hundredth of the duration if this is longer, and half of the duration.
+    /// hundredth of the duration if this is longer, and half of the duration. The duration is that from the first to
+    /// the last frame of all series.
     #[must_use]
     pub fn resolved_periods(&self) -> [f64; 2] {
         let data = &self.input.data;
-        let duration = data.iter().map(Series::duration).fold(0.0, f64::max);
+        let [first, last] = span(data);
+        let duration = last - first;
         // A period shorter than two frames is an alias of a longer period in the opposite sense.
         [(2.0 * least_spacing(data)).max(duration / PERIODS[1]), duration / PERIODS[0]]
     }
@@ -123,13 +125,10 @@ impl Fit {
         ParameterError::unless(ok, "shortest period of a scan", shortest, requirement)?;
         let ok = longest > shortest && longest.is_finite();
         ParameterError::unless(ok, "longest period of a scan", longest, "longer than the shortest (s)")?;
-        let mut points = vec![(estimates.values(), estimates.linear.free.clone())];
-        let is_at_bound = |one: &super::Estimate| one.verdict == Verdict::AtBound;
-        if estimates.parameters.iter().any(is_at_bound) {
-            let free = (0..parameters.len()).filter(|k| !parameters[*k].is_fixed()).collect();
-            points.push((parameters.iter().map(|parameter| parameter.start).collect(), free));
-        }
-        let scans = points.into_iter().map(|point| self.scan_at(&oscillating, estimates, periods, point));
+        let is_at_bound = estimates.parameters.iter().any(|one| one.verdict == Verdict::AtBound);
+        let initial = is_at_bound.then(|| (initial_values(parameters), free(parameters)));
+        let points = std::iter::once((estimates.values(), estimates.linear.free.clone())).chain(initial);
+        let scans = points.map(|point| self.scan_at(&oscillating, estimates, periods, point));
         let scans = scans.collect::<Result<Vec<_>, _>>()?;
         // Lines without a score count, too: they would have one if their neighbours did.
         let count: usize = scans.iter().map(Vec::len).sum();
@@ -160,7 +159,7 @@ impl Fit {
         let null = family(oscillator(0.0, longest, 0.0, Handedness::Counterclockwise));
         self.check(&null, &estimates.input.data)?;
         let problem = Problem { free, ..estimates.problem(self, &null, values.clone()) };
-        let at = problem.at(problem.coordinates())?;
+        let at = problem.at(problem.unknowns())?;
         let explained = orthonormal_basis(&problem.one_sided_jacobian(&at)?);
         let unexplained = |vector: DVector<f64>| &vector - &explained * explained.tr_mul(&vector);
         let slopes = unexplained(at.residuals.map(|r| problem.loss.slope(r)));
@@ -179,7 +178,7 @@ impl Fit {
             };
             let columns = DMatrix::from_columns(&[column(0.0)?, column(FRAC_PI_2)?]);
             let (amplitudes, score) = score(&columns, &slopes, &explained, &at.rows);
-            let (sensitivity, phase) = (amplitudes.norm(), amplitudes.y.atan2(amplitudes.x));
+            let (sensitivity, phase) = (amplitudes.norm(), amplitudes[1].atan2(amplitudes[0]));
             Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score })
         };
         // Lines of one sense are neighbours if their indices differ by two.
@@ -206,17 +205,15 @@ impl Fit {
 /// The noise is that of the residuals without the part that the columns explain. With n residuals that have the
 /// information of ν, the quadratic form q of the score has, over ν, the distribution of F with 2 and ν degrees of
 /// freedom. The probability of a larger value is (1 + q/ν)^(−ν/2) = exp(−S/2).
-fn score(columns: &DMatrix<f64>, slopes: &DVector<f64>, explained: &DMatrix<f64>, rows: &[Row]) -> (Vector2<f64>, f64) {
-    let square = |matrix: DMatrix<f64>| Matrix2::from_fn(|i, j| matrix[(i, j)]);
-    let inverse = |matrix: Matrix2<f64>| matrix.try_inverse().unwrap_or_else(Matrix2::zeros);
+fn score(columns: &DMatrix<f64>, slopes: &DVector<f64>, explained: &DMatrix<f64>, rows: &[Row]) -> (DVector<f64>, f64) {
+    let inverse = |matrix: DMatrix<f64>| matrix.try_inverse().unwrap_or_else(|| DMatrix::zeros(2, 2));
     let gradient = columns.tr_mul(slopes);
-    let gradient = Vector2::new(gradient[0], gradient[1]);
-    let amplitudes = inverse(square(columns.tr_mul(columns))) * -gradient;
-    let rest = slopes + columns * amplitudes;
+    let amplitudes = -inverse(columns.tr_mul(columns)) * &gradient;
+    let rest = slopes + columns * &amplitudes;
     let basis = DMatrix::from_columns(&explained.column_iter().chain(columns.column_iter()).collect::<Vec<_>>());
     let basis = orthonormal_basis(&basis);
     let noise = Noise::of(&rest, rows, &basis, &DMatrix::identity(basis.ncols(), basis.ncols()));
-    let form = gradient.dot(&(inverse(square(noise.covariance(columns, 0.0))) * gradient)).max(0.0);
+    let form = gradient.dot(&(inverse(noise.covariance(columns, 0.0)) * &gradient)).max(0.0);
     let freedom = (slopes.len() as f64 / noise.redundancy() - basis.ncols() as f64).max(1.0);
     (amplitudes, freedom * (form / freedom).ln_1p())
 }

@@ -26,7 +26,7 @@ const DAMPINGS: [f64; 2] = [1e-9, 1e12];
 /// singular values of 1e-12 and more, and the first damping hides steps along them.
 const LEAST: [f64; 3] = [DAMPINGS[0], 1e-7, 1e-5];
 
-/// Largest change of a coordinate in an iteration. A logarithmic parameter changes by at most the factor e.
+/// Largest change of an unknown in an iteration. A logarithmic parameter changes by at most the factor e.
 const LONGEST: f64 = 1.0;
 
 /// Conditions for the end of a search.
@@ -42,31 +42,21 @@ pub(super) struct End {
 /// End of a search.
 pub(super) struct Reached {
     pub point: Point,
-    /// Number of iterations, each with one Jacobian.
-    pub iterations: usize,
-    pub outcome: Outcome,
+    /// Whether the permitted iterations were enough; the last error if the family or a run failed for every step.
+    pub converged: Result<bool, FitError>,
 }
 
-/// Reason for the end of a search.
-pub(super) enum Outcome {
-    Converged,
-    /// The permitted iterations were not enough.
-    Unfinished,
-    /// The family or a run failed for every step.
-    Failed(FitError),
-}
-
-/// Searches for a minimum of the objective from free coordinates `x`.
+/// Searches for a minimum of the objective from the unknowns `x`.
 pub(super) fn search(problem: &Problem, x: DVector<f64>, end: End) -> Result<Reached, FitError> {
     let mut point = problem.at(x)?;
     let mut damping = DAMPING;
-    for iterations in 1..=end.iterations {
+    for _ in 0..end.iterations {
         match Linearised::of(problem, &point)?.lower(damping, end.accuracy) {
-            Ok((lower, used)) => (point, damping) = (lower, (used / MORE).max(DAMPINGS[0])),
-            Err(outcome) => return Ok(Reached { point, iterations, outcome }),
+            Ok(Some((lower, used))) => (point, damping) = (lower, (used / MORE).max(DAMPINGS[0])),
+            none => return Ok(Reached { point, converged: none.map(|_| true) }),
         }
     }
-    Ok(Reached { point, iterations: end.iterations, outcome: Outcome::Unfinished })
+    Ok(Reached { point, converged: Ok(false) })
 }
 
 /// Problem whose residuals are linearised at a point.
@@ -76,7 +66,7 @@ struct Linearised<'a> {
     /// Gradient of the objective, and approximation of its second derivatives.
     gradient: DVector<f64>,
     matrix: DMatrix<f64>,
-    /// Indices of the coordinates that are not kept at a bound.
+    /// Indices of the unknowns that are not kept at a bound.
     moving: Vec<usize>,
 }
 
@@ -102,16 +92,13 @@ impl<'a> Linearised<'a> {
     }
 
     /// First point with a lower objective at the end of a step, with increasing damping and then with the least one;
-    /// and its damping. Otherwise the outcome of the search.
-    fn lower(&self, damping: f64, accuracy: f64) -> Result<(Point, f64), Outcome> {
+    /// and its damping. `None` if no step lowers it: the search has converged.
+    fn lower(&self, damping: f64, accuracy: f64) -> Result<Option<(Point, f64)>, FitError> {
         let mean_square = 2.0 * self.at.objective / self.at.residuals.len() as f64;
         let accuracy = accuracy * mean_square.max(1.0).sqrt();
         let more = std::iter::successors(Some(damping), |damping| Some(damping * MORE));
-        match self.first_lower(more.take_while(|damping| *damping <= DAMPINGS[1]), accuracy) {
-            Ok(Some(found)) => Ok(found),
-            Ok(None) => self.first_lower(LEAST, accuracy).ok().flatten().ok_or(Outcome::Converged),
-            Err(failure) => Err(Outcome::Failed(failure)),
-        }
+        let found = self.first_lower(more.take_while(|damping| *damping <= DAMPINGS[1]), accuracy)?;
+        Ok(found.or_else(|| self.first_lower(LEAST, accuracy).ok().flatten()))
     }
 
     /// First point with a lower objective at the end of a step with one of the dampings, and this damping. The error is
@@ -121,8 +108,7 @@ impl<'a> Linearised<'a> {
         dampings: impl IntoIterator<Item = f64>,
         accuracy: f64,
     ) -> Result<Option<(Point, f64)>, FitError> {
-        let mut none = Ok(None);
-        let mut is_evaluated = false;
+        let (mut failure, mut is_evaluated) = (None, false);
         for damping in dampings {
             let Some((x, _)) = self.step(damping).filter(|(_, length)| *length > accuracy) else { continue };
             match self.problem.at(x) {
@@ -130,13 +116,12 @@ impl<'a> Linearised<'a> {
                 Ok(point) if point.objective < self.at.objective - 0.5 * accuracy * accuracy => {
                     return Ok(Some((point, damping)));
                 }
-                Ok(_) => (none, is_evaluated) = (Ok(None), true),
+                Ok(_) => is_evaluated = true,
                 // The family or the integrator may fail far from the solution. More damping shortens the step.
-                Err(error) if !is_evaluated => none = Err(error),
-                Err(_) => {}
+                Err(error) => failure = Some(error),
             }
         }
-        none
+        failure.filter(|_| !is_evaluated).map_or(Ok(None), Err)
     }
 
     /// End of a step, and its length in standard errors: the predicted change of the residuals over the noise. `None`
@@ -146,12 +131,12 @@ impl<'a> Linearised<'a> {
         let mut damped = DMatrix::from_fn(n, n, |i, j| self.matrix[(self.moving[i], self.moving[j])]);
         let largest = damped.diagonal().iter().copied().fold(0.0, f64::max);
         for i in 0..n {
-            // The diagonal element of a coordinate without effect is zero, and gets a small damping.
+            // The diagonal element of an unknown without effect is zero, and gets a small damping.
             damped[(i, i)] += damping * damped[(i, i)].max(1e-12 * largest);
         }
         let right = DVector::from_fn(n, |i, _| -self.gradient[self.moving[i]]);
         let step = damped.cholesky()?.solve(&right);
-        let longest = step.iter().fold(0.0_f64, |longest, change| longest.max(change.abs()));
+        let longest = step.amax();
         let mut x = self.at.x.clone();
         for (change, k) in step.iter().zip(&self.moving) {
             let [low, high] = self.problem.limits(*k);

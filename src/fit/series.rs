@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::error::{FitError, first_problem};
-use crate::tracking::{Track, median, median_gap, robust_deviation};
+use super::error::{FitError, refuse};
+use crate::tracking::{Track, centred, median, median_gap, robust_deviation};
 
 /// Largest absolute value of a coordinate, in the unit of the data, and of an entry of a camera matrix.
 const LARGEST: f64 = 1e9;
@@ -64,28 +64,26 @@ impl View {
     pub fn matrix(rows: &[Vector3<f64>]) -> Result<Self, FitError> {
         let sound = |row: &Vector3<f64>| row.iter().all(|x| x.abs() <= LARGEST) && row.norm() > 0.0;
         let ok = (1..=2).contains(&rows.len()) && rows.iter().all(sound);
-        let problem = "must have one or two rows of numbers up to 1e9, none of which is zero";
-        if ok { Ok(Self(rows.to_vec())) } else { Err(FitError::Parameter { name: "view".into(), problem }) }
+        let requirement = "must have one or two rows of numbers up to 1e9, none of which is zero";
+        refuse(&[(!ok, requirement)], |problem| FitError::Parameter { name: "view".into(), problem })?;
+        Ok(Self(rows.to_vec()))
     }
-}
 
-/// Measured part of the shoot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// Points of the centre line in each frame. The last one is the tip. The arc lengths of the others are unknown.
-    Points,
-    /// The angle of the tangent at the tip in the plane of the view.
-    Angle,
+    /// Image of a vector. Coordinates that the view does not have are zero.
+    pub(super) fn image(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::from_fn(|k, _| self.0.get(k).map_or(0.0, |row| row.dot(vector)))
+    }
 }
 
 /// Measured positions or angles at increasing times in a view. Frames may be missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    pub(super) kind: Kind,
     pub(super) times: Vec<f64>,
-    /// Points of each frame. Coordinates that the view does not have are zero. An angle (rad) is the first coordinate
-    /// of a point.
+    /// Points of the centre line in each frame. The last one is the tip. The arc lengths of the others are unknown.
+    /// Coordinates that the view does not have are zero.
     pub(super) frames: Vec<Vec<Vector3<f64>>>,
+    /// Whether the first coordinate of a point is the angle (rad) of the tangent at the tip in the plane of the view.
+    pub(super) is_angle: bool,
     /// Number of coordinates that the view must have for these data.
     given: usize,
     pub(super) view: View,
@@ -99,7 +97,7 @@ pub struct Series {
 
 impl Series {
     fn new(times: Vec<f64>, frames: Vec<Vec<Vector3<f64>>>, (given, view): (usize, View)) -> Self {
-        Self { kind: Kind::Points, times, frames, given, view, noise: None, scale: None, offset: None }
+        Self { times, frames, is_angle: false, given, view, noise: None, scale: None, offset: None }
     }
 
     /// Positions of the tip (m, fixed frame) at increasing times (s).
@@ -111,8 +109,8 @@ impl Series {
     /// Track of the tip (s, m) in a view with two coordinates.
     #[must_use]
     pub fn track(track: &Track, view: View) -> Self {
-        let frames = track.positions().iter().map(|p| vec![Vector3::new(p.x, p.y, 0.0)]).collect();
-        Self::new(track.times().to_vec(), frames, (2, view))
+        let lines: Vec<_> = track.positions().iter().map(|p| vec![*p]).collect();
+        Self::centre_lines_in(track.times().to_vec(), &lines, view)
     }
 
     /// One coordinate (m) of the tip at times (s), such as its height, in a view with one row.
@@ -140,8 +138,7 @@ impl Series {
     /// tip has the angle π/2.
     #[must_use]
     pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
-        let frames = angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect();
-        Self { kind: Kind::Angle, ..Self::new(times, frames, (2, view)) }
+        Self { is_angle: true, given: 2, ..Self::coordinates(times, angles, view) }
     }
 
     /// Sets the standard deviation of each coordinate, in the unit of the data, or of each angle, rad. By default it is
@@ -186,25 +183,24 @@ impl Series {
 
     /// Number of coordinates of a point that are compared: those of the view, or one for an angle.
     pub(super) fn dimension(&self) -> usize {
-        if self.kind == Kind::Angle { 1 } else { self.view.0.len() }
+        if self.is_angle { 1 } else { self.view.0.len() }
     }
 
     /// The same data in units of length and time that are smaller by two factors. Angles have no length.
     pub(super) fn scaled(&self, [length, time]: [f64; 2]) -> Self {
-        let length = if self.kind == Kind::Angle { 1.0 } else { length };
+        let length = if self.is_angle { 1.0 } else { length };
         let frames = self.frames.iter().map(|frame| frame.iter().map(|point| point * length).collect()).collect();
         Self { times: self.times.iter().map(|t| t * time).collect(), frames, ..self.clone() }
     }
 
     /// Whether another series has the same data and the same noise.
     pub(super) fn equals(&self, other: &Self) -> bool {
-        let same = (self.kind, &self.times, &self.frames) == (other.kind, &other.times, &other.frames);
-        same && self.view == other.view && self.noise == other.noise
+        Self { scale: other.scale.clone(), offset: other.offset.clone(), ..self.clone() } == *other
     }
 
     /// Number of residuals: all coordinates of a tip, and one fewer for any other point of a centre line, whose
     /// residual is across the tangent.
-    pub(super) fn residuals(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         let d = self.dimension();
         self.frames.iter().filter(|frame| !frame.is_empty()).map(|frame| d + (d - 1) * (frame.len() - 1)).sum()
     }
@@ -221,16 +217,18 @@ impl Series {
         (points.map(|point| (point - mean).norm_squared()).sum::<f64>() / (count * self.dimension() as f64)).sqrt()
     }
 
-    /// Number of residuals without those of coordinates of the tip that are zero in all frames, as those across the
-    /// plane of a shoot. They show nothing of the noise.
-    pub(super) fn varying_residuals(&self) -> usize {
-        let zero = |k: &usize| self.frames.iter().flatten().all(|point| point[*k] == 0.0);
-        self.residuals() - (0..self.dimension()).filter(zero).count() * self.frames.len()
+    /// Robust standard deviation of the coordinates of the last points from their medians, in the unit of the data, or
+    /// rad.
+    pub(super) fn typical_deviation(&self) -> f64 {
+        let coordinate = |k: usize| (0..self.frames.len()).map(|frame| self.last_point(frame)[k]).collect();
+        robust_deviation((0..self.dimension()).flat_map(|k| centred(coordinate(k))))
     }
 
-    /// Time from the first to the last frame, s; zero without frames.
-    pub(super) fn duration(&self) -> f64 {
-        self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first)
+    /// Number of residuals without those of coordinates of the tip that are zero in all frames, as those across the
+    /// plane of a shoot. They show nothing of the noise.
+    pub(super) fn varying_count(&self) -> usize {
+        let zero = |k: &usize| self.frames.iter().flatten().all(|point| point[*k] == 0.0);
+        self.count() - (0..self.dimension()).filter(zero).count() * self.frames.len()
     }
 
     /// Median time between frames, s; infinite for a single frame.
@@ -251,56 +249,52 @@ impl Series {
 
     /// Largest distance of a point from the origin of the view, in the unit of the data; a radian for angles.
     pub(super) fn size(&self) -> f64 {
-        if self.kind == Kind::Angle { 1.0 } else { self.extent() }
+        if self.is_angle { 1.0 } else { self.extent() }
     }
 
     /// Returns an error unless the series is valid, and begins at the `start` (s) of the shoot or later. `series` is
     /// the index of the series in messages.
     pub(super) fn check(&self, series: usize, start: f64) -> Result<(), FitError> {
-        let (times, frames, noise) = (&self.times, &self.frames, self.noise);
-        let refuse =
-            |problem: Option<&'static str>| problem.map_or(Ok(()), |problem| Err(FitError::Series { series, problem }));
-        let is_angle = self.kind == Kind::Angle;
-        refuse(first_problem(&[
+        let Self { times, frames, noise, is_angle, .. } = self;
+        let of_series = |problem| FitError::Series { series, problem };
+        let has_camera = self.scale.is_some() || self.offset.is_some();
+        let is_other_than = |names: &Vec<String>| names.len() != self.dimension();
+        let conditions = [
             (times.is_empty() && frames.is_empty(), "has no frames"),
             (times.len() != frames.len(), "has different numbers of times and positions"),
             (self.given != self.view.0.len(), "has not as many coordinates as its view"),
             (noise.is_some_and(|x| !(x > 0.0 && x.is_finite())), "has a noise that is not positive and finite"),
-            (
-                self.offset.as_ref().is_some_and(|names| names.len() != self.dimension()),
-                "has not as many offsets as coordinates",
-            ),
-            (is_angle && (self.scale.is_some() || self.offset.is_some()), "has angles, which have no scale and offset"),
-            (is_angle && self.extent() > LARGEST_ANGLE, "has an angle beyond two turns: is the unit rad?"),
-        ]))?;
+            (self.offset.as_ref().is_some_and(is_other_than), "has not as many offsets as coordinates"),
+            (*is_angle && has_camera, "has angles, which have no scale and offset"),
+            (*is_angle && self.extent() > LARGEST_ANGLE, "has an angle beyond two turns: is the unit rad?"),
+        ];
+        refuse(&conditions, of_series)?;
         for (frame, (time, points)) in times.iter().zip(frames).enumerate() {
-            let problem = if !time.is_finite() {
-                "has a time that is not finite"
-            } else if *time < start {
-                "has a time before that of the shoot of the family: count times from its start, and do not advance it"
-            } else if frame > 0 && *time <= times[frame - 1] {
-                "has a time that is not later than the one before it"
-            } else if points.is_empty() {
-                "has no points"
-            } else if !points.iter().flatten().all(|x| x.abs() <= LARGEST) {
-                "has a coordinate that is not finite or beyond 1e9"
-            } else if has_jump(points) {
-                "has neighbouring points at a large distance: are they of one plant, in order from the base?"
-            } else {
-                continue;
-            };
-            return Err(FitError::Frame { series, frame, problem });
+            let early = "has a time before that of the shoot of the family: count times from its start, and do not \
+                advance it";
+            let jump = "has neighbouring points at a large distance: are they of one plant, in order from the base?";
+            let conditions = [
+                (!time.is_finite(), "has a time that is not finite"),
+                (*time < start, early),
+                (frame > 0 && *time <= times[frame - 1], "has a time that is not later than the one before it"),
+                (points.is_empty(), "has no points"),
+                (
+                    !points.iter().flatten().all(|x| x.abs() <= LARGEST),
+                    "has a coordinate that is not finite or beyond 1e9",
+                ),
+                (has_jump(points), jump),
+            ];
+            refuse(&conditions, |problem| FitError::Frame { series, frame, problem })?;
         }
         let is_constant = frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]);
         let relative = noise.map_or(1.0, |noise| noise / self.size());
-        refuse(first_problem(&[
+        let large = "has a noise far above all of its coordinates: is its unit that of the coordinates?";
+        let conditions = [
             (is_constant, "is constant: all of its frames are equal"),
             (relative < LEAST_NOISE, "has a noise below the rounding of its coordinates"),
-            (
-                relative > MOST_NOISE,
-                "has a noise far above all of its coordinates: is its unit that of the coordinates?",
-            ),
-        ]))
+            (relative > MOST_NOISE, large),
+        ];
+        refuse(&conditions, of_series)
     }
 
     /// Scatter of neighbouring frames: a robust estimate of the noise from second differences of their last points, in
@@ -317,6 +311,12 @@ impl Series {
             _ => largest * EXACT,
         }
     }
+}
+
+/// First and last time of the frames of all series, s.
+pub(super) fn span(data: &[Series]) -> [f64; 2] {
+    let times = || data.iter().flat_map(|series| series.times.iter().copied());
+    [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)]
 }
 
 /// Whether one distance of neighbouring points of a frame is far above the others, as between the tip of a plant and

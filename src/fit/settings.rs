@@ -2,7 +2,9 @@
 
 use std::fmt::Display;
 
-use super::series::{Kind, Series};
+use super::error::refuse;
+use super::parameter::{free, initial_values};
+use super::series::Series;
 use super::{Family, FitError, Loss};
 use crate::ensemble;
 use crate::error::ParameterError;
@@ -91,8 +93,8 @@ impl Fit {
             ParameterError::unless(*part > 0.0 && *part <= 1.0, "part of the data", *part, "positive and at most 1")?;
         }
         family.check(data)?;
-        let shoot = family.shoot(&family.initial_values())?;
-        let free = family.parameters.iter().filter(|parameter| !parameter.is_fixed()).count();
+        let shoot = family.shoot(&initial_values(&family.parameters))?;
+        let free = free(&family.parameters).len();
         let mut coordinates = 0;
         for (index, series) in data.iter().enumerate() {
             series.check(index, shoot.time())?;
@@ -100,13 +102,12 @@ impl Fit {
             let requirement = "long enough that the data end within 100,000 steps: are their times in s, and counted \
                 from the start of the shoot?";
             ParameterError::unless(duration <= MOST_STEPS * self.step, "time step of a fit", self.step, requirement)?;
-            coordinates += series.residuals();
+            coordinates += series.count();
             // The likelihood has no maximum if a fit can explain a series exactly.
             let enough = if data.len() > 1 { 0 } else { free + 1 };
-            if series.noise.is_none() && series.varying_residuals() <= free && series.residuals() >= enough {
-                let problem = "has no more coordinates than there are parameters: its noise must be given";
-                return Err(FitError::Series { series: index, problem });
-            }
+            let is_exact = series.noise.is_none() && series.varying_count() <= free && series.count() >= enough;
+            let problem = "has no more coordinates than there are parameters: its noise must be given";
+            refuse(&[(is_exact, problem)], |problem| FitError::Series { series: index, problem })?;
             check_unit(index, series, &shoot)?;
         }
         let parameters = free + usize::from(data.iter().any(|series| series.noise.is_none()));
@@ -117,27 +118,29 @@ impl Fit {
 /// Returns an error if the sizes of a series and of the shoot, at its start or at the end of the data, differ by a
 /// factor that suggests a wrong unit. Angles have no size, and a scale or an offset may explain any size.
 fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Result<(), FitError> {
-    if series.kind == Kind::Angle || series.scale.is_some() || series.offset.is_some() {
+    if series.is_angle || series.scale.is_some() || series.offset.is_some() {
         return Ok(());
     }
-    let length = shoot.rod().length();
-    let norm = series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
-    let (observed, modelled) = (series.extent(), length * norm);
-    let duration = series.times[series.times.len() - 1] - shoot.time();
-    let expected = if series.dimension() == 3 {
+    let (observed, length, start) = (series.extent(), shoot.rod().length(), shoot.time());
+    let longest = length * series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
+    let duration = series.times[series.times.len() - 1] - start;
+    let growth = shoot.model().growth();
+    let expected = if series.dimension() == 3 && growth.elongates() {
+        // With times in another unit the shoot would grow far beyond the data.
+        growth.length(length, start + duration)
+    } else if series.dimension() == 3 {
         length
-    } else if series.times[0] - shoot.time() <= EARLY * duration {
-        series.view.0.iter().map(|row| row.dot(&shoot.tip()).powi(2)).sum::<f64>().sqrt()
+    } else if series.times[0] - start <= EARLY * duration {
+        series.view.image(&shoot.tip()).norm()
     } else {
         // The tip may be close to the line of sight to the base, such as that of a risen shoot from above.
         0.0
     };
-    if observed > WRONG_UNIT * modelled || observed * WRONG_UNIT < expected {
-        return Err(FitError::Unit { series: index, observed, modelled });
+    if observed > WRONG_UNIT * longest {
+        Err(FitError::Unit { series: index, observed, modelled: longest })
+    } else if observed * WRONG_UNIT < expected {
+        Err(FitError::Unit { series: index, observed, modelled: expected })
+    } else {
+        Ok(())
     }
-    // With times in another unit the shoot would grow far beyond the data.
-    let growth = shoot.model().growth();
-    let longest = if growth.elongates() { growth.length(length, shoot.time() + duration) } else { length };
-    let far = series.dimension() == 3 && observed * WRONG_UNIT < longest;
-    if far { Err(FitError::Unit { series: index, observed, modelled: longest }) } else { Ok(()) }
 }

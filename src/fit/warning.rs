@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::Loss;
 use super::noise::Noise;
 use super::residuals::Row;
-use super::series::{Kind, Series};
+use super::series::{Series, span};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
@@ -165,7 +165,7 @@ pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Row, f64)], noise: &
         if !frames.is_empty() {
             warnings.push(Warning::RepeatedFrames { series: index, frames });
         }
-        let of_tip = own().filter(|(row, _)| row.coordinate < series.dimension()).map(|(_, r)| *r);
+        let of_tip = own().filter(|(row, _)| row.index < series.dimension()).map(|(_, r)| *r);
         if let Some(deviation) = uncertainty_of_times(series, &of_tip.collect::<Vec<_>>()) {
             warnings.push(Warning::UncertainTimes { series: index, deviation });
         }
@@ -183,7 +183,7 @@ pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Row, f64)], noise: &
 /// Warnings about frames whose times are, up to rounding, those of a discontinuity of the laws. The shoot is at its
 /// start.
 pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Warning>, ParameterError> {
-    let last = data.iter().filter_map(|series| series.times.last()).copied().fold(f64::NEG_INFINITY, f64::max);
+    let [_, last] = span(data);
     let mut frames = vec![Vec::new(); data.len()];
     let mut time = next_discontinuity(shoot.model(), before(shoot.time()))?;
     while time <= last {
@@ -223,7 +223,7 @@ fn of_residuals(series: usize, data: &Series, loss: Loss, residuals: &[f64]) -> 
 /// An error δ of a time displaces the tip by its velocity times δ. The velocity is that of the simulated tip.
 fn uncertainty_of_times(series: &Series, residuals: &[f64]) -> Option<f64> {
     let (count, d) = (series.times.len(), series.dimension());
-    if series.kind == Kind::Angle || count < FEW {
+    if series.is_angle || count < FEW {
         return None;
     }
     let simulated = |frame: usize, k: usize| series.last_point(frame)[k] + residuals[frame * d + k];
@@ -238,5 +238,7 @@ fn uncertainty_of_times(series: &Series, residuals: &[f64]) -> Option<f64> {
     let squares = centred(DVector::from_iterator(n, inner().map(|(frame, k)| residuals[frame * d + k].powi(2))));
     let correlation = speeds.dot(&squares) / (speeds.norm() * squares.norm());
     let is_significant = correlation * (n as f64).sqrt() > SIGNIFICANT;
-    is_significant.then(|| (speeds.dot(&squares) / speeds.norm_squared()).sqrt())
+    let deviation = (speeds.dot(&squares) / speeds.norm_squared()).sqrt();
+    // The speed of a shoot at rest is rounding.
+    (is_significant && deviation < series.times[count - 1] - series.times[0]).then_some(deviation)
 }

@@ -6,6 +6,7 @@ use nalgebra::{Complex, Vector2};
 
 use super::background::Background;
 use super::ellipse::Ellipse;
+use super::statistics::normal_deviate;
 use super::wavelet::{Sampling, gain, period_over_scale, transform};
 use crate::numerics::scalar::vertex;
 
@@ -168,11 +169,10 @@ pub(super) fn decorrelation(period: f64) -> f64 {
     2.32 * period / period_over_scale()
 }
 
-/// The probability that χ² with given degrees of freedom exceeds its mean by a `ratio`, by the approximation of
-/// Wilson and Hilferty. Above the mean it is an upper bound.
+/// The probability that χ² with given degrees of freedom exceeds its mean by a `ratio`. Above the mean it is an upper
+/// bound.
 fn tail(ratio: f64, freedom: f64) -> f64 {
-    let variance = 2.0 / (9.0 * freedom);
-    let z = (ratio.cbrt() - (1.0 - variance)) / variance.sqrt();
+    let z = normal_deviate(ratio, freedom);
     // Bound of Mills for the tail of a normal distribution.
     if z > 1.0 { (-0.5 * z * z).exp() / (z * TAU.sqrt()) } else { 1.0 }
 }

@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Vector2;
+use nalgebra::{Complex, Vector2};
 
 use super::statistics::{GAMMA_MEDIAN, LEAST, median};
+use crate::numerics::fourier::FourierSums;
 
 /// A power spectrum.
 pub(super) struct Spectrum {
@@ -26,19 +27,13 @@ impl Spectrum {
         let hann = |t: f64| 0.5 - 0.5 * (TAU * (t - start) / duration).cos();
         let tapers: Vec<f64> = times.iter().zip(weights).map(|(t, weight)| weight * hann(*t)).collect();
         let noise: f64 = tapers.iter().map(|x| x * x).sum();
-        let turns: Vec<(f64, f64)> = times.iter().map(|t| (TAU * step * (t - start)).sin_cos()).collect();
-        let mut phases = turns.clone();
-        let mut lines = Vec::new();
-        for k in 1..=(highest / step * (1.0 + 1e-9)) as usize {
-            let mut sums = [Vector2::zeros(); 2];
-            for (((phase, turn), position), taper) in phases.iter_mut().zip(&turns).zip(positions).zip(&tapers) {
-                let (sine, cosine) = *phase;
-                sums[0] += position * (taper * cosine);
-                sums[1] += position * (taper * sine);
-                *phase = (sine * turn.1 + cosine * turn.0, cosine * turn.1 - sine * turn.0);
-            }
-            lines.push((step * k as f64, (sums[0].norm_squared() + sums[1].norm_squared()) / noise));
-        }
+        let angles: Vec<f64> = times.iter().map(|t| TAU * step * (t - start)).collect();
+        // The highest frequency belongs to the spectrum in spite of rounding.
+        let count = (highest / step * (1.0 + 1e-9)) as usize;
+        let tapered = positions.iter().zip(&tapers).map(|(position, taper)| [position.x * taper, position.y * taper]);
+        let sums = FourierSums::new(&angles, count + 1).of(tapered);
+        let power = |[x, y]: &[Complex<f64>; 2]| (x.norm_sqr() + y.norm_sqr()) / noise;
+        let lines = sums.iter().enumerate().skip(1).map(|(k, sums)| (step * k as f64, power(sums))).collect();
         Self { lines }
     }
 

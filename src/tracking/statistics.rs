@@ -18,6 +18,12 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
+/// Differences of values from their median.
+pub(crate) fn centred(values: Vec<f64>) -> impl Iterator<Item = f64> {
+    let middle = median(values.clone());
+    values.into_iter().map(move |value| value - middle)
+}
+
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const MAD: f64 = 1.482_602_218_505_602;
 
@@ -29,6 +35,13 @@ pub(crate) fn robust_deviation(values: impl Iterator<Item = f64>) -> f64 {
 /// Root mean square of some values; zero for none.
 pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Normal deviate of χ² with given degrees of freedom that is a `ratio` times its mean: its cube root is almost normal
+/// (E. B. Wilson and M. M. Hilferty, Proc. Natl. Acad. Sci. 17, 684, 1931).
+pub(crate) fn normal_deviate(ratio: f64, freedom: f64) -> f64 {
+    let variance = 2.0 / (9.0 * freedom);
+    (ratio.cbrt() - (1.0 - variance)) / variance.sqrt()
 }
 
 /// The median sampling interval.

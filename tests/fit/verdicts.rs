@@ -4,7 +4,9 @@ use super::plants::{NAMES, NOISE, TRUTH, family, measured, righting, tips};
 use crate::fixtures::random::Draw;
 use crate::fixtures::shoots::HOUR;
 use approx::assert_abs_diff_eq;
-use morphorod::fit::{Estimates, Family, Fit, FitError, Loss, Series, Warning};
+use morphorod::Shoot;
+use morphorod::constitutive::LinearElastic;
+use morphorod::fit::{Estimates, Family, Fit, FitError, Loss, Parameter, Series, Warning};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use nalgebra::Vector3;
 
@@ -91,6 +93,21 @@ fn a_shoot_that_is_farther_from_the_data_than_a_constant_is_an_error() {
     // A distance of millimetres over the noise.
     let FitError::WorseThanConstant { searches: 1, ratio } = error else { panic!("{error}") };
     assert!(ratio > 10.0 && error.to_string().contains("units of times"), "{error}");
+}
+
+/// A plant circles about a point beside the upright shoot of the family, which has no tropism and does not move.
+#[test]
+fn a_shoot_at_rest_is_reported_without_an_error() {
+    let upright = |p: &[f64]| {
+        let elastic = LinearElastic { youngs_modulus: p[0], poissons_ratio: 0.5 };
+        Shoot::builder(elastic).length(0.05).radius(5e-4).build()
+    };
+    let times: Vec<f64> = (1..=40).map(|k| 300.0 * f64::from(k)).collect();
+    let circle = |t: &f64| Vector3::new(0.002 + 0.001 * (t / 900.0).cos(), 0.001 * (t / 900.0).sin(), 0.05);
+    let data = [Series::tips(times.clone(), &times.iter().map(circle).collect::<Vec<_>>())];
+    let family = Family { parameters: vec![Parameter::positive("E", [1e6, 1e8])], build: upright };
+    let found = Fit { step: 300.0, ..Fit::default() }.run(&family, &data).unwrap();
+    assert!(found.warnings.iter().any(|one| matches!(one, Warning::NoMotion { series: 0, .. })), "{found}");
 }
 
 #[test]
