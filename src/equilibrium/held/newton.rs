@@ -185,9 +185,9 @@ impl HeldSearch<'_> {
 
     /// Increases the shift until a step is accepted. After a whole step in contact the next shift decreases in
     /// proportion to the rotation, and at least by the factor of the settings. After a part of a step it is divided by
-    /// this part, since a step is about inversely proportional to its shift. The method of Levenberg and Marquardt with a shift in proportion
-    /// to the residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None`
-    /// if the rod has moved without a step.
+    /// this part, since a step is about inversely proportional to its shift. The method of Levenberg and Marquardt with
+    /// a shift in proportion to the residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15,
+    /// 239–249, 2001). `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let (first, factor) = SETTINGS.shift;
         let least = SETTINGS.least_shift * self.force_scale();
