@@ -63,9 +63,9 @@ impl Reduced<'_> {
         }
     }
 
-    /// Solves for the forces and displacements of the contacts, with their present values as initial guess. Unless it is
-    /// `near` the solution, the first step linearises the laws at the start of the step of the rod. Returns whether the
-    /// laws are satisfied, at least to [`USEFUL`]. If they are not, the contacts are unchanged.
+    /// Solves for the forces and displacements of the contacts, with their present values as initial guess. Unless it
+    /// is `near` the solution, the first step linearises the laws at the start of the step of the rod. Returns whether
+    /// the laws are satisfied, at least to [`USEFUL`]. If they are not, the contacts are unchanged.
     pub fn solve(&self, contacts: &mut Vec<Contact>, near: bool) -> bool {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
         let rigid = contacts.iter().any(|contact| contact.rigid > 0.0);
@@ -93,8 +93,8 @@ impl Reduced<'_> {
         false
     }
 
-    /// The contacts at which Newton's iteration begins. `None` if the first step is not finite, or if the active set has
-    /// no solution and the present contacts have been tried.
+    /// The contacts at which Newton's iteration begins. `None` if the first step is not finite, or if the active set
+    /// has no solution and the present contacts have been tried.
     fn initial(&self, contacts: &[Contact], near: bool, pressed: bool) -> Option<Vec<Contact>> {
         if pressed {
             let mut pressed = contacts.to_vec();
