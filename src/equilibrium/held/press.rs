@@ -20,73 +20,49 @@ const INDEFINITE: f64 = 1e-10;
 /// Number of sets of contacts to which stiffness is added. Nearly all problems need one or two.
 const STABILISATIONS: usize = 15;
 
+/// A contact, linearised at the place that it has with the present forces.
+struct Linearised {
+    gap: Gap,
+    /// The gap (m) at the place of least gap, to second order, and its derivatives by the coordinates.
+    least: f64,
+    normal: DVector<f64>,
+    /// The slope along the rod and its derivatives by the coordinates, if the contact moves along the rod.
+    slide: Option<(f64, DVector<f64>)>,
+    /// The second derivatives of the gap, times the force.
+    bends: Vec<Bend>,
+}
+
+/// A term σ (b · u + c)²/2 by which displacements u of the coordinates change the work of a normal force.
+struct Bend {
+    /// The row b, and the constant c.
+    row: DVector<f64>,
+    offset: f64,
+    /// The sign σ: positive where the contact slides to a smaller gap, and negative where it turns about the obstacle.
+    sign: f64,
+}
+
+/// The response to normal forces of a rod whose contacts slide and turn.
+struct Pressed {
+    /// Change of the gaps by the normal forces, m/N, and without changes of these forces, m.
+    compliance: DMatrix<f64>,
+    settled: DVector<f64>,
+    /// Change of the coordinates by the normal forces, and without changes of these forces.
+    by_forces: DMatrix<f64>,
+    moved: DVector<f64>,
+}
+
 impl Reduced<'_> {
     /// Sets the normal forces to those with which no contact penetrates and each loaded one touches, for the present
     /// normals, displacements along the rod, and friction, which is limited to its cone. Returns whether they exist,
     /// which they may not if the rod is unstable.
     pub(super) fn press(&self, contacts: &mut [Contact]) -> bool {
         let coordinates = self.coordinates(contacts);
-        let (size, dimension) = (contacts.len(), self.free.len());
-        let places: Vec<_> = contacts.iter().map(|at| Self::place(at, &coordinates)).collect();
-        let gaps: Vec<Gap> =
-            contacts.iter().zip(&places).map(|(at, (place, _))| self.surfaces.gap(at.obstacle, place)).collect();
-        let mut normals = DMatrix::zeros(size, dimension);
-        // Rows of the negative stiffness of the contact forces, with their offsets.
-        let mut rows: Vec<(DVector<f64>, f64, f64)> = Vec::new();
-        // The rows that displace the contacts along the rod.
-        let mut slides: Vec<Option<(DVector<f64>, f64)>> = vec![None; size];
-        let mut least = DVector::zeros(size);
-        for (i, (at, gap)) in contacts.iter().zip(&gaps).enumerate() {
-            let along = |direction: &Vector3<f64>| {
-                let mut row = DVector::zeros(dimension);
-                row.fixed_rows_mut::<3>(at.first).copy_from(direction);
-                if at.range.is_some() {
-                    row.fixed_rows_mut::<3>(at.first + 3).copy_from(&(direction * at.shift));
-                }
-                row
-            };
-            normals.set_row(i, &along(&gap.normal).transpose());
-            least[i] = gap.value - at.clearance;
-            let push = gap.normal.dot(&at.force);
-            let eigen = gap.curvature.symmetric_eigen();
-            for (side, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
-                if push * value > 0.0 {
-                    rows.push((along(&(side * (push * value).sqrt())), 0.0, -1.0));
-                }
-            }
-            if let Some([from, to]) = at.range {
-                let tangent = places[i].1;
-                let slope = gap.normal.dot(&tangent);
-                let mut row = along(&(gap.curvature * tangent));
-                let mut turn = row.fixed_rows_mut::<3>(at.first + 3);
-                turn += gap.normal;
-                let moved = at.shift - slope / at.curve;
-                if push > 0.0 && at.curve > 0.0 && moved > from && moved < to {
-                    let factor = (push / at.curve).sqrt();
-                    rows.push((&row * factor, slope * factor, 1.0));
-                    least[i] -= 0.5 * slope * slope / at.curve;
-                }
-                slides[i] = Some((row, slope));
-            }
-        }
-        let stiffness = DMatrix::from_fn(rows.len(), dimension, |k, j| rows[k].0[j]);
-        let offsets = DVector::from_fn(rows.len(), |k, _| rows[k].1);
-        let by_normals = self.compliance * normals.transpose();
-        let by_rows = self.compliance * stiffness.transpose();
-        let mut matrix = -(&stiffness * &by_rows);
-        (0..rows.len()).for_each(|k| matrix[(k, k)] -= rows[k].2);
-        let factors = matrix.lu();
-        let across = &stiffness * &by_normals;
-        let (inner, turned) = if rows.is_empty() {
-            (across.clone(), offsets)
-        } else {
-            let (Some(inner), Some(turned)) = (factors.solve(&across), factors.solve(&offsets)) else { return false };
-            (inner, turned)
-        };
-        let mut compliance = &normals * &by_normals + across.transpose() * &inner;
-        compliance = (&compliance + compliance.transpose()) * 0.5;
-        let present = DVector::from_fn(size, |i, _| gaps[i].normal.dot(&contacts[i].force));
-        let free = least + across.transpose() * &turned - &compliance * &present;
+        let linear: Vec<Linearised> = contacts.iter().map(|at| self.linearised(at, &coordinates)).collect();
+        let Some(Pressed { mut compliance, settled, by_forces, moved }) = self.pressed(&linear) else { return false };
+        let size = contacts.len();
+        let present = DVector::from_fn(size, |i, _| linear[i].gap.normal.dot(&contacts[i].force));
+        let least = DVector::from_fn(size, |i, _| linear[i].least);
+        let free = least + settled - &compliance * &present;
         let redundant = REDUNDANT * compliance.trace().abs() / size as f64;
         (0..size).for_each(|i| compliance[(i, i)] += redundant);
         let extent = contacts.iter().map(|at| self.free.fixed_rows::<3>(at.first).amax()).fold(0.0, f64::max);
@@ -97,20 +73,78 @@ impl Reduced<'_> {
         let Some(normal) = stabilised(&compliance, &free, present.map(|force| force.max(0.0)), rounding) else {
             return false;
         };
-        let change = &normal - &present;
-        let moved = &by_normals * &change + &by_rows * (inner * &change + turned);
-        for (((contact, Gap { normal: n, .. }), force), slide) in
-            contacts.iter_mut().zip(&gaps).zip(&normal).zip(&slides)
-        {
+        let moved = by_forces * (&normal - &present) + moved;
+        for ((contact, at), force) in contacts.iter_mut().zip(&linear).zip(&normal) {
+            let n = &at.gap.normal;
             let tangential = contact.force - n * n.dot(&contact.force);
             contact.force = n * *force + tangential.cap_magnitude(contact.friction * force);
-            if let (Some((row, slope)), Some([from, to])) = (slide, contact.range)
+            if let (Some((slope, row)), Some([from, to])) = (&at.slide, contact.range)
                 && contact.curve > 0.0
             {
                 contact.shift = (contact.shift - (slope + row.dot(&moved)) / contact.curve).clamp(from, to);
             }
         }
         true
+    }
+
+    fn linearised(&self, at: &Contact, coordinates: &DVector<f64>) -> Linearised {
+        // Derivatives of the component of the place in a direction.
+        let along = |direction: Vector3<f64>| {
+            let mut row = DVector::zeros(coordinates.len());
+            Contact { force: direction, ..*at }.load(&mut row);
+            row
+        };
+        let (place, tangent) = Self::place(at, coordinates);
+        let gap = self.surfaces.gap(at.obstacle, &place);
+        let mut least = gap.value - at.clearance;
+        let mut bends = Vec::new();
+        let push = gap.normal.dot(&at.force);
+        let eigen = gap.curvature.symmetric_eigen();
+        for (side, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+            if push * value > 0.0 {
+                bends.push(Bend { row: along(side * (push * value).sqrt()), offset: 0.0, sign: -1.0 });
+            }
+        }
+        let slide = at.range.map(|[from, to]| {
+            let slope = gap.normal.dot(&tangent);
+            let mut row = along(gap.curvature * tangent);
+            let mut turn = row.fixed_rows_mut::<3>(at.first + 3);
+            turn += gap.normal;
+            let moved = at.shift - slope / at.curve;
+            if push > 0.0 && at.curve > 0.0 && moved > from && moved < to {
+                let factor = (push / at.curve).sqrt();
+                bends.push(Bend { row: &row * factor, offset: slope * factor, sign: 1.0 });
+                least -= 0.5 * slope * slope / at.curve;
+            }
+            (slope, row)
+        });
+        Linearised { gap, least, normal: along(gap.normal), slide, bends }
+    }
+
+    /// Eliminates the displacements that the second derivatives of the gaps cause. `None` if their equations are
+    /// singular.
+    fn pressed(&self, linear: &[Linearised]) -> Option<Pressed> {
+        let dimension = self.free.len();
+        let bends: Vec<&Bend> = linear.iter().flat_map(|at| &at.bends).collect();
+        let normals = DMatrix::from_fn(linear.len(), dimension, |i, j| linear[i].normal[j]);
+        let rows = DMatrix::from_fn(bends.len(), dimension, |k, j| bends[k].row[j]);
+        let offsets = DVector::from_fn(bends.len(), |k, _| bends[k].offset);
+        let by_normals = self.compliance * normals.transpose();
+        let by_rows = self.compliance * rows.transpose();
+        let mut matrix = -(&rows * &by_rows);
+        (0..bends.len()).for_each(|k| matrix[(k, k)] -= bends[k].sign);
+        let across = &rows * &by_normals;
+        let factors = matrix.lu();
+        // The elimination of no displacement is not singular.
+        let solve = |rhs: &DMatrix<f64>| if bends.is_empty() { Some(rhs.clone()) } else { factors.solve(rhs) };
+        let (inner, turned) = (solve(&across)?, solve(&DMatrix::from_columns(&[offsets]))?.column(0).into_owned());
+        let compliance = &normals * &by_normals + across.transpose() * &inner;
+        Some(Pressed {
+            compliance: (&compliance + compliance.transpose()) * 0.5,
+            settled: across.transpose() * &turned,
+            moved: &by_rows * turned,
+            by_forces: by_normals + by_rows * inner,
+        })
     }
 }
 
@@ -127,18 +161,18 @@ fn stabilised(
 ) -> Option<DVector<f64>> {
     let size = free.len();
     let all: Vec<usize> = (0..size).collect();
-    if !least_negative(compliance, &all).is_finite() {
+    let mut least = least_negative(compliance, &all);
+    if !least.is_finite() {
         return complementary(compliance, free, forces, rounding);
     }
     let mut set: Vec<usize> = (0..size).filter(|i| forces[*i] > 0.0).collect();
-    if !least_negative(compliance, &set).is_finite() {
+    let loaded = least_negative(compliance, &set);
+    if loaded.is_finite() {
+        least = loaded;
+    } else {
         set = all;
     }
     for _ in 0..STABILISATIONS {
-        let least = least_negative(compliance, &set);
-        if !least.is_finite() {
-            return None;
-        }
         // The smallest negative eigenvalue changes its sign.
         let stiffness = 2.0 / least;
         let columns = compliance.select_columns(&set);
@@ -158,6 +192,10 @@ fn stabilised(
             return Some(forces);
         }
         set = (0..size).filter(loaded).collect();
+        least = least_negative(compliance, &set);
+        if !least.is_finite() {
+            return None;
+        }
     }
     None
 }
@@ -233,6 +271,24 @@ mod tests {
                 assert!(force * gap <= 1e-12 * largest, "{phase}: {force:e} {gap:e}");
             }
             assert!(largest > 0.0, "{phase}");
+        }
+    }
+
+    #[test]
+    fn rod_that_its_contacts_hold_has_the_forces_of_these_contacts() {
+        // The first contact holds a direction in which the rod alone is unstable: g₁ = g₀ − λ₁ with g₀ = 0.5. The
+        // second one touches, is open, or opens since the first one pushes it away by c λ₁.
+        for (coupling, gap, expected) in [(0.0, -1.0, 1.0), (0.0, 0.3, 0.0), (0.4, -1.0, 0.69), (3.0, -1.0, 0.0)] {
+            let compliance = DMatrix::from_row_slice(2, 2, &[-1.0, coupling, coupling, 1.0]);
+            // With the force λ₂ the first gap is g₀ + c λ₂ − λ₁ = 0.
+            let free = DVector::from_vec(vec![0.5, gap]);
+            let forces = stabilised(&compliance, &free, DVector::from_vec(vec![0.4, 0.0]), 1e-14).expect("forces");
+            let first = 0.5 + coupling * forces[1];
+            let gaps = &compliance * &forces + &free;
+            assert!((forces[0] - first).abs() < 1e-14 && gaps[0].abs() < 1e-14, "{coupling} {gap}: {forces:?}");
+            let second = ((-gap - 0.5 * coupling) / (1.0 + coupling * coupling)).max(0.0);
+            assert!((second - expected).abs() < 0.01 && (forces[1] - second).abs() < 1e-14, "{forces:?}");
+            assert!(gaps[1] > -1e-14 && (gaps[1] * forces[1]).abs() < 1e-14, "{gaps:?}");
         }
     }
 

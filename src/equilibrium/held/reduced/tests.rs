@@ -33,12 +33,17 @@ fn contact(first: usize, friction: f64, range: Option<[f64; 2]>) -> Contact {
     }
 }
 
+/// The compliance and the free coordinates of a contact that moves along the rod and of one that does not.
+fn two_coupled_contacts() -> (DMatrix<f64>, DVector<f64>) {
+    let n = 9;
+    let factor = DMatrix::from_fn(n, n, |i, j| ((i * n + j) as f64 * 2.399_963).sin() * 0.2);
+    let compliance = &factor * factor.transpose() + DMatrix::identity(n, n) * 0.3;
+    (compliance, DVector::from_vec(vec![0.5, 0.4, 0.6, 0.6, -0.7, 0.1, -0.4, 0.5, 0.6]))
+}
+
 #[test]
 fn newton_step_has_the_derivatives_of_the_residuals() {
-    let n = 9;
-    let mut compliance = DMatrix::from_fn(n, n, |i, j| ((i * n + j) as f64 * 2.399_963).sin() * 0.2);
-    compliance = &compliance * compliance.transpose() + DMatrix::identity(n, n) * 0.3;
-    let free = DVector::from_vec(vec![0.5, 0.4, 0.6, 0.6, -0.7, 0.1, -0.4, 0.5, 0.6]);
+    let (compliance, free) = two_coupled_contacts();
     let problem = Reduced { surfaces: &Ball, compliance: &compliance, start: free.clone(), free, scale: 0.0 };
     for friction in [0.0, 0.2, 5.0] {
         let mut contacts = vec![contact(0, friction, Some([-1.0, 1.0])), contact(6, friction, None)];
@@ -68,6 +73,31 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
         let h = 1e-5;
         let difference = (moved(h) - moved(-h)) / (2.0 * h);
         assert_relative_eq!(difference, -residuals(&contacts), epsilon = 1e-7, max_relative = 1e-7);
+    }
+}
+
+#[test]
+fn active_set_keeps_the_solution_and_approaches_it() {
+    let (compliance, free) = two_coupled_contacts();
+    let problem = Reduced { surfaces: &Ball, compliance: &compliance, start: free.clone(), free, scale: 0.0 };
+    let mut solution = vec![contact(0, 0.0, Some([-1.0, 1.0])), contact(6, 0.0, None)];
+    assert!(problem.solve(&mut solution, false));
+    assert!(solution.iter().all(|at| at.status != Status::Open));
+    let distance = |contacts: &[Contact]| {
+        let each = contacts.iter().zip(&solution).map(|(a, b)| (a.force - b.force).norm() + (a.shift - b.shift).abs());
+        each.sum::<f64>()
+    };
+    let mut kept = solution.clone();
+    assert!(problem.press(&mut kept));
+    assert!(distance(&kept) < 1e-12, "{:e}", distance(&kept));
+    // The convergence is linear, since each force keeps the normal at the place before.
+    let mut contacts = solution.clone();
+    contacts.iter_mut().for_each(|at| at.force *= 1.05);
+    let mut last = distance(&contacts);
+    for press in 0..6 {
+        assert!(problem.press(&mut contacts));
+        assert!(distance(&contacts) < 0.7 * last, "{press}: {:e} {last:e}", distance(&contacts));
+        last = distance(&contacts);
     }
 }
 
