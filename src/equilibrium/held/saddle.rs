@@ -26,11 +26,12 @@ impl HeldSearch<'_> {
             let first = linear.response.first(self.sites.len() + i) - linear.first;
             let compliance = linear.compliance.fixed_view::<3, 3>(first, first).into_owned();
             let (n, eigen) = (at.gap.normal, compliance.symmetric_eigen());
-            let stiffest = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+            // A rod that only its contacts hold has negative eigenvalues, and is not rigid in these directions.
+            let stiffest = eigen.eigenvectors.column(eigen.eigenvalues.iamin()).into_owned();
             // With friction the force may act along the rod although the obstacle is inclined to it.
             let jams =
                 stiffest.cross(&n).norm() <= self.obstacles.contacts[at.obstacle].friction * stiffest.dot(&n).abs();
-            let along = if jams { eigen.eigenvalues.min() } else { n.dot(&(compliance * n)) };
+            let along = if jams { eigen.eigenvalues.amin() } else { n.dot(&(compliance * n)).abs() };
             // A rod that is bent by a small angle yields along itself by the square of the angle.
             (along * self.length < missing * compliance.trace()).then_some(missing)
         });
