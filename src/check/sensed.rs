@@ -118,8 +118,9 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
                 Source::Computed => continue,
             };
             let (x, time) = (remembered.copied().unwrap_or(f64::NAN), variable.time_constant);
-            if !is_memory_rate(rates[k], [x, state[k]], time) {
-                let values = [rates[k], (x - state[k]) / time];
+            let turns = variable.turns.map(|(frequency, i)| (frequency, state.get(i).copied().unwrap_or(f64::NAN)));
+            if !is_memory_rate(rates[k], [x, state[k]], time, turns) {
+                let values = [rates[k], Variable::linear_rate(state[k], x, time, turns)];
                 return Err(self.at.error(Quantity::Rate(k), values, "that of the declared memory, (x − y)/τ"));
             }
         }

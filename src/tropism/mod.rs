@@ -1,9 +1,14 @@
 //! Tropism laws: differential growth, equations (4) to (8).
 
+mod at_apex;
 mod compose;
 mod declaration;
 mod derivatives;
+mod filtered;
 mod gravitropism;
+mod kernel;
+mod kernel_fit;
+mod light;
 mod memory;
 mod oscillator;
 mod perception;
@@ -11,10 +16,14 @@ mod proprioception;
 mod response;
 mod statoliths;
 
+pub use at_apex::AtApex;
 pub(crate) use declaration::is_memory_rate;
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
 pub(crate) use derivatives::{law_matrices, rates_in_steady_state};
+pub use filtered::Filtered;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
+pub use kernel::{KernelTerm, MemoryKernel};
+pub use light::{During, Light, LightSource, LineLight, ParallelLight, Phototropism, PointLight};
 pub use memory::Memory;
 pub use oscillator::{Handedness, Oscillator};
 pub use perception::Perception;

@@ -1,4 +1,7 @@
-//! Linear memories of stimuli, τ ẏ = x − y. Their exact solution over a step is a sum with constant weights.
+//! Linear memories of stimuli, τ ẏ = x − y, and damped oscillations ż = (x − z)/τ + iωz. Their exact solution over a
+//! step is a sum with constant weights.
+
+use nalgebra::Complex;
 
 use super::ORDER;
 use super::relaxation::{Kernel, LANES, relaxed_integral};
@@ -15,6 +18,9 @@ pub(super) struct Remembered {
     source: usize,
     /// Time constant, s.
     time: f64,
+    /// Angular frequency ω (rad/s) of the oscillation of which it is the real part, −ω of the imaginary part, zero of
+    /// others.
+    frequency: f64,
 }
 
 /// Variable that is iterated.
@@ -59,7 +65,8 @@ impl Parts {
             read || variable.coupled && computes
         };
         for (i, variable) in variables.iter().enumerate() {
-            let memory = |source| Remembered { variable: i, source, time: variable.time_constant };
+            let frequency = variable.turns.map_or(0.0, |(frequency, _)| frequency);
+            let memory = |source| Remembered { variable: i, source, time: variable.time_constant, frequency };
             match variable.remembers {
                 Source::Stimulus(source) if !is_read(i, variable) => self.of_stimuli.push(memory(source)),
                 Source::Variable(source) if !is_read(i, variable) => self.of_variables.push(memory(source)),
@@ -69,6 +76,15 @@ impl Parts {
                     self.iterated.push(Iterated { variable: i, source, time: variable.time_constant });
                 }
             }
+        }
+        // Oscillations come last, each as its real part and its imaginary part.
+        let place = |memory: &Remembered| match variables[memory.variable].turns {
+            Some((frequency, _)) if frequency > 0.0 => (memory.variable + 1, 0),
+            Some((_, other)) => (other + 1, 1),
+            None => (0, memory.variable),
+        };
+        for list in [&mut self.of_stimuli, &mut self.of_variables] {
+            list.sort_by_key(place);
         }
         false
     }
@@ -104,10 +120,13 @@ impl Parts {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
     each: Vec<Memory>,
+    /// Number of memories without oscillation. The parts of oscillations follow in pairs.
+    single: usize,
 }
 
 /// Weights in y at the end of an interval: of y and of the remembered quantity at the start, and of values on which the
-/// course of the remembered quantity depends linearly.
+/// course of the remembered quantity depends linearly. Those of an oscillation are the real and the imaginary parts of
+/// the weights in z.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     variable: usize,
@@ -123,9 +142,17 @@ impl Memory {
     fn each<'a>(memories: &'a [Remembered], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
         // Successive memories with the same time constant have the same weights.
         let mut known = (f64::NAN, 0.0, [0.0; LEVELS]);
-        memories.iter().map(move |&Remembered { variable, source, time }| {
+        memories.iter().map(move |&Remembered { variable, source, time, frequency }| {
+            let z = size / time;
+            if frequency != 0.0 {
+                let turning = Complex::new(z, -frequency.abs() * size);
+                let part = |value: Complex<f64>| if frequency > 0.0 { value.re } else { value.im };
+                let mut weights = [0.0; LEVELS];
+                let integrals = relaxed_integral(nodes, turning, 1.0);
+                weights.iter_mut().zip(integrals).for_each(|(weight, integral)| *weight = part(integral) * z);
+                return Self { variable, source, decay: part((-turning).exp()), start: 0.0, weights };
+            }
             if known.0 != time {
-                let z = size / time;
                 // The integral of x/τ up to the last node.
                 known = (time, (-z).exp(), [0.0; LEVELS]);
                 known.2[..ORDER].copy_from_slice(&relaxed_integral(nodes, z, 1.0).map(|integral| integral * z));
@@ -147,12 +174,14 @@ impl Memories {
     pub fn set(&mut self, memories: &[Remembered], nodes: &[f64], size: f64) {
         self.each.clear();
         self.each.extend(Memory::each(memories, nodes, size));
+        self.single = singles(memories);
     }
 
     /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
     /// variables in `kernels`.
     pub fn set_of_iterated(&mut self, parts: &Parts, kernels: &[Kernel], nodes: &[f64], size: f64) {
         self.each.clear();
+        self.single = singles(&parts.of_variables);
         for of_nodes in Memory::each(&parts.of_variables, nodes, size) {
             let Some((group, lane)) = parts.lane(of_nodes.source) else { continue };
             let kernel = &kernels[group];
@@ -172,6 +201,7 @@ impl Memories {
     /// nodes.
     pub fn interpolate(&mut self, memories: &Self, at_nodes: &[[f64; LEVELS]; ORDER]) {
         self.each.clone_from(&memories.each);
+        self.single = memories.single;
         for (memory, from) in self.each.iter_mut().zip(&memories.each) {
             memory.weights = [0.0; LEVELS];
             for (node, at) in from.weights.iter().zip(at_nodes) {
@@ -186,17 +216,32 @@ impl Memories {
     /// source at the start of the interval, and four values of it.
     #[inline]
     pub fn integrate(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; LEVELS])) {
-        for memory in &self.each {
+        let (single, oscillations) = self.each.split_at(self.single.min(self.each.len()));
+        for memory in single {
             let (start, values) = course(memory.source);
             let sum = y[memory.variable] * memory.decay + memory.start * start;
             y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
         }
+        for pair in oscillations.chunks_exact(2) {
+            let (start, values) = course(pair[0].source);
+            let [p, q] = [0, 1].map(|k| y[pair[k].variable]);
+            let decayed = [p * pair[0].decay - q * pair[1].decay, q * pair[0].decay + p * pair[1].decay];
+            for (memory, decayed) in pair.iter().zip(decayed) {
+                let sum = decayed + memory.start * start;
+                y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
+            }
+        }
     }
 }
 
-/// Declared memories: their places among the variables, what they remember, and their time constants (s).
+/// Number of memories without oscillation, which come first.
+fn singles(memories: &[Remembered]) -> usize {
+    memories.iter().take_while(|memory| memory.frequency == 0.0).count()
+}
+
+/// Declared memories: their places among the variables, and what they are.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Declared(Vec<(usize, Source, f64)>);
+pub(super) struct Declared(Vec<(usize, Variable)>);
 
 impl Declared {
     /// Lists the memories that the laws declare.
@@ -204,23 +249,24 @@ impl Declared {
         let each = laws.variables().iter().enumerate();
         let memories = each.filter(|(_, variable)| variable.remembers != Source::Computed);
         self.0.clear();
-        self.0.extend(memories.map(|(i, variable)| (i, variable.remembers, variable.time_constant)));
+        self.0.extend(memories.map(|(i, variable)| (i, *variable)));
     }
 
     /// Returns an error unless the rates of a point are those of the memories.
     #[inline]
     pub fn check(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
-        for &(i, source, time) in &self.0 {
-            let y = variables[i];
-            let x = match source {
+        for (i, declared) in &self.0 {
+            let (y, rate, time) = (variables[*i], rates[*i], declared.time_constant);
+            let x = match declared.remembers {
                 Source::Stimulus(k) => stimuli[k],
                 Source::Variable(k) => variables[k],
                 Source::Computed => continue,
             };
-            let linear = is_memory_rate(rates[i], [x, y], time);
+            let turns = declared.turns.map(|(frequency, other)| (frequency, variables[other]));
+            let linear = is_memory_rate(rate, [x, y], time, turns);
             let name = "time constant times the rate of a variable that is declared a memory";
             let requirement = "the remembered quantity minus the variable: `rates` contradicts `declare`";
-            ParameterError::unless(linear, name, rates[i] * time, requirement)?;
+            ParameterError::unless(linear, name, rate * time, requirement)?;
         }
         Ok(())
     }
