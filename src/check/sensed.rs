@@ -130,7 +130,8 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
     fn check_coupled(&self, state: &[f64], rates: &[f64]) -> Result<(), LawError> {
         let variables = self.declaration.variables();
         // Memories of a memory are integrated together with it.
-        let is_read = |k: usize| variables.iter().any(|other| other.remembers == Source::Variable(k));
+        let reads = |k: usize| variables.iter().any(|other| other.remembers == Source::Variable(k));
+        let is_read = |k: usize| reads(k) || variables[k].turns.is_some_and(|(_, other)| reads(other));
         let omitted = |k: usize| !variables[k].coupled && variables[k].remembers != Source::Computed && !is_read(k);
         let known: Vec<_> = state.iter().enumerate().map(|(k, y)| if omitted(k) { f64::NAN } else { *y }).collect();
         let mut coupled = vec![f64::NAN; state.len()];

@@ -15,9 +15,9 @@ impl MemoryKernel {
     /// exponentials; a term that oscillates is two of them. Returns the kernel, without a delay, and the largest error
     /// at these times, relative to the largest value.
     ///
-    /// The values should cover the kernel until it has decayed, and resolve it: the error between the times is not
-    /// computed. A kernel that begins with a pause is given from the end of the pause on, which is the
-    /// [`delay`](Self::delay).
+    /// Every other value determines the fit, so that the error is also that between the values which were fitted. The
+    /// values should cover the kernel until it has decayed. A kernel that begins with a pause is given from the end of
+    /// the pause on, which is the [`delay`](Self::delay).
     ///
     /// The rates are those of the method ESPRIT: with n exponentials, the matrix of K((i + j) h) has rank n, and its
     /// first n singular vectors, shifted by one row, are multiplied by a matrix with the eigenvalues exp(−λh) (Roy and
@@ -36,30 +36,40 @@ impl MemoryKernel {
     /// ```
     ///
     /// # Errors
-    /// Fewer than 2 `most` + 2 values, values that are not finite or all zero, and a spacing that is not positive. A
+    /// Fewer than 4 `most` + 4 values, values that are not finite or all zero, and a spacing that is not positive. A
     /// kernel that does not decay has no fit.
     pub fn fit(values: &[f64], spacing: f64, most: usize) -> Result<(Self, f64), ParameterError> {
         ParameterError::positive("spacing of the values of a kernel", spacing, "s")?;
         ParameterError::unless(most > 0, "largest number of exponentials", most as f64, "positive")?;
-        let enough = values.len() > 2 * most + 1;
-        let (name, needed) = ("number of values of a kernel", "at least twice that of exponentials plus two");
+        let enough = values.len() / 4 > most;
+        let (name, needed) = ("number of values of a kernel", "at least four times that of exponentials plus four");
         ParameterError::unless(enough, name, values.len() as f64, needed)?;
         let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         let sum: f64 = values.iter().map(|value| value.abs()).sum();
-        ParameterError::unless(largest > 0.0 && sum.is_finite(), "sum of the values of a kernel", sum, "not zero, and finite (1/s)")?;
-        let rows = values.len() / 2;
-        let hankel = DMatrix::from_fn(rows, values.len() + 1 - rows, |i, j| values[i + j]);
+        ParameterError::unless(
+            largest > 0.0 && sum.is_finite(),
+            "sum of the values of a kernel",
+            sum,
+            "not zero, and finite (1/s)",
+        )?;
+        let fitted: Vec<f64> = values.iter().step_by(2).copied().collect();
+        let rows = fitted.len() / 2;
+        let hankel = DMatrix::from_fn(rows, fitted.len() + 1 - rows, |i, j| fitted[i + j]);
         let vectors = hankel.svd(true, false).u.unwrap_or_default();
         let fits = (1..=most.min(vectors.ncols())).filter_map(|n| {
             let rates = rates(&vectors.columns(0, n).into_owned())?;
-            let terms = terms(values, spacing, &rates)?;
+            let terms = terms(&fitted, 2.0 * spacing, &rates)?;
             let kernel = Self { terms, delay: 0.0 };
             let error = |(i, value): (usize, &f64)| (kernel.at(i as f64 * spacing) - value).abs();
             let error = values.iter().enumerate().map(error).fold(0.0, f64::max) / largest;
             error.is_finite().then_some((kernel, error))
         });
         let best = fits.min_by(|(_, a), (_, b)| a.total_cmp(b));
-        best.ok_or(ParameterError::refused("last value of a kernel", values[values.len() - 1], "small: the kernel decays"))
+        best.ok_or(ParameterError::refused(
+            "last value of a kernel",
+            values[values.len() - 1],
+            "small: the kernel decays",
+        ))
     }
 }
 
@@ -106,47 +116,4 @@ fn terms(values: &[f64], spacing: f64, rates: &[Complex<f64>]) -> Option<Vec<Ker
         })
     };
     rates.iter().map(term).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scratch() {
-        let minute = 60.0;
-        let erlang = |k: i32, tau: f64, t: f64| {
-            let f = (1..k).map(f64::from).product::<f64>();
-            (t / tau).powi(k - 1) * (-t / tau).exp() / tau / f
-        };
-        let kernels: Vec<(&str, Box<dyn Fn(f64) -> f64>, f64)> = vec![
-            ("cascade 2, 13 min", Box::new(move |t| ((-t / (13.0 * minute)).exp() - (-t / (2.0 * minute)).exp()) / (11.0 * minute)), 200.0 * minute),
-            ("gamma 3", Box::new(move |t| erlang(3, 600.0, t)), 12000.0),
-            ("gamma 5", Box::new(move |t| erlang(5, 600.0, t)), 15000.0),
-            ("gamma 10", Box::new(move |t| erlang(10, 300.0, t)), 15000.0),
-            ("gamma 2.5", Box::new(move |t: f64| (t / 600.0).powf(1.5) * (-t / 600.0).exp()), 12000.0),
-            ("gamma 1.5", Box::new(move |t: f64| (t / 600.0).powf(0.5) * (-t / 600.0).exp()), 12000.0),
-            ("lobe: difference of gammas", Box::new(move |t| erlang(3, 300.0, t) - 0.6 * erlang(6, 500.0, t)), 15000.0),
-            ("damped", Box::new(move |t| (-t / 3000.0).exp() * (t / 800.0).sin()), 30000.0),
-            ("delayed damped", Box::new(move |t| (1.0 - (-t / 600.0).exp()).powi(3) * (-t / 3000.0).exp() * (t / 1500.0).cos()), 30000.0),
-            ("gauss", Box::new(move |t: f64| (-((t - 1800.0) / 600.0).powi(2) / 2.0).exp()), 6000.0),
-            ("gauss0", Box::new(move |t: f64| (-((t - 0.0) / 600.0).powi(2) / 2.0).exp()), 6000.0),
-            ("lognormal", Box::new(move |t: f64| if t == 0.0 { 0.0 } else { 600.0 / t * (-((t / 1500.0).ln() / 0.5).powi(2) / 2.0).exp() }), 15000.0),
-            ("ecoli", Box::new(move |t: f64| { let x = t / 300.0; (-x).exp() * (x - 0.5 * x * x / 1.0 ) }), 6000.0),
-            ("stretched", Box::new(move |t: f64| (-(t / 600.0).sqrt()).exp()), 30000.0),
-            ("box", Box::new(move |t: f64| if t < 600.0 { 1.0 } else { 0.0 }), 3000.0),
-        ];
-        for (name, kernel, span) in kernels {
-            for n in [2, 4, 5, 6, 8] {
-                let samples = 240;
-                let h = span / samples as f64;
-                let values: Vec<f64> = (0..=samples).map(|i| kernel(i as f64 * h)).collect();
-                let start = std::time::Instant::now();
-                let (fit, error) = MemoryKernel::fit(&values, h, n).unwrap();
-                let largest = values.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-                let between = (0..10 * samples).map(|i| (fit.at(i as f64 * h / 10.0) - kernel(i as f64 * h / 10.0)).abs()).fold(0.0, f64::max) / largest;
-                println!("{name}: n {n}: terms {} error {error:.2e} between {between:.2e} {:?}", fit.terms.len(), start.elapsed());
-            }
-        }
-    }
 }

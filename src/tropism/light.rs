@@ -140,7 +140,12 @@ impl<S: LightSource> LightSource for During<S> {
 
     fn check(&self) -> Result<(), ParameterError> {
         let (from, until) = (self.from, self.until);
-        ParameterError::unless(from <= until, "time at which a light is switched on", from, "at most that of its end (s)")?;
+        ParameterError::unless(
+            from <= until,
+            "time at which a light is switched on",
+            from,
+            "at most that of its end (s)",
+        )?;
         self.source.check()
     }
 }

@@ -9,10 +9,12 @@ mod gravitropism;
 mod kernel;
 mod kernel_fit;
 mod light;
+mod localised;
 mod memory;
 mod oscillator;
 mod perception;
 mod proprioception;
+mod random;
 mod response;
 mod statoliths;
 
@@ -24,10 +26,12 @@ pub use filtered::Filtered;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
 pub use kernel::{KernelTerm, MemoryKernel};
 pub use light::{During, Light, LightSource, LineLight, ParallelLight, Phototropism, PointLight};
+pub use localised::Localised;
 pub use memory::Memory;
 pub use oscillator::{Handedness, Oscillator};
 pub use perception::Perception;
 pub use proprioception::Proprioception;
+pub use random::RandomDrive;
 pub use response::{Remembered, Response};
 pub use statoliths::{SettledStatoliths, Statoliths};
 

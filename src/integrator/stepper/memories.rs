@@ -61,8 +61,8 @@ impl Parts {
         let computes = variables.iter().any(|variable| variable.remembers == Source::Computed);
         // Memories on which an iterated variable may depend, or another memory does, are iterated.
         let is_read = |i: usize, variable: &Variable| {
-            let read = variables.iter().any(|other| other.remembers == Source::Variable(i));
-            read || variable.coupled && computes
+            let read = |i| variables.iter().any(|other| other.remembers == Source::Variable(i));
+            read(i) || variable.turns.is_some_and(|(_, other)| read(other)) || variable.coupled && computes
         };
         for (i, variable) in variables.iter().enumerate() {
             let frequency = variable.turns.map_or(0.0, |(frequency, _)| frequency);
