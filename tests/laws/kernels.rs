@@ -1,6 +1,6 @@
 //! Memory kernels: exact responses, fits, and their stability.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, righting, steering};
@@ -202,5 +202,4 @@ fn onset_and_rotating_wave_have_the_frequency_at_which_the_kernel_lags_by_a_quar
     let wave = RotatingWaveSolver::default().from_mode(&shoot, &root, 0.02).unwrap();
     assert!(wave.radius() > 1e-3, "{}", wave.radius());
     assert_relative_eq!(wave.rate.abs(), found.frequency, epsilon = 0.0, max_relative = 1e-7);
-    println!("onset {} m, period {} min, lag {}", found.parameters[0], found.period() / MINUTE, FRAC_PI_2);
 }
