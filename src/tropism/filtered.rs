@@ -59,7 +59,7 @@ impl<R: Response> Filtered<R> {
             let signal = perception.signal(own, stimuli);
             self.visit(|term, k, [i, j]| {
                 let [p, q] = term.rates([filters[i], filters[j]], signal.as_ref()[k]);
-                // Without oscillation both places are the same, and p is the rate.
+                // The rate of a decay is p, and both places are the same.
                 rates[j] = q;
                 rates[i] = p;
             });

@@ -86,7 +86,7 @@ fn rates(vectors: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
 
 /// The terms for the rates λh, with the amplitudes of least squares.
 fn terms(values: &[f64], spacing: f64, rates: &[Complex<f64>]) -> Option<Vec<KernelTerm>> {
-    // Of two conjugate rates one is kept.
+    // One of two conjugate rates is kept.
     let rates: Vec<_> = rates.iter().filter(|rate| rate.im >= 0.0).collect();
     let columns: Vec<_> = rates
         .iter()

@@ -29,6 +29,11 @@ pub trait LightSource {
     /// surface that faces the light, W/m².
     fn light(&self, t: f64, position: &Vector3<f64>) -> Vector3<f64>;
 
+    /// Whether the light depends on the position, which is NaN otherwise; `true` by default.
+    fn reads_position(&self) -> bool {
+        true
+    }
+
     /// First time after `t` (s) at which the light is discontinuous; infinite by default.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
@@ -60,6 +65,10 @@ pub struct ParallelLight(
 impl LightSource for ParallelLight {
     fn light(&self, _t: f64, _position: &Vector3<f64>) -> Vector3<f64> {
         self.0
+    }
+
+    fn reads_position(&self) -> bool {
+        false
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -133,6 +142,10 @@ impl<S: LightSource> LightSource for During<S> {
         if self.from <= t && t < self.until { self.source.light(t, position) } else { Vector3::zeros() }
     }
 
+    fn reads_position(&self) -> bool {
+        self.source.reads_position()
+    }
+
     fn next_discontinuity(&self, t: f64) -> f64 {
         let switches = [self.from, self.until].into_iter().filter(|time| *time > t);
         switches.fold(self.source.next_discontinuity(t), earlier)
@@ -164,7 +177,8 @@ impl<S: LightSource> LightSource for During<S> {
 /// use morphorod::tropism::{Light, Memory, ParallelLight, Phototropism, Response};
 ///
 /// // Light from the side of e1 that saturates the response at about 1 W/m².
-/// let light = Light { source: ParallelLight(Vector3::x() * 0.5), strength: |irradiance| irradiance / (irradiance + 1.0) };
+/// let source = ParallelLight(Vector3::x() * 0.5);
+/// let light = Light { source, strength: |irradiance| irradiance / (irradiance + 1.0) };
 /// let law = Phototropism { sensitivity: 0.8, perception: light }.remembered(Memory { time: 600.0, delay: 300.0 });
 /// # let _ = law;
 /// ```
@@ -182,7 +196,10 @@ impl<S: LightSource, F: Fn(f64) -> f64> Perception for Light<S, F> {
 
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
-        to.with_position().stimulus_pair()
+        if self.source.reads_position() {
+            to.with_position();
+        }
+        to.stimulus_pair()
     }
 
     #[inline]

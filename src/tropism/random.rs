@@ -24,8 +24,10 @@ const LEVELS: u32 = 8;
 /// The process is a function of the seed and the time. Its values at knots τ/8 apart have the exact distribution: each
 /// is drawn between two known ones from a random number that depends on the seed and the place of the knot alone. They
 /// are the coefficients of a cubic B-spline, which has two continuous derivatives. It averages over short times: its
-/// variance is 0.934, and its covariance is 1.005 exp(−s/τ) from s = τ/2 on. A run repeats bit for bit, also after it is resumed from its [`State`](crate::State), a rejected step does not change what
-/// follows, and the order in time is that without the law. Time steps of more than τ/8 are refused.
+/// variance is 0.934, and its covariance is 1.005 exp(−s/τ) from s = τ/2 on.
+///
+/// A run repeats bit for bit, also after it is resumed from its [`State`](crate::State). A rejected step does not
+/// change what follows, and the order in time is that without the law. Time steps of more than τ/8 are refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[doc(alias = "noise")]

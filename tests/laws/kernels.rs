@@ -3,17 +3,18 @@
 use std::f64::consts::PI;
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, righting, steering};
+use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, righting, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::cycle::RotatingWaveSolver;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::{Linearisation, onset};
 use morphorod::tropism::{
-    Filtered, Gravitropism, KernelTerm, MemoryKernel, Proprioception, Response, SettledStatoliths,
+    Filtered, Gravitropism, KernelTerm, Light, Localised, MemoryKernel, Phototropism, PointLight, Proprioception,
+    RandomDrive, Response, SettledStatoliths,
 };
 use morphorod::{DynLaws, Shoot, Still};
-use nalgebra::Complex;
+use nalgebra::{Complex, Vector3};
 
 /// Kernel with a negative lobe and an integral of one: a decay, and a damped oscillation with a period of 100 min.
 fn lobed() -> MemoryKernel {
@@ -46,6 +47,20 @@ fn kernel_of_an_exponential_memory_gives_the_same_shoot() {
     // The weight a τ may differ from one by rounding.
     assert_abs_diff_eq!(InNorm(one), InNorm(other), epsilon = 1e-15);
     assert_relative_eq!(kernel.integral(), 1.0, epsilon = 0.0, max_relative = 1e-15);
+}
+
+#[test]
+fn laws_of_light_memory_and_place_agree_with_their_declarations() {
+    let lamp = PointLight { position: Vector3::new(0.4, 0.3, 0.5), power: 2.0 };
+    let light = Light { source: lamp, strength: |irradiance: f64| irradiance / (1.0 + irradiance) };
+    let laws = (
+        Gravitropism { sensitivity: BETA, perception: STATOLITHS }.filtered(lobed()),
+        Localised { law: Proprioception { sensitivity: ETA }.filtered(lobed()), from: 0.0, to: 0.02, edge: 0.01 },
+        Phototropism { sensitivity: BETA, perception: light }.filtered(lobed()),
+        RandomDrive { sensitivity: 0.1, correlation_time: 600.0, seed: 1 },
+    );
+    let shoot = righting().tropism(laws).scene(Still::tilted(0.8)).into_dyn().build().unwrap();
+    shoot.check_laws().unwrap();
 }
 
 #[test]

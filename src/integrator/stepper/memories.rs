@@ -239,34 +239,49 @@ fn singles(memories: &[Remembered]) -> usize {
     memories.iter().take_while(|memory| memory.frequency == 0.0).count()
 }
 
-/// Declared memories: their places among the variables, and what they are.
+/// Declared memories: their places among the variables, what they remember, and their time constants (s).
 #[derive(Debug, Clone, Default)]
-pub(super) struct Declared(Vec<(usize, Variable)>);
+pub(super) struct Declared {
+    single: Vec<(usize, Source, f64)>,
+    /// Variables of oscillations, with the signed angular frequency (rad/s) and the place of the other variable.
+    turning: Vec<(usize, Source, f64, (f64, usize))>,
+}
 
 impl Declared {
     /// Lists the memories that the laws declare.
     pub fn read(&mut self, laws: &Declaration) {
-        let each = laws.variables().iter().enumerate();
-        let memories = each.filter(|(_, variable)| variable.remembers != Source::Computed);
-        self.0.clear();
-        self.0.extend(memories.map(|(i, variable)| (i, *variable)));
+        self.single.clear();
+        self.turning.clear();
+        for (i, variable) in laws.variables().iter().enumerate() {
+            let (source, time) = (variable.remembers, variable.time_constant);
+            match variable.turns {
+                _ if source == Source::Computed => (),
+                None => self.single.push((i, source, time)),
+                Some(turns) => self.turning.push((i, source, time, turns)),
+            }
+        }
     }
 
     /// Returns an error unless the rates of a point are those of the memories.
     #[inline]
     pub fn check(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
-        for (i, declared) in &self.0 {
-            let (y, rate, time) = (variables[*i], rates[*i], declared.time_constant);
-            let x = match declared.remembers {
+        let check = |i: usize, source: Source, time: f64, turns: Option<(f64, f64)>| {
+            let y = variables[i];
+            let x = match source {
                 Source::Stimulus(k) => stimuli[k],
                 Source::Variable(k) => variables[k],
-                Source::Computed => continue,
+                Source::Computed => return Ok(()),
             };
-            let turns = declared.turns.map(|(frequency, other)| (frequency, variables[other]));
-            let linear = is_memory_rate(rate, [x, y], time, turns);
+            let linear = is_memory_rate(rates[i], [x, y], time, turns);
             let name = "time constant times the rate of a variable that is declared a memory";
             let requirement = "the remembered quantity minus the variable: `rates` contradicts `declare`";
-            ParameterError::unless(linear, name, rate * time, requirement)?;
+            ParameterError::unless(linear, name, rates[i] * time, requirement)
+        };
+        for &(i, source, time) in &self.single {
+            check(i, source, time, None)?;
+        }
+        for &(i, source, time, (frequency, other)) in &self.turning {
+            check(i, source, time, Some((frequency, variables[other])))?;
         }
         Ok(())
     }
