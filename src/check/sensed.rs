@@ -3,7 +3,10 @@
 use nalgebra::Vector3;
 
 use super::error::{At, LawError, Quantity};
-use crate::tropism::{Declaration, Growing, Site, Source, TropismLaw, Variable, is_memory_rate, rates_in_steady_state};
+use crate::tropism::{
+    Declaration, Growing, Site, Source, TropismLaw, Variable, is_memory_rate, is_oscillation_rate,
+    rates_in_steady_state,
+};
 
 /// Largest rate of a variable in its steady state relative to the terms that cancel in it. It allows for laws that
 /// compute their steady state by iteration.
@@ -119,7 +122,11 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
             };
             let (x, time) = (remembered.copied().unwrap_or(f64::NAN), variable.time_constant);
             let turns = variable.turns.map(|(frequency, i)| (frequency, state.get(i).copied().unwrap_or(f64::NAN)));
-            if !is_memory_rate(rates[k], [x, state[k]], time, turns) {
+            let linear = match turns {
+                None => is_memory_rate(rates[k], [x, state[k]], time),
+                Some(turns) => is_oscillation_rate(rates[k], [x, state[k]], time, turns),
+            };
+            if !linear {
                 let values = [rates[k], Variable::linear_rate(state[k], x, time, turns)];
                 return Err(self.at.error(Quantity::Rate(k), values, "that of the declared memory, (x − y)/τ"));
             }

@@ -125,18 +125,19 @@ impl Variable {
 }
 
 /// Whether a rate is that of a linear memory y of x with a time constant (s), up to the rounding of one subtraction and
-/// one quotient, whose results may be subnormal numbers. For a variable of a damped oscillation, `turns` is as in
-/// [`Variable::linear_rate`].
+/// one quotient, whose results may be subnormal numbers.
 #[inline]
-pub(crate) fn is_memory_rate(rate: f64, [x, y]: [f64; 2], time: f64, turns: Option<(f64, f64)>) -> bool {
+pub(crate) fn is_memory_rate(rate: f64, [x, y]: [f64; 2], time: f64) -> bool {
     let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + time);
-    match turns {
-        None => (rate * time - (x - y)).abs() <= rounding,
-        Some((frequency, other)) => {
-            let expected = Variable::linear_rate(y, x, time, turns) * time;
-            (rate * time - expected).abs() <= rounding + 16.0 * f64::EPSILON * (frequency * time * other).abs()
-        }
-    }
+    (rate * time - (x - y)).abs() <= rounding
+}
+
+/// Whether a rate is that of a variable of a damped oscillation, with the arguments of [`is_memory_rate`] and those of
+/// [`Variable::linear_rate`].
+pub(crate) fn is_oscillation_rate(rate: f64, [x, y]: [f64; 2], time: f64, turns: (f64, f64)) -> bool {
+    let size = x.abs() + y.abs() + (turns.0 * time * turns.1).abs();
+    let expected = Variable::linear_rate(y, x, time, Some(turns)) * time;
+    (rate * time - expected).abs() <= 16.0 * f64::EPSILON * size + f64::MIN_POSITIVE * (1.0 + time)
 }
 
 /// Numbers of variables and stimuli of a law at a material point.

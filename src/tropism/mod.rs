@@ -19,8 +19,8 @@ mod response;
 mod statoliths;
 
 pub use at_apex::AtApex;
-pub(crate) use declaration::is_memory_rate;
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
+pub(crate) use declaration::{is_memory_rate, is_oscillation_rate};
 pub(crate) use derivatives::{law_matrices, rates_in_steady_state};
 pub use filtered::Filtered;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
