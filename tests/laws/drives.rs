@@ -63,8 +63,8 @@ fn swing(growth: impl GrowthLaw + Send + Sync + 'static, length: f64, periods: u
 fn hook_swings_by_its_closed_form() {
     let expected = 2.0 * PART * DIFFERENCE / (2.0 * PI / PERIOD * HOOK);
     assert_abs_diff_eq!(expected.to_degrees(), 8.1, epsilon = 0.05);
-    // A hook that does not elongate has the angle ΔL δ̇0 sin(ωt)/(ωR), whose extremes are at steps. Four Gauss points in
-    // each element of 0.5 mm integrate the window. Three points in each step integrate the drive, to (π/24)⁶/1e5.
+    // The closed form is that of a hook which does not elongate. Its extremes are at steps. The error is that of four
+    // Gauss points in each element of 0.5 mm for the window.
     let still = swing(Ongoing(UniformGrowth { zone_length: ZONE, time: 1.0 / RATE }), ZONE, 1);
     assert_relative_eq!(still, expected, epsilon = 0.0, max_relative = 1e-6);
     // Growth stretches curved tissue at the rate ε̇0. This part is a quarter of a period behind the bending. It changes
