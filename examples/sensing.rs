@@ -11,8 +11,8 @@
 //!    Ornstein–Uhlenbeck process.
 //!
 //! # Results
-//! The angles agree with the closed form to 5e-10 rad. The fit of the kernel states an error of 2e-7. The hook swings by
-//! 8.087°, as in the closed form.
+//! The angles agree with the closed form to 5e-10 rad. The fit of the kernel states an error of 2e-7. The hook swings
+//! by 8.087°, as in the closed form.
 //!
 //! # Options
 //! `--seed 5`: other paths. `--lobe 0`: a kernel without a negative lobe.

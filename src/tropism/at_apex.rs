@@ -8,9 +8,6 @@ use crate::error::ParameterError;
 /// Perception of the apex in place of the tissue that responds: all points receive the signal of the apex at the same
 /// time, as components along its directors. The delay of a [`Memory`](super::Memory) is the time in which the signal
 /// reaches the tissue. Strain and couple at the apex are NaN.
-///
-/// The stimuli rotate with the directors of the apex. [`check`](crate::check) rotates those of a site alone, and reports
-/// the difference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AtApex<P>(
@@ -28,8 +25,6 @@ impl<P: Perception> Perception for AtApex<P> {
 
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let unknown = Vector3::repeat(f64::NAN);
-        // The position is needed if that of the site is.
-        let position = if site.position.x.is_nan() { unknown } else { site.rod.tip() };
         let apex = Site {
             frame: site.rod.apex_frame(),
             strain: unknown,
@@ -37,7 +32,7 @@ impl<P: Perception> Perception for AtApex<P> {
             arc_length: site.rod.length(),
             apex_distance: 0.0,
             initial_apex_distance: 0.0,
-            position,
+            position: site.tip,
             ..*site
         };
         self.0.sense(&apex, stimuli);

@@ -65,6 +65,8 @@ pub struct Site<'a> {
     /// Position in the fixed frame, m; the base is at [`Scene::position`](crate::Scene::position). NaN unless a law
     /// [declares](Declaration::with_position) that it reads the position.
     pub position: Vector3<f64>,
+    /// Position of the tip, under the conditions of `position`.
+    pub tip: Vector3<f64>,
     /// The rod, for laws that sense at another place than they act, as at the apex.
     pub rod: &'a Rod,
 }
@@ -84,6 +86,7 @@ impl<'a> Site<'a> {
             initial_apex_distance: rod.initial_length(),
             section: rod.points()[0].section,
             position: Vector3::repeat(f64::NAN),
+            tip: Vector3::repeat(f64::NAN),
             rod,
         }
     }

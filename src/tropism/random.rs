@@ -51,31 +51,50 @@ impl RandomDrive {
         let y = 1.0 - x;
         // The four cubic B-splines that are not zero here, times six.
         let weights = [y * y * y, 4.0 - 3.0 * x * x * (1.0 + y), 4.0 - 3.0 * y * y * (1.0 + x), x * x * x];
+        // No time of a run is near this bound.
+        let knots = self.knots(first.clamp(-1e15, 1e15) as i64 - 1);
         let mut sum = [0.0; 2];
-        for (offset, weight) in (-1..).zip(weights) {
-            let knot = self.knot((first as i64).saturating_add(offset));
+        for (knot, weight) in knots.iter().zip(weights) {
             sum = [0, 1].map(|k| sum[k] + weight * knot[k]);
         }
         sum.map(|x| x / 6.0)
     }
 
-    /// The values at a knot: between two values at distances d in time the mean is their sum over 2 cosh(d/τ), and the
-    /// variance tanh(d/τ).
-    fn knot(&self, knot: i64) -> [f64; 2] {
-        let mut low = knot & !((1 << LEVELS) - 1);
-        let mut width = 1_i64 << LEVELS;
-        let (mut a, mut b) = (self.normal(low), self.normal(low.wrapping_add(width)));
-        while low != knot {
-            width /= 2;
-            let middle = low.wrapping_add(width);
-            // exp(−2 d/τ).
-            let decay = (-2.0 * width as f64 / KNOTS).exp();
-            let (mean, deviation) = (decay.sqrt() / (1.0 + decay), ((1.0 - decay) / (1.0 + decay)).sqrt());
-            let random = self.normal(middle);
-            let between = [0, 1].map(|k| mean * (a[k] + b[k]) + deviation * random[k]);
-            if middle <= knot { (low, a) = (middle, between) } else { b = between }
+    /// The values at four successive knots from `first` on.
+    fn knots(&self, first: i64) -> [[f64; 2]; 4] {
+        let width = 1 << LEVELS;
+        let mut out = [[0.0; 2]; 4];
+        let mut low = first & !(width - 1);
+        while low < first + 4 {
+            self.divide((low, width), [self.normal(low), self.normal(low + width)], first, &mut out);
+            low += width;
         }
-        a
+        out
+    }
+
+    /// Writes the values at those of the four knots from `first` on that are in the interval from `low` on of a width,
+    /// without its end. The values at its ends are given. Between two values at distances d in time the mean is their
+    /// sum over 2 cosh(d/τ), and the variance tanh(d/τ).
+    fn divide(&self, (low, width): (i64, i64), [a, b]: [[f64; 2]; 2], first: i64, out: &mut [[f64; 2]; 4]) {
+        if let Some(out) = usize::try_from(low - first).ok().and_then(|k| out.get_mut(k)) {
+            *out = a;
+        }
+        let (half, last) = (width / 2, first + 3);
+        if half == 0 || last <= low || first >= low + width {
+            return;
+        }
+        let middle = low + half;
+        // exp(−2 d/τ).
+        let decay = (-2.0 * half as f64 / KNOTS).exp();
+        let (mean, deviation) = (decay.sqrt() / (1.0 + decay), ((1.0 - decay) / (1.0 + decay)).sqrt());
+        let random = self.normal(middle);
+        let between = [0, 1].map(|k| mean * (a[k] + b[k]) + deviation * random[k]);
+        if first < middle {
+            self.divide((low, half), [a, between], first, out);
+        }
+        if last >= middle {
+            self.divide((middle, half), [between, b], first, out);
+        }
     }
 
     /// Two independent standard normal numbers for a knot, by the method of Box and Muller.

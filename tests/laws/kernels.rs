@@ -10,8 +10,8 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::{Linearisation, onset};
 use morphorod::tropism::{
-    Filtered, Gravitropism, KernelTerm, Light, Localised, MemoryKernel, Phototropism, PointLight, Proprioception,
-    RandomDrive, Response, SettledStatoliths,
+    AtApex, Filtered, Gravitropism, KernelTerm, Light, Localised, MemoryKernel, Phototropism, PointLight,
+    Proprioception, RandomDrive, Response, SettledStatoliths,
 };
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::{Complex, Vector3};
@@ -57,6 +57,7 @@ fn laws_of_light_memory_and_place_agree_with_their_declarations() {
         Gravitropism { sensitivity: BETA, perception: STATOLITHS }.filtered(lobed()),
         Localised { law: Proprioception { sensitivity: ETA }.filtered(lobed()), from: 0.0, to: 0.02, edge: 0.01 },
         Phototropism { sensitivity: BETA, perception: light }.filtered(lobed()),
+        Phototropism { sensitivity: BETA, perception: AtApex(light) }.remembered(MEMORY),
         RandomDrive { sensitivity: 0.1, correlation_time: 600.0, seed: 1 },
     );
     let shoot = righting().tropism(laws).scene(Still::tilted(0.8)).into_dyn().build().unwrap();

@@ -52,8 +52,8 @@ impl Kernel {
     }
 }
 
-/// Returns ∫ exp(−(c − t) z) pl(t) dt from 0 to `c` for each Lagrange polynomial pl of `nodes`. z is complex for a damped
-/// oscillation.
+/// Returns ∫ exp(−(c − t) z) pl(t) dt from 0 to `c` for each Lagrange polynomial pl of `nodes`. z is complex for a
+/// damped oscillation.
 pub(super) fn relaxed_integral<T: ComplexField<RealField = f64>>(nodes: &[f64], z: T, c: f64) -> [T; ORDER] {
     let mut out = [(); ORDER].map(|()| T::zero());
     if c == 0.0 {
