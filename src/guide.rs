@@ -25,6 +25,7 @@ macro_rules! chapter {
                 "cycles": "cycles",
                 "extremes": "extremes",
                 "fit": "fit",
+                "laws": "laws",
                 "method": "method",
                 "own laws": "own_laws",
                 "own methods": "own_methods",
@@ -54,7 +55,9 @@ macro_rules! chapter {
                     "solve_steady_state"]
                 ["crate::support": "Capsule" "Contact" "ConvexPolyhedron" "Cuboid" "Cylinder" "Elastic" "HalfSpace"
                     "Hold" "Joint" "Moving" "Obstacle" "Potential" "Reaction" "Sphere" "Union"]
-                ["crate::tropism": "DirectionalTropism" "Perception" "Response" "Rotation" "Statoliths"
+                ["crate::tropism": "AtApex" "Declaration::oscillations" "DirectionalTropism" "During" "Light"
+                    "LightSource" "LineLight" "Localised" "MemoryKernel" "MemoryKernel::fit" "ParallelLight"
+                    "Perception" "Phototropism" "PointLight" "RandomDrive" "Response" "Rotation" "Statoliths"
                     "TropismLaw"]
             },
             include_str!(concat!("../", $file))
@@ -81,6 +84,15 @@ pub mod recipes {}
 // The program of this chapter needs a serialisation format. It runs as one of the tests.
 #[cfg_attr(not(doctest), doc = chapter!("docs/saving.md"))]
 pub mod saving {}
+
+/// Light, memories of any shape, differential growth at one place, and a stochastic drive.
+#[doc = chapter!("docs/laws.md")]
+#[doc = picture!("sensing_set_angle")]
+#[doc = picture!("sensing_kernel")]
+#[doc = picture!("sensing_pulses")]
+#[doc = picture!("sensing_hook")]
+#[doc = picture!("sensing_random")]
+pub mod laws {}
 
 /// Writing a growth profile, a tropism and an elastic law.
 #[doc = chapter!("docs/own-laws.md")]

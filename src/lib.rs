@@ -80,7 +80,8 @@
 //! | [`fit`] | estimation of parameters from tracked tips and centre lines |
 //! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
 //! | [`guide`] | [recipes](guide::recipes), the [method](guide::method), and further chapters; among them |
-//! | | [own laws](guide::own_laws) and [own methods](guide::own_methods) |
+//! | | [laws for light, memory, place and chance](guide::laws), [own laws](guide::own_laws) and |
+//! | | [own methods](guide::own_methods) |
 //!
 //! A [`Shoot`] has a state and a [`Model`], its six laws as one type; [`Laws`] is the usual one. A [`Scene`]
 //! is gravity and the base as functions of time.

@@ -46,6 +46,7 @@ pub(crate) fn visit_sites(
     let reference = rod.reference();
     let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);
     let mut end_position = if with_position { rod.tip() } else { Vector3::repeat(f64::NAN) };
+    let tip = end_position;
     visit_elements(rod, material, force, rod.first_growing(), |e, rates, end_couple| {
         let points = rod.element_points(e);
         for g in (0..p).rev() {
@@ -74,6 +75,7 @@ pub(crate) fn visit_sites(
                 initial_apex_distance: point.initial_apex_distance,
                 section: point.section,
                 position,
+                tip,
                 rod,
             };
             visit(e * p + g - first, &site);
@@ -129,6 +131,7 @@ pub(crate) fn visit_sites_on(
                 initial_apex_distance: point.initial_apex_distance,
                 section: point.section,
                 position: line[e].1 + shape.chord(e, x),
+                tip: line[shape.elements()].1,
                 rod: shape,
             };
             visit(i - first, &site);

@@ -3,7 +3,10 @@
 use nalgebra::Vector3;
 
 use super::error::{At, LawError, Quantity};
-use crate::tropism::{Declaration, Growing, Site, Source, TropismLaw, Variable, is_memory_rate, rates_in_steady_state};
+use crate::tropism::{
+    Declaration, Growing, Site, Source, TropismLaw, Variable, is_memory_rate, is_oscillation_rate,
+    rates_in_steady_state,
+};
 
 /// Largest rate of a variable in its steady state relative to the terms that cancel in it. It allows for laws that
 /// compute their steady state by iteration.
@@ -118,8 +121,13 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
                 Source::Computed => continue,
             };
             let (x, time) = (remembered.copied().unwrap_or(f64::NAN), variable.time_constant);
-            if !is_memory_rate(rates[k], [x, state[k]], time) {
-                let values = [rates[k], (x - state[k]) / time];
+            let turns = variable.turns.map(|(frequency, i)| (frequency, state.get(i).copied().unwrap_or(f64::NAN)));
+            let linear = match turns {
+                None => is_memory_rate(rates[k], [x, state[k]], time),
+                Some(turns) => is_oscillation_rate(rates[k], [x, state[k]], time, turns),
+            };
+            if !linear {
+                let values = [rates[k], Variable::linear_rate(state[k], x, time, turns)];
                 return Err(self.at.error(Quantity::Rate(k), values, "that of the declared memory, (x − y)/τ"));
             }
         }
@@ -129,7 +137,8 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
     fn check_coupled(&self, state: &[f64], rates: &[f64]) -> Result<(), LawError> {
         let variables = self.declaration.variables();
         // Memories of a memory are integrated together with it.
-        let is_read = |k: usize| variables.iter().any(|other| other.remembers == Source::Variable(k));
+        let reads = |k: usize| variables.iter().any(|other| other.remembers == Source::Variable(k));
+        let is_read = |k: usize| reads(k) || variables[k].turns.is_some_and(|(_, other)| reads(other));
         let omitted = |k: usize| !variables[k].coupled && variables[k].remembers != Source::Computed && !is_read(k);
         let known: Vec<_> = state.iter().enumerate().map(|(k, y)| if omitted(k) { f64::NAN } else { *y }).collect();
         let mut coupled = vec![f64::NAN; state.len()];

@@ -62,6 +62,10 @@ pub struct Variable {
     /// is integrated after the variables that are coupled. [`rates`](TropismLaw::rates) may then be called with NaN in
     /// its place, and its own rate is ignored there. A declared memory of a memory does not couple them.
     pub coupled: bool,
+    /// For one of the two variables p and q of a *damped oscillation*, the complex memory z = p + iq with
+    /// ż = (x − z)/τ + iωz: ω (rad/s) and the place of q for p, −ω and the place of p for q. Both remember x. The two
+    /// rates are ṗ = (x − p)/τ − ωq and q̇ = −q/τ + ωp. `None` for other variables.
+    pub turns: Option<(f64, usize)>,
 }
 
 impl Variable {
@@ -83,6 +87,18 @@ impl Variable {
             approaches: Source::Computed,
             rotation: Rotation::Undeclared,
             coupled: true,
+            turns: None,
+        }
+    }
+
+    /// Rate of a linear memory y of x with the time constant τ, (x − y)/τ, or of one of the variables of a damped
+    /// oscillation: `turns` is its [ω](Self::turns), of either sign, and the value of the other variable.
+    #[inline]
+    pub(crate) fn linear_rate(y: f64, x: f64, tau: f64, turns: Option<(f64, f64)>) -> f64 {
+        match turns {
+            None => (x - y) / tau,
+            Some((frequency, other)) if frequency > 0.0 => (x - y) / tau - frequency * other,
+            Some((frequency, other)) => -y / tau - frequency * other,
         }
     }
 
@@ -114,6 +130,14 @@ impl Variable {
 pub(crate) fn is_memory_rate(rate: f64, [x, y]: [f64; 2], time: f64) -> bool {
     let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + time);
     (rate * time - (x - y)).abs() <= rounding
+}
+
+/// Whether a rate is that of a variable of a damped oscillation, with the arguments of [`is_memory_rate`] and those of
+/// [`Variable::linear_rate`].
+pub(crate) fn is_oscillation_rate(rate: f64, [x, y]: [f64; 2], time: f64, turns: (f64, f64)) -> bool {
+    let size = x.abs() + y.abs() + (turns.0 * time * turns.1).abs();
+    let expected = Variable::linear_rate(y, x, time, Some(turns)) * time;
+    (rate * time - expected).abs() <= 16.0 * f64::EPSILON * size + f64::MIN_POSITIVE * (1.0 + time)
 }
 
 /// Numbers of variables and stimuli of a law at a material point.
@@ -210,6 +234,28 @@ impl Declaration {
     #[inline(always)]
     pub fn uncoupled_memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
         self.add_memories(number, of, time_constant, (delay, false))
+    }
+
+    /// Declares a number of [damped oscillations](Variable::turns) of consecutive sources that begin with `of`: first
+    /// the variables p of all, then the variables q. τ (s) and ω (rad/s) are given, and `delay` is that of
+    /// [`Variable::delay`]. They are not [coupled](Variable::coupled). Returns the first.
+    pub fn oscillations(
+        &mut self,
+        number: usize,
+        of: Source,
+        (time, frequency): (f64, f64),
+        delay: Option<f64>,
+    ) -> Source {
+        let first = self.add_memories(number, of, time, (delay, false));
+        self.add_memories(number, of, time, (delay, false));
+        if let (Source::Variable(first), false) = (first, self.counts_only) {
+            let pair = &mut self.variables[first..first + 2 * number];
+            for (k, variable) in pair.iter_mut().enumerate() {
+                variable.turns =
+                    Some(if k < number { (frequency, first + number + k) } else { (-frequency, first + k - number) });
+            }
+        }
+        first
     }
 
     #[inline(always)]
@@ -318,6 +364,13 @@ impl Declaration {
                 Source::Variable(i) => (i, self.variables.len()),
                 Source::Computed => continue,
             };
+            if let Some((frequency, other)) = variable.turns {
+                let back = self.variables.get(other).and_then(|other| other.turns);
+                let name = "angular frequency of a damped oscillation";
+                let mutual = back.is_some_and(|(back, _)| back == -frequency);
+                let requirement = "not zero, and minus that of the other variable (rad/s)";
+                ParameterError::unless(frequency != 0.0 && mutual, name, frequency, requirement)?;
+            }
             let name = "index of what a variable remembers";
             ParameterError::unless(index < number, name, index as f64, "that of a declared stimulus or variable")?;
         }

@@ -1,24 +1,37 @@
 //! Tropism laws: differential growth, equations (4) to (8).
 
+mod at_apex;
 mod compose;
 mod declaration;
 mod derivatives;
+mod filtered;
 mod gravitropism;
+mod kernel;
+mod kernel_fit;
+mod light;
+mod localised;
 mod memory;
 mod oscillator;
 mod perception;
 mod proprioception;
+mod random;
 mod response;
 mod statoliths;
 
-pub(crate) use declaration::is_memory_rate;
+pub use at_apex::AtApex;
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
+pub(crate) use declaration::{is_memory_rate, is_oscillation_rate};
 pub(crate) use derivatives::{law_matrices, rates_in_steady_state};
+pub use filtered::Filtered;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
+pub use kernel::{KernelTerm, MemoryKernel};
+pub use light::{During, Light, LightSource, LineLight, ParallelLight, Phototropism, PointLight};
+pub use localised::Localised;
 pub use memory::Memory;
 pub use oscillator::{Handedness, Oscillator};
 pub use perception::Perception;
 pub use proprioception::Proprioception;
+pub use random::RandomDrive;
 pub use response::{Remembered, Response};
 pub use statoliths::{SettledStatoliths, Statoliths};
 
@@ -52,6 +65,8 @@ pub struct Site<'a> {
     /// Position in the fixed frame, m; the base is at [`Scene::position`](crate::Scene::position). NaN unless a law
     /// [declares](Declaration::with_position) that it reads the position.
     pub position: Vector3<f64>,
+    /// Position of the tip, under the conditions of `position`.
+    pub tip: Vector3<f64>,
     /// The rod, for laws that sense at another place than they act, as at the apex.
     pub rod: &'a Rod,
 }
@@ -71,6 +86,7 @@ impl<'a> Site<'a> {
             initial_apex_distance: rod.initial_length(),
             section: rod.points()[0].section,
             position: Vector3::repeat(f64::NAN),
+            tip: Vector3::repeat(f64::NAN),
             rod,
         }
     }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::perception::{read_signal, signal_length};
-use super::{Declaration, Growing, Memory, Perception, Site, Source, TropismLaw};
+use super::{Declaration, Filtered, Growing, Memory, MemoryKernel, Perception, Site, Source, TropismLaw};
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 
@@ -35,6 +35,15 @@ pub trait Response {
         Self: Sized,
     {
         Remembered { response: self, memory }
+    }
+
+    /// The response to the signal filtered by a memory kernel of any shape.
+    #[inline]
+    fn filtered(self, kernel: MemoryKernel) -> Filtered<Self>
+    where
+        Self: Sized,
+    {
+        Filtered { response: self, kernel }
     }
 }
 

@@ -10,8 +10,8 @@ use crate::fixtures::shoots::{BETA, HOUR, MEMORY, STATOLITHS, righting, steering
 use approx::assert_abs_diff_eq;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Gravitropism, Growing, Perception, Response, SettledStatoliths, Site, Size,
-    Source, TropismLaw, Variable,
+    Declaration, DirectionalTropism, Gravitropism, Growing, KernelTerm, MemoryKernel, Perception, Response,
+    SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
 };
 use nalgebra::Vector3;
 
@@ -158,6 +158,32 @@ fn memories_of_a_computed_memory_give_the_same_shoot_as_those_of_a_declared_one(
     let (other, _) = righted(computed.remembered(MEMORY));
     // The tolerance of the iteration, as above.
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
+}
+
+/// Oscillating memories of a stimulus, of a variable that is iterated, and of a computed signal.
+#[test]
+fn oscillations_integrated_in_closed_form_give_the_same_shoot_as_iterated_ones() {
+    let oscillation = KernelTerm { amplitude: 2e-3, time: 900.0, frequency: 1.5e-3, phase: -0.4 };
+    let kernel = || MemoryKernel { terms: vec![KernelTerm::decay(1e-3, 300.0), oscillation], delay: 400.0 };
+    fn gravitropism<P>(perception: P) -> Gravitropism<P> {
+        Gravitropism { sensitivity: BETA, perception }
+    }
+    let silent = |variable: &Variable| Variable { turns: None, ..computed(variable) };
+    let (tip, variables) = righted(gravitropism(SettledStatoliths).filtered(kernel()));
+    let law = gravitropism(SettledStatoliths).filtered(kernel());
+    let (other, other_variables) = righted(Silent { law, silenced: silent, calls: Arc::default() });
+    // Collocation replaces the partner of an oscillating variable by a cubic. The error of four Lobatto points in fifty
+    // steps is of the order of 50 (ωh)⁷/1e6, with h = 180 s.
+    let error = 50.0 * (1.5e-3_f64 * 180.0).powi(7) / 1e6;
+    assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = error * 0.05);
+    assert_abs_diff_eq!(variables[..], other_variables[..], epsilon = error);
+    let (tip, variables) = righted(gravitropism(STATOLITHS).filtered(kernel()));
+    let law = gravitropism(STATOLITHS).filtered(kernel());
+    let (other, other_variables) = righted(Silent { law, silenced: silent, calls: Arc::default() });
+    assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = error * 0.05);
+    assert_abs_diff_eq!(variables[..], other_variables[..], epsilon = error);
+    let (other, _) = righted(gravitropism(Computed(STATOLITHS)).filtered(kernel()));
+    assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = error * 0.05);
 }
 
 /// A law whose variable is the declared memory only while its stimulus is at most 1.

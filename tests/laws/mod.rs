@@ -2,10 +2,13 @@
 
 mod careless_laws;
 mod checked_laws;
+mod drives;
 mod growth_integrated;
 mod growth_motion;
+mod kernels;
 mod laws_in_parts;
 mod laws_of_nature;
+mod light;
 mod memories;
 mod profile;
 mod statoliths;

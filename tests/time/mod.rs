@@ -24,6 +24,7 @@ mod messages;
 mod moving_base;
 mod obstacles;
 mod order_in_time;
+mod order_of_laws;
 mod own_integrators;
 mod random_scenes;
 mod righting;

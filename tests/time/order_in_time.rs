@@ -19,11 +19,11 @@ use nalgebra::Vector3;
 
 /// Smallest accepted order. The scheme is of fourth order, but three halvings of usual steps do not
 /// reach the limit to all digits.
-const LEAST: f64 = 3.5;
+pub(super) const LEAST: f64 = 3.5;
 
 /// Largest distance (m) of the tip at the times (s) from that of a run with the step `fine`, for
 /// each step.
-fn errors<I: Integrator>(
+pub(super) fn errors<I: Integrator>(
     shoot: impl Fn() -> Shoot<DynLaws>,
     integrator: impl Fn(f64) -> I,
     times: &[f64],

@@ -1,10 +1,13 @@
-//! Linear memories of stimuli, τ ẏ = x − y. Their exact solution over a step is a sum with constant weights.
+//! Linear memories of stimuli, τ ẏ = x − y, and damped oscillations ż = (x − z)/τ + iωz. Their exact solution over a
+//! step is a sum with constant weights.
+
+use nalgebra::Complex;
 
 use super::ORDER;
 use super::relaxation::{Kernel, LANES, relaxed_integral};
 use crate::error::ParameterError;
 use crate::state::LEVELS;
-use crate::tropism::{Declaration, Source, Variable, is_memory_rate};
+use crate::tropism::{Declaration, Source, Variable, is_memory_rate, is_oscillation_rate};
 
 /// Memory of a stimulus or of another variable.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +18,9 @@ pub(super) struct Remembered {
     source: usize,
     /// Time constant, s.
     time: f64,
+    /// Angular frequency ω (rad/s) of the oscillation of which it is the real part, −ω of the imaginary part, zero of
+    /// others.
+    frequency: f64,
 }
 
 /// Variable that is iterated.
@@ -55,11 +61,12 @@ impl Parts {
         let computes = variables.iter().any(|variable| variable.remembers == Source::Computed);
         // Memories on which an iterated variable may depend, or another memory does, are iterated.
         let is_read = |i: usize, variable: &Variable| {
-            let read = variables.iter().any(|other| other.remembers == Source::Variable(i));
-            read || variable.coupled && computes
+            let read = |i| variables.iter().any(|other| other.remembers == Source::Variable(i));
+            read(i) || variable.turns.is_some_and(|(_, other)| read(other)) || variable.coupled && computes
         };
         for (i, variable) in variables.iter().enumerate() {
-            let memory = |source| Remembered { variable: i, source, time: variable.time_constant };
+            let frequency = variable.turns.map_or(0.0, |(frequency, _)| frequency);
+            let memory = |source| Remembered { variable: i, source, time: variable.time_constant, frequency };
             match variable.remembers {
                 Source::Stimulus(source) if !is_read(i, variable) => self.of_stimuli.push(memory(source)),
                 Source::Variable(source) if !is_read(i, variable) => self.of_variables.push(memory(source)),
@@ -69,6 +76,15 @@ impl Parts {
                     self.iterated.push(Iterated { variable: i, source, time: variable.time_constant });
                 }
             }
+        }
+        // Oscillations come last, each as its real part and its imaginary part.
+        let place = |memory: &Remembered| match variables[memory.variable].turns {
+            Some((frequency, _)) if frequency > 0.0 => (memory.variable + 1, 0),
+            Some((_, other)) => (other + 1, 1),
+            None => (0, memory.variable),
+        };
+        for list in [&mut self.of_stimuli, &mut self.of_variables] {
+            list.sort_by_key(place);
         }
         false
     }
@@ -104,10 +120,13 @@ impl Parts {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
     each: Vec<Memory>,
+    /// Real and imaginary parts of oscillations.
+    pairs: Vec<[Memory; 2]>,
 }
 
 /// Weights in y at the end of an interval: of y and of the remembered quantity at the start, and of values on which the
-/// course of the remembered quantity depends linearly.
+/// course of the remembered quantity depends linearly. Those of an oscillation are the real and the imaginary parts of
+/// the weights in z.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     variable: usize,
@@ -123,9 +142,17 @@ impl Memory {
     fn each<'a>(memories: &'a [Remembered], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
         // Successive memories with the same time constant have the same weights.
         let mut known = (f64::NAN, 0.0, [0.0; LEVELS]);
-        memories.iter().map(move |&Remembered { variable, source, time }| {
+        memories.iter().map(move |&Remembered { variable, source, time, frequency }| {
+            let z = size / time;
+            if frequency != 0.0 {
+                let turning = Complex::new(z, -frequency.abs() * size);
+                let part = |value: Complex<f64>| if frequency > 0.0 { value.re } else { value.im };
+                let mut weights = [0.0; LEVELS];
+                let integrals = relaxed_integral(nodes, turning, 1.0);
+                weights.iter_mut().zip(integrals).for_each(|(weight, integral)| *weight = part(integral) * z);
+                return Self { variable, source, decay: part((-turning).exp()), start: 0.0, weights };
+            }
             if known.0 != time {
-                let z = size / time;
                 // The integral of x/τ up to the last node.
                 known = (time, (-z).exp(), [0.0; LEVELS]);
                 known.2[..ORDER].copy_from_slice(&relaxed_integral(nodes, z, 1.0).map(|integral| integral * z));
@@ -139,40 +166,60 @@ impl Memory {
 impl Memories {
     /// Allocates the memory for a `number` of memories.
     pub fn reserve(&mut self, number: usize) {
-        self.each.clear();
+        self.clear();
         self.each.reserve(number);
+        self.pairs.reserve(number / 2);
+    }
+
+    /// Removes all memories.
+    fn clear(&mut self) {
+        self.each.clear();
+        self.pairs.clear();
+    }
+
+    /// Appends the memories of a list, in which the parts of oscillations follow those without in pairs.
+    fn extend(&mut self, memories: &[Remembered], mut weights: impl Iterator<Item = Memory>) {
+        let single = memories.iter().take_while(|memory| memory.frequency == 0.0).count();
+        self.each.extend(weights.by_ref().take(single));
+        while let (Some(real), Some(imaginary)) = (weights.next(), weights.next()) {
+            self.pairs.push([real, imaginary]);
+        }
     }
 
     /// Computes the weights of stimuli at the `nodes` of an interval of `size` seconds.
     pub fn set(&mut self, memories: &[Remembered], nodes: &[f64], size: f64) {
-        self.each.clear();
-        self.each.extend(Memory::each(memories, nodes, size));
+        self.clear();
+        self.extend(memories, Memory::each(memories, nodes, size));
     }
 
     /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
     /// variables in `kernels`.
     pub fn set_of_iterated(&mut self, parts: &Parts, kernels: &[Kernel], nodes: &[f64], size: f64) {
-        self.each.clear();
-        for of_nodes in Memory::each(&parts.of_variables, nodes, size) {
-            let Some((group, lane)) = parts.lane(of_nodes.source) else { continue };
-            let kernel = &kernels[group];
-            let mut sum = Memory { source: group * LANES + lane, weights: [0.0; LEVELS], ..of_nodes };
-            for (j, weight) in of_nodes.weights[..ORDER].iter().copied().enumerate() {
-                sum.start += weight * kernel.decay[j][lane];
-                sum.weights
-                    .iter_mut()
-                    .zip(kernel.integral[j])
-                    .for_each(|(sum, integral)| *sum += weight * integral[lane]);
-            }
-            self.each.push(sum);
-        }
+        self.clear();
+        let of_nodes = Memory::each(&parts.of_variables, nodes, size);
+        self.extend(
+            &parts.of_variables,
+            of_nodes.filter_map(|of_nodes| {
+                let (group, lane) = parts.lane(of_nodes.source)?;
+                let kernel = &kernels[group];
+                let mut sum = Memory { source: group * LANES + lane, weights: [0.0; LEVELS], ..of_nodes };
+                for (j, weight) in of_nodes.weights[..ORDER].iter().copied().enumerate() {
+                    sum.start += weight * kernel.decay[j][lane];
+                    let integrals = sum.weights.iter_mut().zip(kernel.integral[j]);
+                    integrals.for_each(|(sum, integral)| *sum += weight * integral[lane]);
+                }
+                Some(sum)
+            }),
+        );
     }
 
     /// Computes the weights of levels from those of nodes, and from the interpolation weights of the levels at the
     /// nodes.
     pub fn interpolate(&mut self, memories: &Self, at_nodes: &[[f64; LEVELS]; ORDER]) {
         self.each.clone_from(&memories.each);
-        for (memory, from) in self.each.iter_mut().zip(&memories.each) {
+        self.pairs.clone_from(&memories.pairs);
+        let from = memories.each.iter().chain(memories.pairs.as_flattened());
+        for (memory, from) in self.each.iter_mut().chain(self.pairs.as_flattened_mut()).zip(from) {
             memory.weights = [0.0; LEVELS];
             for (node, at) in from.weights.iter().zip(at_nodes) {
                 for (weight, at) in memory.weights.iter_mut().zip(at) {
@@ -191,26 +238,59 @@ impl Memories {
             let sum = y[memory.variable] * memory.decay + memory.start * start;
             y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
         }
+        if !self.pairs.is_empty() {
+            self.integrate_pairs(y, course);
+        }
+    }
+
+    /// Integrates the oscillations among the variables `y` of a point.
+    #[inline(never)]
+    fn integrate_pairs(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; LEVELS])) {
+        for pair in &self.pairs {
+            let (start, values) = course(pair[0].source);
+            let [p, q] = [0, 1].map(|k| y[pair[k].variable]);
+            let decayed = [p * pair[0].decay - q * pair[1].decay, q * pair[0].decay + p * pair[1].decay];
+            for (memory, decayed) in pair.iter().zip(decayed) {
+                let sum = decayed + memory.start * start;
+                y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
+            }
+        }
     }
 }
 
+/// Quantity and requirement of a declared memory with other rates.
+const NOT_LINEAR: [&str; 2] = [
+    "time constant times the rate of a variable that is declared a memory",
+    "the remembered quantity minus the variable: `rates` contradicts `declare`",
+];
+
 /// Declared memories: their places among the variables, what they remember, and their time constants (s).
 #[derive(Debug, Clone, Default)]
-pub(super) struct Declared(Vec<(usize, Source, f64)>);
+pub(super) struct Declared {
+    single: Vec<(usize, Source, f64)>,
+    /// Variables of oscillations, with the signed angular frequency (rad/s) and the place of the other variable.
+    turning: Vec<(usize, Source, f64, (f64, usize))>,
+}
 
 impl Declared {
     /// Lists the memories that the laws declare.
     pub fn read(&mut self, laws: &Declaration) {
-        let each = laws.variables().iter().enumerate();
-        let memories = each.filter(|(_, variable)| variable.remembers != Source::Computed);
-        self.0.clear();
-        self.0.extend(memories.map(|(i, variable)| (i, variable.remembers, variable.time_constant)));
+        self.single.clear();
+        self.turning.clear();
+        for (i, variable) in laws.variables().iter().enumerate() {
+            let (source, time) = (variable.remembers, variable.time_constant);
+            match variable.turns {
+                _ if source == Source::Computed => (),
+                None => self.single.push((i, source, time)),
+                Some(turns) => self.turning.push((i, source, time, turns)),
+            }
+        }
     }
 
     /// Returns an error unless the rates of a point are those of the memories.
     #[inline]
     pub fn check(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
-        for &(i, source, time) in &self.0 {
+        for &(i, source, time) in &self.single {
             let y = variables[i];
             let x = match source {
                 Source::Stimulus(k) => stimuli[k],
@@ -218,119 +298,26 @@ impl Declared {
                 Source::Computed => continue,
             };
             let linear = is_memory_rate(rates[i], [x, y], time);
-            let name = "time constant times the rate of a variable that is declared a memory";
-            let requirement = "the remembered quantity minus the variable: `rates` contradicts `declare`";
-            ParameterError::unless(linear, name, rates[i] * time, requirement)?;
+            ParameterError::unless(linear, NOT_LINEAR[0], rates[i] * time, NOT_LINEAR[1])?;
+        }
+        if self.turning.is_empty() { Ok(()) } else { self.check_turning(variables, rates, stimuli) }
+    }
+
+    /// Returns an error unless the rates of a point are those of the oscillations.
+    #[inline(never)]
+    fn check_turning(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
+        for &(i, source, time, (frequency, other)) in &self.turning {
+            let x = match source {
+                Source::Stimulus(k) => stimuli[k],
+                Source::Variable(k) => variables[k],
+                Source::Computed => continue,
+            };
+            let linear = is_oscillation_rate(rates[i], [x, variables[i]], time, (frequency, variables[other]));
+            ParameterError::unless(linear, NOT_LINEAR[0], rates[i] * time, NOT_LINEAR[1])?;
         }
         Ok(())
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use approx::assert_abs_diff_eq;
-
-    use super::*;
-    use crate::numerics::interpolation::lagrange;
-    use crate::numerics::quadrature::lobatto;
-
-    /// Time constants of a memory of stimulus 1 and of a memory of stimulus 0, s.
-    const TAUS: [f64; 2] = [0.25, 3.0];
-
-    fn laws() -> Declaration {
-        let mut laws = Declaration::default();
-        let first = laws.stimuli(2);
-        laws.memories(1, first.offset(1), TAUS[0], None);
-        laws.memories(1, first, TAUS[1], None);
-        laws
-    }
-
-    #[test]
-    fn memories_of_linear_stimuli_are_exact() {
-        let (size, nodes) = (0.5, lobatto(ORDER - 1));
-        let mut at_nodes = [[0.0; LEVELS]; ORDER];
-        for (at, node) in at_nodes.iter_mut().zip(&nodes) {
-            lagrange(&[-2.0, -1.0, 0.0, 1.0], *node, &mut at[..4]);
-        }
-        let (mut parts, mut of_nodes, mut memories) = (Parts::default(), Memories::default(), Memories::default());
-        assert!(!parts.read(&laws()) && parts.read(&laws()), "only the second call finds them known");
-        of_nodes.set(parts.of_stimuli(), &nodes, size);
-        memories.interpolate(&of_nodes, &at_nodes);
-        let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
-        let stimuli = [-2.0, -1.0, 0.0, 1.0, 0.0].map(|time| lines.map(|x| x(time * size)));
-        let mut y = [-1.0, 7.0];
-        memories.integrate(&mut y, |source| (0.0, stimuli.map(|stimuli| stimuli[source])));
-        // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
-        let exact =
-            |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();
-        // Rounding of sums of a few numbers below ten.
-        assert_abs_diff_eq!(y[0], exact(1.0, 2.0, TAUS[0], -1.0), epsilon = 1e-14);
-        assert_abs_diff_eq!(y[1], exact(4.0, -1.0, TAUS[1], 7.0), epsilon = 1e-14);
-    }
-
-    /// Numbers of memories of stimuli, of iterated variables, and of memories of these.
-    fn parts(laws: &Declaration) -> [usize; 3] {
-        let mut parts = Parts::default();
-        parts.read(laws);
-        [parts.of_stimuli().len(), parts.iterated().len(), parts.of_variables().len()]
-    }
-
-    #[test]
-    fn only_variables_that_may_depend_on_each_other_are_iterated() {
-        assert_eq!(parts(&laws()), [2, 0, 0]);
-        // The memory of a memory needs the latter at the nodes.
-        let mut chained = laws();
-        chained.memories(1, Source::Variable(0), 1.0, None);
-        assert_eq!(parts(&chained), [1, 1, 1]);
-        // A computed rate may depend on the memories, unless they are declared uncoupled.
-        let mut coupled = laws();
-        let computed = coupled.variable(Variable::unread());
-        coupled.memories(1, computed, 1.0, None);
-        assert_eq!(parts(&coupled), [0, 4, 0]);
-        let mut uncoupled = Declaration::default();
-        let first = uncoupled.stimuli(2);
-        let computed = uncoupled.variable(Variable::unread());
-        uncoupled.uncoupled_memories(2, first, TAUS[0], None);
-        uncoupled.uncoupled_memories(1, computed, TAUS[1], None);
-        assert_eq!(parts(&uncoupled), [2, 1, 1]);
-        // Two memories of each other are a linear system.
-        let mut mutual = Declaration::default();
-        mutual.uncoupled_memories(1, Source::Variable(1), 1.0, None);
-        mutual.uncoupled_memories(1, Source::Variable(0), 1.0, None);
-        assert_eq!(parts(&mutual), [0, 2, 0]);
-    }
-
-    #[test]
-    fn groups_are_runs_of_at_most_four_consecutive_iterated_variables() {
-        let mut laws = Declaration::default();
-        let stimulus = laws.stimuli(1);
-        for iterated in [3, 6] {
-            for _ in 0..iterated {
-                laws.variable(Variable::unread());
-            }
-            laws.uncoupled_memories(1, stimulus, TAUS[0], None);
-        }
-        let mut parts = Parts::default();
-        parts.read(&laws);
-        let places = |group: &[Iterated]| group.iter().map(|each| each.variable).collect();
-        let groups: Vec<Vec<usize>> = parts.groups().map(places).collect();
-        assert_eq!(groups, [vec![0, 1, 2], vec![4, 5, 6, 7], vec![8, 9]]);
-        assert_eq!([2, 3, 7, 9].map(|variable| parts.lane(variable)), [Some((0, 2)), None, Some((1, 3)), Some((2, 1))]);
-    }
-
-    #[test]
-    fn declared_memories_are_accepted_up_to_rounding_of_their_rates() {
-        let (y, x) = ([0.3, -2.0], [0.7, 1.1]);
-        let rates = [(x[1] - y[0]) / TAUS[0], (x[0] - y[1]) / TAUS[1]];
-        let mut declared = Declared::default();
-        declared.read(&laws());
-        assert!(declared.check(&y, &rates, &x).is_ok());
-        for k in 0..2 {
-            for share in [1e-13, f64::NAN] {
-                let mut wrong = rates;
-                wrong[k] *= 1.0 + share;
-                assert!(declared.check(&y, &wrong, &x).is_err(), "rate {k} changed by {share}");
-            }
-        }
-    }
-}
+mod tests;

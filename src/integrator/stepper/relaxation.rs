@@ -1,6 +1,6 @@
 //! Weights of exponential collocation: integrals of cubics times exp(−t/τ), for four variables at a time.
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{ComplexField, Matrix4, Vector4};
 
 use super::ORDER;
 use crate::numerics::interpolation::lagrange;
@@ -52,33 +52,34 @@ impl Kernel {
     }
 }
 
-/// Returns ∫ exp(−(c − t) z) pl(t) dt from 0 to `c` for each Lagrange polynomial pl of `nodes`.
-pub(super) fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; ORDER] {
-    let mut out = [0.0; ORDER];
+/// Returns ∫ exp(−(c − t) z) pl(t) dt from 0 to `c` for each Lagrange polynomial pl of `nodes`. z is complex for a
+/// damped oscillation.
+pub(super) fn relaxed_integral<T: ComplexField<RealField = f64>>(nodes: &[f64], z: T, c: f64) -> [T; ORDER] {
+    let mut out = [(); ORDER].map(|()| T::zero());
     if c == 0.0 {
         return out;
     }
-    if c * z <= 3.0 {
+    if c * z.clone().modulus() <= 3.0 {
         let (points, weights) = rule::<8>();
         for (x, w) in points.iter().zip(weights) {
             let mut values = [0.0; ORDER];
             lagrange(nodes, c * x, &mut values);
-            let kernel = w * c * (-(c - c * x) * z).exp();
+            let kernel = z.clone().scale(-(c - c * x)).exp().scale(w * c);
             for (o, v) in out.iter_mut().zip(values) {
-                *o += kernel * v;
+                *o += kernel.clone().scale(v);
             }
         }
         return out;
     }
-    // Moments ∫ exp(−(c − t) z) t^m dt by the recurrence Im = (c^m − m Im−1)/z, stable for c z > 3.
-    let mut moments = [0.0; ORDER];
-    moments[0] = -(-c * z).exp_m1() / z;
+    // Moments ∫ exp(−(c − t) z) t^m dt by the recurrence Im = (c^m − m Im−1)/z, stable for c |z| > 3.
+    let mut moments = [(); ORDER].map(|()| T::zero());
+    moments[0] = -z.clone().scale(-c).exp_m1() / z.clone();
     for m in 1..ORDER {
-        moments[m] = (c.powi(m as i32) - m as f64 * moments[m - 1]) / z;
+        moments[m] = (T::from_real(c.powi(m as i32)) - moments[m - 1].clone().scale(m as f64)) / z.clone();
     }
     // Weights that are exact for the moments are exact for all polynomials of this degree. The Vandermonde matrix is
     // nonsingular since the nodes are distinct.
-    let powers = Matrix4::from_fn(|m, k| nodes[k].powi(m as i32));
+    let powers = Matrix4::from_fn(|m, k| T::from_real(nodes[k].powi(m as i32)));
     powers.lu().solve(&Vector4::from(moments)).map_or(out, Into::into)
 }
 

@@ -1,0 +1,68 @@
+//! Perception at the apex of a shoot.
+
+use nalgebra::Vector3;
+
+use super::{Declaration, Perception, Site, Source};
+use crate::error::ParameterError;
+
+/// Perception of the apex in place of the tissue that responds: all points receive the signal of the apex at the same
+/// time, as components along its directors. The delay of a [`Memory`](super::Memory) is the time in which the signal
+/// reaches the tissue. Strain and couple at the apex are NaN.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct AtApex<P>(
+    /// The perception.
+    pub P,
+);
+
+impl<P: Perception> Perception for AtApex<P> {
+    type Signal = P::Signal;
+
+    #[inline(always)]
+    fn declare(&self, to: &mut Declaration) -> Source {
+        self.0.declare(to)
+    }
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let unknown = Vector3::repeat(f64::NAN);
+        let apex = Site {
+            frame: site.rod.apex_frame(),
+            strain: unknown,
+            couple: unknown,
+            arc_length: site.rod.length(),
+            apex_distance: 0.0,
+            initial_apex_distance: 0.0,
+            position: site.tip,
+            ..*site
+        };
+        self.0.sense(&apex, stimuli);
+    }
+
+    fn signal(&self, variables: &[f64], stimuli: &[f64]) -> P::Signal {
+        self.0.signal(variables, stimuli)
+    }
+
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        self.0.rates(variables, stimuli, rates);
+    }
+
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.0.steady(stimuli, variables);
+    }
+
+    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.0.initial(stimuli, variables);
+    }
+
+    fn delay(&self) -> f64 {
+        self.0.delay()
+    }
+
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.0.next_discontinuity(t)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.0.check()
+    }
+}

@@ -1,0 +1,119 @@
+//! Fit of a memory kernel by exponentials.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::{KernelTerm, MemoryKernel};
+use crate::error::ParameterError;
+
+/// Largest singular value of the basis that is ignored, relative to the largest one: rounding of its entries.
+const ROUNDING: f64 = 1e-14;
+
+impl MemoryKernel {
+    /// Fits a kernel to its `values` (1/s) at the times 0, h, 2h, … with the `spacing` h (s), by at most `most`
+    /// exponentials; a term that oscillates is two of them. Returns the kernel, without a delay, and the largest error
+    /// at these times, relative to the largest value.
+    ///
+    /// Every other value determines the fit, so that the error is also that between the values which were fitted. The
+    /// values should cover the kernel until it has decayed. A kernel that begins with a pause is given from the end of
+    /// the pause on, which is the [`delay`](Self::delay).
+    ///
+    /// The rates are those of the method ESPRIT: with n exponentials, the matrix of K((i + j) h) has rank n, and its
+    /// first n singular vectors, shifted by one row, are multiplied by a matrix with the eigenvalues exp(−λh) (Roy and
+    /// Kailath, IEEE Trans. Acoust. Speech Signal Process. 37:984–995, 1989). The amplitudes are those of least
+    /// squares. Of all numbers of exponentials the one with the smallest error is returned.
+    ///
+    /// ```
+    /// use morphorod::tropism::MemoryKernel;
+    ///
+    /// // A gamma distribution of delays, of shape 3 and with a mean of 30 min.
+    /// let gamma = |t: f64| 0.5 * (t / 600.0).powi(2) * (-t / 600.0).exp() / 600.0;
+    /// let values: Vec<f64> = (0..200).map(|i| gamma(60.0 * f64::from(i))).collect();
+    /// let (kernel, error) = MemoryKernel::fit(&values, 60.0, 4)?;
+    /// assert!(error < 1e-3 && (kernel.integral() - 1.0).abs() < 1e-3);
+    /// # Ok::<(), morphorod::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Fewer than 4 `most` + 4 values, values that are not finite or all zero, and a spacing that is not positive. A
+    /// kernel that does not decay has no fit.
+    pub fn fit(values: &[f64], spacing: f64, most: usize) -> Result<(Self, f64), ParameterError> {
+        ParameterError::positive("spacing of the values of a kernel", spacing, "s")?;
+        ParameterError::unless(most > 0, "largest number of exponentials", most as f64, "positive")?;
+        let enough = values.len() / 4 > most;
+        let (name, needed) = ("number of values of a kernel", "at least four times that of exponentials plus four");
+        ParameterError::unless(enough, name, values.len() as f64, needed)?;
+        let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        let sum: f64 = values.iter().map(|value| value.abs()).sum();
+        ParameterError::unless(
+            largest > 0.0 && sum.is_finite(),
+            "sum of the values of a kernel",
+            sum,
+            "not zero, and finite (1/s)",
+        )?;
+        let fitted: Vec<f64> = values.iter().step_by(2).copied().collect();
+        let rows = fitted.len() / 2;
+        let hankel = DMatrix::from_fn(rows, fitted.len() + 1 - rows, |i, j| fitted[i + j]);
+        let vectors = hankel.svd(true, false).u.unwrap_or_default();
+        let fits = (1..=most.min(vectors.ncols())).filter_map(|n| {
+            let rates = rates(&vectors.columns(0, n).into_owned())?;
+            let terms = terms(&fitted, 2.0 * spacing, &rates)?;
+            let kernel = Self { terms, delay: 0.0 };
+            let error = |(i, value): (usize, &f64)| (kernel.at(i as f64 * spacing) - value).abs();
+            let error = values.iter().enumerate().map(error).fold(0.0, f64::max) / largest;
+            error.is_finite().then_some((kernel, error))
+        });
+        let best = fits.min_by(|(_, a), (_, b)| a.total_cmp(b));
+        best.ok_or(ParameterError::refused(
+            "last value of a kernel",
+            values[values.len() - 1],
+            "small: the kernel decays",
+        ))
+    }
+}
+
+/// Decays and turns λh in one interval of the exponentials for the first singular vectors. Exponentials that do not
+/// decay, or that change their sign in every interval, are left out. `None` if the search fails.
+fn rates(vectors: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    let (rows, n) = vectors.shape();
+    let (upper, lower) = (vectors.rows(0, rows - 1), vectors.rows(1, rows - 1));
+    let shift = upper.into_owned().svd(true, true).solve(&lower, ROUNDING).ok()?;
+    let eigenvalues = if n == 1 { DVector::from_element(1, shift[0].into()) } else { shift.complex_eigenvalues() };
+    let rates = eigenvalues.iter().map(|value| -value.ln());
+    Some(rates.filter(|rate| rate.re > 0.0 && rate.re.is_finite() && rate.im.abs() < PI).collect())
+}
+
+/// The terms for the rates λh, with the amplitudes of least squares.
+fn terms(values: &[f64], spacing: f64, rates: &[Complex<f64>]) -> Option<Vec<KernelTerm>> {
+    // One of two conjugate rates is kept.
+    let rates: Vec<_> = rates.iter().filter(|rate| rate.im >= 0.0).collect();
+    let columns: Vec<_> = rates
+        .iter()
+        .flat_map(|rate| {
+            let wave = |sine: bool| {
+                let value = |i: usize| (-**rate * i as f64).exp();
+                DVector::from_fn(values.len(), |i, _| if sine { value(i).im } else { value(i).re })
+            };
+            if rate.im == 0.0 { vec![wave(false)] } else { vec![wave(false), wave(true)] }
+        })
+        .collect();
+    if columns.is_empty() {
+        return None;
+    }
+    let basis = DMatrix::from_columns(&columns).svd(true, true);
+    let cut = ROUNDING * basis.singular_values.max();
+    let amplitudes = basis.solve(&DVector::from_column_slice(values), cut).ok()?;
+    let mut amplitudes = amplitudes.iter();
+    let term = |rate: &&Complex<f64>| {
+        let cosine = *amplitudes.next()?;
+        // The second column is that of exp(−λh i) for the imaginary part, −sin(ωt) exp(−t/τ).
+        let sine = if rate.im == 0.0 { 0.0 } else { *amplitudes.next()? };
+        let (time, frequency) = (spacing / rate.re, rate.im / spacing);
+        Some(match frequency {
+            0.0 => KernelTerm::decay(cosine, time),
+            _ => KernelTerm { amplitude: cosine.hypot(sine), time, frequency, phase: sine.atan2(cosine) },
+        })
+    };
+    rates.iter().map(term).collect()
+}

@@ -1,0 +1,128 @@
+//! Differential growth in a part of the growth zone.
+
+use nalgebra::Vector3;
+
+use super::{Declaration, Growing, Site, TropismLaw};
+use crate::error::ParameterError;
+
+/// A law that acts only between two distances from the apex. The part of the zone stays at these distances while the
+/// tissue grows through it.
+///
+/// The growth gradient of the inner law is multiplied by a window w(σ) of the distance σ from the apex, which rises
+/// from zero to one and falls again over the length `edge` about each end, and has two continuous derivatives. Its
+/// integral is the distance of the ends.
+///
+/// The hook of *Averrhoa carambola* swings in a plane by differential growth at the basal edge of its growth zone
+/// (Rivière, Peaucelle, Derr and Douady, *Plant nutation relies on steady propagation of spatially asymmetric growth
+/// pattern*, 2025). A difference δ̇0 of growth rates over the radius R that oscillates with the period 2π/ω on a length
+/// ΔL swings the apex by
+///
+/// ```text
+/// Δφ = 2 ΔL δ̇0/(ω R),
+/// ```
+///
+/// from one side to the other, if tissue passes a small part of ΔL in a period. Two [oscillators](super::Oscillator) of
+/// opposite senses oscillate in a plane:
+///
+/// ```
+/// use morphorod::tropism::{Handedness, Localised, Oscillator};
+///
+/// // δ̇0 = 4.5e-3/h, at REGR = 1.4e-2/h, is the sensitivity 4.5/14, half of it for each sense. The period is 2.1 h.
+/// let forwards = Oscillator::new(0.5 * 4.5 / 14.0, 2.1 * 3600.0);
+/// let backwards = Oscillator { handedness: Handedness::Clockwise, ..forwards };
+/// let law = Localised { law: (forwards, backwards), from: 7.4e-3, to: 19.6e-3, edge: 2e-3 };
+/// # assert_eq!(law.window(0.01), 1.0);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Localised<L> {
+    /// The law.
+    pub law: L,
+    /// Distance from the apex of the apical end, m. The window includes the apex if it is at most −`edge`/2.
+    pub from: f64,
+    /// Distance from the apex of the basal end, m.
+    pub to: f64,
+    /// Length over which the window rises or falls, m; positive. Tissue that passes it in less than a time step reduces
+    /// the order in time.
+    pub edge: f64,
+}
+
+impl<L> Localised<L> {
+    /// Share of the gradient at a distance from the apex (m), from zero to one.
+    #[must_use]
+    pub fn window(&self, apex_distance: f64) -> f64 {
+        let rise = |end: f64| {
+            let x = ((apex_distance - end) / self.edge + 0.5).clamp(0.0, 1.0);
+            x * x * x * (10.0 + x * (6.0 * x - 15.0))
+        };
+        rise(self.from) - rise(self.to)
+    }
+}
+
+impl<L: TropismLaw> TropismLaw for Localised<L> {
+    #[inline]
+    fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
+        match self.window(at.apex_distance) {
+            0.0 => Vector3::zeros(),
+            window => self.law.gradient(at, past, now) * window,
+        }
+    }
+
+    #[inline(always)]
+    fn declare(&self, to: &mut Declaration) {
+        self.law.declare(to);
+    }
+
+    #[inline]
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        self.law.sense(site, stimuli);
+    }
+
+    #[inline]
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        self.law.rates(variables, stimuli, rates);
+    }
+
+    #[inline]
+    fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        self.law.coupled_rates(variables, stimuli, rates);
+    }
+
+    #[inline]
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.law.steady(stimuli, variables);
+    }
+
+    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.law.initial(stimuli, variables);
+    }
+
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.law.next_discontinuity(t)
+    }
+
+    fn shortest_period(&self) -> f64 {
+        self.law.shortest_period()
+    }
+
+    fn name_of_undefined(&self, at: &Growing, past: &[f64], now: &[f64]) -> &'static str {
+        self.law.name_of_undefined(at, past, now)
+    }
+
+    fn name_of(&self, variable: usize) -> &'static str {
+        self.law.name_of(variable)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::finite("distance from the apex at which a law begins", self.from, "m")?;
+        let finite = self.to.is_finite() && self.to > self.from;
+        ParameterError::unless(
+            finite,
+            "distance from the apex at which a law ends",
+            self.to,
+            "finite, and beyond its beginning (m)",
+        )?;
+        ParameterError::positive("edge of a localised law", self.edge, "m")?;
+        self.law.check()
+    }
+}
