@@ -168,7 +168,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("curvature", "K", "400", "curvature with which tissue leaves the growth zone, 1/m"),
             Opt::value("speed", "MM", "6.28", "speed of growth, mm/h"),
             Opt::value("pole", "MM", "1.5", "radius of the pole, mm"),
-            Opt::value("gap", "MM", "2", "distance between pole and shoot at the base, mm"),
+            Opt::value("gap", "MM", "1.5", "distance between pole and shoot at the base, mm"),
             Opt::value("friction", "MU", "0", "coefficient of friction"),
             Opt::value("step", "S", "600", "time step, s"),
             Opt::value("elements", "N", "4", "number of elements of the growth zone"),
