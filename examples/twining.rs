@@ -22,8 +22,11 @@
 //! - `--friction 0.3 --pole 1`: with friction, on a thin pole.
 //! - `--film`: an animation in space.
 //! - `--map`: winds, leans, slips off, and passes, over the radius of the pole and the friction.
-//! - `--limit`: the smallest pole on which a wound rod holds itself without friction, compared with a closed form.
+//! - `--limit`: the thinnest and the thickest pole on which a wound rod holds itself without friction, compared with
+//!   closed forms.
 
+#[path = "twining/coil.rs"]
+mod coil;
 #[path = "twining/limit.rs"]
 mod limit;
 #[path = "twining/map.rs"]
@@ -174,7 +177,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("elements", "N", "4", "number of elements of the growth zone"),
             Opt::flag("film", "also write film.html, an animation in space for the browser, without the pole"),
             Opt::flag("map", "map over the radius of the pole and the friction instead of a single run"),
-            Opt::flag("limit", "smallest pole that a wound rod holds without friction, instead of a run"),
+            Opt::flag("limit", "thinnest and thickest pole that a wound rod holds without friction, instead of a run"),
         ],
     );
     let setup = Setup {
@@ -193,7 +196,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         return map::map(&setup, &out);
     }
     if options.flag("limit") {
-        return limit::limit(&setup, &out);
+        limit::limit(&setup, &out)?;
+        return coil::coil();
     }
     let mut shoot = setup.shoot()?;
     let mut record = Record::default();

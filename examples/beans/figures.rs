@@ -13,18 +13,30 @@ fn equality(low: f64, high: f64) -> Series {
     Series::new("equal", vec![(low, low), (high, high)], Style::Dashed, 6)
 }
 
-/// Draws all figures. The first two grips are the bounds of the force.
-pub fn draw(events: &[Event], names: &[String], grips: &[Vec<Outcome>], out: &Path) -> Result<(), Box<dyn Error>> {
-    let mut series = vec![equality(0.05, 2.0)];
-    for (k, name) in names.iter().enumerate().take(2) {
-        let both = events.iter().zip(&grips[k]);
-        let points = both.filter_map(|(event, outcome)| Some((1e3 * event.force, 1e3 * outcome.as_ref().ok()?.peak)));
-        series.push(Series::new(name.as_str(), points.collect(), Style::Points, k));
-    }
-    Figure::new(out.join("force.svg"), "Force of beans on a hanging support").lines(
+/// Draws all figures, for the whole stem and for one with a rigid upright part. The first two grips are the bounds of
+/// the force.
+pub fn draw(
+    events: &[Event],
+    names: &[String],
+    readings: [&[Vec<Outcome>]; 2],
+    out: &Path,
+) -> Result<(), Box<dyn Error>> {
+    let grips = readings[0];
+    let panels = readings.map(|grips| {
+        let mut series = vec![equality(0.05, 2.0)];
+        for (k, name) in names.iter().enumerate().take(2) {
+            let both = events.iter().zip(&grips[k]);
+            let points =
+                both.filter_map(|(event, outcome)| Some((1e3 * event.force, 1e3 * outcome.as_ref().ok()?.peak)));
+            series.push(Series::new(name.as_str(), points.collect(), Style::Points, k));
+        }
+        series
+    });
+    let panels = [("whole stem", &panels[0][..]), ("rigid upright part", &panels[1][..])];
+    Figure::new(out.join("force.svg"), "Force of beans on a hanging support").panels(
         "measured peak force (mN)",
         "predicted (mN)",
-        &series,
+        &panels,
         Axes::LogLog,
     )?;
 

@@ -14,11 +14,11 @@
 //! - The time scale: the frequency of the force is close to ω/2 if the stem does not slip.
 //! - The independence of the mass of the support: a support of ten times the mass changes the force by little, because
 //!   the arm is softer than the pendulum.
-//! - The need for grip: with friction of 1 or less, the stem slips off long before the plants do.
+//! - The need for grip: with a coefficient of friction of 1 or less, the stem slips off before the plants do.
 //!
 //! # What it misses
-//! - The amplitude of single events. The prediction depends on the reading of geometry and stiffness, which the program
-//!   lists. The modulus is measured near the tip and extrapolated along most stems, and most of the scatter of events is
+//! - The amplitude of single events. The prediction depends on the reading of geometry and stiffness: on whether the
+//!   upright part bends and twists, and on the part of the arm that is curved. The program lists readings. The modulus is measured near the tip and extrapolated along most stems, and most of the scatter of events is
 //!   not explained.
 //! - Weight. At a density of 1000 kg/m³ the weight of the arm would bend a stem of this stiffness as much as it is
 //!   curved (`sag.svg`), so that modulus, geometry and weight are not consistent.
@@ -38,9 +38,9 @@ use data::{Event, GRAVITY, modulus, radius};
 use morphorod::ensemble;
 use morphorod_plot::{Options, Progress, Table, println};
 use statistics::{median, rank_correlation, scatter};
-use stem::{Force, Grip, MAIN, READINGS, Reading, simulate};
+use stem::{CLAMPED, Force, Grip, MAIN, OTHERS, Reading, simulate};
 
-/// Grips of the main reading. The first two are the bounds.
+/// Grips of the first two readings. The first two grips are the bounds.
 const GRIPS: [Grip; 5] =
     [Grip::NoSlip, Grip::Friction(0.0), Grip::Friction(0.3), Grip::Friction(1.0), Grip::Friction(3.0)];
 /// Factor of the mass of the support that tests its effect.
@@ -113,7 +113,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let events = data::events()?;
     let clock = Instant::now();
     let progress = Progress::new("beans");
-    let total = (GRIPS.len() + READINGS.len()) as f64;
+    let total = (2 * GRIPS.len() + OTHERS.len() + 1) as f64;
     let mut done = 0.0;
     let mut simulated = |reading: &Reading, grip: Grip, events: &[Event]| {
         let outcomes = all(events, reading, grip);
@@ -121,13 +121,15 @@ fn run() -> Result<(), Box<dyn Error>> {
         progress.set(done / total);
         outcomes
     };
-    let mut grips = Vec::new();
+    let mut whole = Vec::new();
+    let mut clamped = Vec::new();
     for grip in GRIPS {
-        grips.push(simulated(&MAIN, grip, &events)?);
+        whole.push(simulated(&MAIN, grip, &events)?);
+        clamped.push(simulated(&CLAMPED, grip, &events)?);
     }
-    let mut readings = Vec::new();
-    for reading in &READINGS[1..] {
-        readings.push(simulated(reading, Grip::NoSlip, &events)?);
+    let mut others = Vec::new();
+    for reading in &OTHERS {
+        others.push(simulated(reading, Grip::NoSlip, &events)?);
     }
     let heavier: Vec<Event> = events.iter().map(|event| Event { mass: HEAVIER * event.mass, ..*event }).collect();
     let heavier = simulated(&MAIN, Grip::NoSlip, &heavier)?;
@@ -141,21 +143,24 @@ fn run() -> Result<(), Box<dyn Error>> {
         "{:36} {:>3} {:>8} {:>8} {:>12} {:>10} {:>8}",
         "", "n", "ratio", "scatter", "correlation", "frequency", "contact"
     );
-    for (grip, outcomes) in GRIPS.iter().zip(&grips) {
-        compare(&name(*grip), &events, outcomes);
-        for (event, outcome) in events.iter().zip(outcomes) {
-            if let Err(error) = outcome {
-                println!("  event {}: {error}", event.number);
+    for (reading, grips) in [(&MAIN, &whole), (&CLAMPED, &clamped)] {
+        println!("{}:", reading.name);
+        for (grip, outcomes) in GRIPS.iter().zip(grips) {
+            compare(&name(*grip), &events, outcomes);
+            for (event, outcome) in events.iter().zip(outcomes) {
+                if let Err(error) = outcome {
+                    println!("  event {}: {error}", event.number);
+                }
             }
         }
     }
-    println!("readings without slip:");
-    for (reading, outcomes) in READINGS[1..].iter().zip(&readings) {
+    println!("other readings, without slip:");
+    for (reading, outcomes) in OTHERS.iter().zip(&others) {
         compare(reading.name, &events, outcomes);
     }
-    report(&events, &grips[0], &heavier);
-    write(&events, &grips, &out)?;
-    figures::draw(&events, &GRIPS.map(name), &grips, &out)?;
+    report(&events, &whole[0], &heavier);
+    write(&events, &whole, &out)?;
+    figures::draw(&events, &GRIPS.map(name), [&whole, &clamped], &out)?;
     println!("wrote events.csv, force.svg, contact.svg, frequency.svg and sag.svg to {}", out.display());
     Ok(())
 }

@@ -31,20 +31,21 @@ pub struct Reading {
     pub curved: f64,
     /// Whether the upright part bends and twists.
     pub upright_yields: bool,
-    /// Factor of the modulus of the arm: 1, or 0 for the modulus of the place of contact throughout.
+    /// Whether the modulus varies along the stem. Otherwise it is that of the place of contact.
     pub graded: bool,
 }
 
-/// The reading of the figures.
-pub const MAIN: Reading =
-    Reading { name: "curved over half of the arm, graded", curved: 0.5, upright_yields: true, graded: true };
+/// The whole stem bends and twists.
+pub const MAIN: Reading = Reading { name: "whole stem", curved: 0.5, upright_yields: true, graded: true };
 
-/// Readings that are compared without slip.
-pub const READINGS: [Reading; 5] = [
-    MAIN,
+/// The upright part is rigid, as on a stake.
+pub const CLAMPED: Reading = Reading { name: "rigid upright part", upright_yields: false, ..MAIN };
+
+/// Other readings, which are compared without slip.
+pub const OTHERS: [Reading; 4] = [
     Reading { name: "curved over a tenth of the arm", curved: 0.1, ..MAIN },
     Reading { name: "curved over the whole arm", curved: 1.0, ..MAIN },
-    Reading { name: "rigid upright part", upright_yields: false, ..MAIN },
+    Reading { name: "rigid, curved over the whole arm", curved: 1.0, ..CLAMPED },
     Reading { name: "modulus of the place of contact", graded: false, ..MAIN },
 ];
 

@@ -87,7 +87,7 @@ impl Helix {
         let mut solver = NewtonSolver::default();
         let wound = Vector3::new(0.0, self.curvature, self.torsion);
         rod.set_intrinsic(|_| wound);
-        solver.solve(&mut rod, &TISSUE, &(), &environment)?;
+        let _ = solver.solve(&mut rod, &TISSUE, &(), &environment)?;
         let obstacle = Cylinder { through: Vector3::x() * -self.radius, along: Vector3::z(), radius: self.radius };
         let support = (Contact { obstacle, radius: 0.0, friction: 0.0 }, Hold::apex().held(end));
         let pull = end * Vector3::new(0.0, self.force[0], self.force[1]);

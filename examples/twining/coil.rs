@@ -1,0 +1,55 @@
+//! The thickest pole that a planar coil holds without friction (Goriely and Neukirch 2006, Phys. Rev. Lett. 97, 184302).
+//!
+//! A rod with the intrinsic curvature κ* is wound on a pole of radius R. Between the arc in contact and the tip, which
+//! touches the pole, a bridge is free. The angle of the tip to the surface increases with κ* R, and the equilibrium
+//! ceases to exist at a fold, close to a tip perpendicular to the surface.
+
+use std::error::Error;
+
+use morphorod::constitutive::LinearElastic;
+use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+use morphorod::rod::Rod;
+use morphorod::support::{Contact, Cylinder};
+use morphorod::{Order, Scene, Still};
+use morphorod_plot::println;
+use nalgebra::Vector3;
+
+use crate::RADIUS;
+
+/// Largest κ* R, by shooting with the elastica of the bridge in independent code, six digits.
+const FOLD: f64 = 3.30927;
+/// Radius of the pole and length of the rod, m.
+const SIZE: [f64; 2] = [0.01, 0.045];
+
+/// Follows the coil with increasing κ* R, and prints lengths of the bridge and the fold.
+pub fn coil() -> Result<(), Box<dyn Error>> {
+    let [radius, length] = SIZE;
+    let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+    let environment = Still::weightless().environment(0.0);
+    let pole = Cylinder { through: Vector3::x() * radius, along: Vector3::y(), radius };
+    let support = Contact { obstacle: pole, radius: 0.0, friction: 0.0 };
+    let mut rod = Rod::uniform(length, RADIUS, Still::upright().base, 40, Order::Eight)?;
+    rod.set_intrinsic(|_| Vector3::y() * (0.9 / radius));
+    // The coil is stable in its plane only.
+    let mut solver = NewtonSolver { stable_only: false, ..NewtonSolver::default() };
+    let _ = solver.solve(&mut rod, &tissue, &(), &environment)?;
+    println!("flat coil on a pole: κ* R, bridge over R");
+    let mut bridges = Vec::new();
+    let steps = (0..=21).map(|i| 1.1 + 0.1 * f64::from(i)).chain([3.25, 3.28, 3.3, 3.305, 3.308]);
+    for product in steps {
+        rod.set_intrinsic(|_| Vector3::y() * (product / radius));
+        let held = solver.solve_held(&mut rod, &tissue, &(), &support, &environment)?;
+        let places = held.reactions.iter().map(|reaction| reaction.arc_length).filter(|s| *s < (1.0 - 1e-6) * length);
+        let bridge = (length - places.fold(0.0, f64::max)) / radius;
+        println!("{product:6.3}  {bridge:.6}");
+        bridges.push((bridge, product));
+    }
+    // At a fold κ* R is a maximum as a function of the bridge: the parabola through the last three points.
+    let [.., a, b, c] = bridges[..] else { return Ok(()) };
+    let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
+    let bend = (slope(b, c) - slope(a, b)) / (c.0 - a.0);
+    let first = slope(b, c) + bend * (c.0 - b.0);
+    let fold = c.1 - first * first / (4.0 * bend);
+    println!("largest κ* R: {fold:.5}, by shooting {FOLD}, relative difference {:.1e}", fold / FOLD - 1.0);
+    Ok(())
+}
