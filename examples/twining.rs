@@ -1,21 +1,21 @@
 //! A growing shoot that meets a pole and winds round it.
 //!
-//! An endogenous oscillator bends the growing part of a shoot to an arc, whose direction rotates about the shoot. The
-//! tissue leaves the growth zone with the curvature κ* that it has then. Its direction rotates along the shoot by
-//! τ* = ω/v per length, where ω is the angular frequency of the oscillator and v the speed of growth. The mature part
-//! is therefore a helix with curvature κ* and torsion τ*, of radius κ*/(κ*² + τ*²). A shoot with κ* much smaller than τ*
-//! is almost straight, circumnutates, and loses a pole that it meets. Here both are of the order of the curvature of
-//! the pole: the oscillator turns once while the shoot grows by about one turn of the helix. The base is inclined so
-//! that the axis of the helix is vertical.
+//! An endogenous oscillator bends the growing part of a shoot to an arc, whose direction rotates about the shoot.
+//! The tissue leaves the growth zone with the curvature κ* that it has then. Its direction rotates along the shoot
+//! by τ* = ω/v per length, where ω is the angular frequency of the oscillator and v the speed of growth. The mature
+//! part is therefore a helix with curvature κ* and torsion τ*, of radius κ*/(κ*² + τ*²). A shoot with κ* much
+//! smaller than τ* is almost straight, circumnutates, and loses a pole that it meets. Here both are of the order of
+//! the curvature of the pole: the oscillator turns once while the shoot grows by about one turn of the helix. The
+//! base is inclined so that the axis of the helix is vertical.
 //!
 //! A vertical pole stands beside the base. The shoot meets it, and its growing part continues to rotate round it. If
 //! the pole with the shoot is thicker than the helix, the shoot presses on it along the whole contact. Otherwise it
 //! touches the pole at a few places.
 //!
 //! # Results
-//! With the default values the radius of the helix is 1.80 mm, and the axis of the shoot is wound with a radius of
-//! 2 mm. The program prints the number of turns between the lowest and the highest contact, the smallest and the largest
-//! normal force of a contact, the tension and the pitch.
+//! With the default values the radius of the helix is 1.80 mm, and the axis of the shoot is wound with a radius of 2
+//! mm. The program prints the number of turns between the lowest and the highest contact, the smallest and the
+//! largest normal force of a contact, the tension and the pitch.
 //!
 //! # Options
 //! - `--pole`, `--gap`: radius of the pole, and distance of its surface from the surface of the shoot at the base.

@@ -1,14 +1,15 @@
 //! Forces of beans that touch a hanging support, predicted from their measured geometry and stiffness.
 //!
-//! Ohad, Porat and Meroz (2026, bioRxiv 2026.03.16.712031) measured the force of circumnutating beans on a light straw
-//! that hangs like a pendulum. The table `bean_events.csv` has 71 contacts. The model of an event is an upright stem
-//! whose arm overhangs: a graded elastic rod without weight, whose free curvature turns by a right angle and rotates
-//! with the measured period. No number is fitted. The support is a pendulum of the measured mass and length. It is a
-//! spring, because its displacement is small. Two bounds of the grip are simulated: the place of contact is fixed to
-//! the support, or slides on it without friction; coefficients of friction of 0.3, 1 and 3 are between them.
+//! Ohad, Porat and Meroz (2026, bioRxiv 2026.03.16.712031) measured the force of circumnutating beans on a light
+//! straw that hangs like a pendulum. The table `bean_events.csv` has 71 contacts. The model of an event is an
+//! upright stem whose arm overhangs: a graded elastic rod without weight, whose free curvature turns by a right
+//! angle and rotates with the measured period. The prediction has no fitted number. The support is a pendulum of the
+//! measured mass and length. It is a spring, because its displacement is small. Two bounds of the grip are
+//! simulated: the place of contact is fixed to the support, or slides on it without friction; coefficients of
+//! friction of 0.3, 1 and 3 are between them.
 //!
-//! The free place of contact moves on a circle, and its distance from where the support was is a chord. Without slip the
-//! force is therefore close to a sine of half of the angular frequency ω of circumnutation.
+//! The free place of contact moves on a circle, and its distance from where the support was is a chord. Without slip
+//! the force is therefore close to a sine of half of the angular frequency ω of circumnutation.
 //!
 //! # What the model explains
 //! - The time scale: the frequency of the force is close to ω/2 if the stem does not slip.
@@ -18,8 +19,9 @@
 //!
 //! # What it misses
 //! - The amplitude of single events. The prediction depends on the reading of geometry and stiffness: on whether the
-//!   upright part bends and twists, and on the part of the arm that is curved. The program lists readings. The modulus is measured near the tip and extrapolated along most stems, and most of the scatter of events is
-//!   not explained.
+//!   upright part bends and twists, and on the part of the arm that is curved. The program lists readings. The
+//!   modulus is measured near the tip and extrapolated along most stems, and most of the scatter of events is not
+//!   explained.
 //! - Weight. At a density of 1000 kg/m³ the weight of the arm would bend a stem of this stiffness as much as it is
 //!   curved (`sag.svg`), so that modulus, geometry and weight are not consistent.
 //! - Some fits of the measured force end before the maximum. The figure of the frequencies marks them.
@@ -46,7 +48,7 @@ const GRIPS: [Grip; 5] =
 /// Factor of the mass of the support that tests its effect.
 const HEAVIER: f64 = 10.0;
 
-/// Result of a simulation, or the reason why there is none.
+/// Result of a simulation, or the error message.
 type Outcome = Result<Force, String>;
 
 /// Simulates all events.

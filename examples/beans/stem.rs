@@ -125,8 +125,8 @@ pub struct Force {
 pub fn simulate(event: &Event, reading: &Reading, grip: Grip) -> Result<Force, Box<dyn std::error::Error>> {
     let curved = event.arm * reading.curved;
     let angle = |s: f64| FRAC_PI_2 * (s / curved).min(1.0);
-    // Distance of the place of contact from the vertical through the upright part, and its height: integrals over an arc
-    // and a straight part.
+    // Distance of the place of contact from the vertical through the upright part, and its height: integrals over an
+    // arc and a straight part.
     let s = event.arm - event.contact;
     let (sin, cos) = angle(s).sin_cos();
     let rho = curved / FRAC_PI_2;

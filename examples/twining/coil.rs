@@ -1,4 +1,5 @@
-//! The thickest pole that a planar coil holds without friction (Goriely and Neukirch 2006, Phys. Rev. Lett. 97, 184302).
+//! The thickest pole that a planar coil holds without friction (Goriely and Neukirch 2006, Phys. Rev. Lett. 97,
+//! 184302).
 //!
 //! A rod with the intrinsic curvature κ* is wound on a pole of radius R. Between the arc in contact and the tip, which
 //! touches the pole, a bridge is free. The angle of the tip to the surface increases with κ* R, and the equilibrium

@@ -1,14 +1,14 @@
 //! Rod with intrinsic curvature κ* and twist τ* that is wound round a pole without friction: closed form and rod.
 //!
 //! A helix of pitch angle α on a cylinder of radius R has the curvature κ = cos²α/R and the torsion τ = sin α cos α/R.
-//! Without force and couple along the axis, α minimises the energy, and tension and pressure are
+//! If force and couple along the axis vanish, α minimises the energy, and tension and pressure are
 //!
 //! ```text
 //! B (κ − κ*) 2τ = C (τ − τ*) cos(2α)/R,   n_b = C (τ − τ*) κ − B (κ − κ*) τ,   n_t = −n_b/tan α,   p = n_t κ − n_b τ.
 //! ```
 //!
-//! The pressure vanishes at R = κ*/(κ*² + τ*²), the radius of the free helix, and is positive for larger R. Thinner poles
-//! are not held along the whole contact.
+//! The pressure vanishes at R = κ*/(κ*² + τ*²), the radius of the free helix, and is positive for larger R. Thinner
+//! poles are not held along the whole contact.
 
 use std::error::Error;
 use std::f64::consts::PI;
