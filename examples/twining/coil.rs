@@ -34,19 +34,19 @@ pub fn coil() -> Result<(), Box<dyn Error>> {
     // The coil is stable in its plane only.
     let mut solver = NewtonSolver { stable_only: false, ..NewtonSolver::default() };
     let _ = solver.solve(&mut rod, &tissue, &(), &environment)?;
-    println!("flat coil on a pole: κ* R, bridge over R");
-    let mut bridges = Vec::new();
-    let steps = [1.1, 1.4, 1.7, 2.0, 2.3, 2.6, 2.8, 3.0, 3.1, 3.2, 3.25, 3.28, 3.3, 3.305, 3.308];
-    for product in steps {
+    println!("flat coil on a pole: κ* R, angle of the tip to the surface (°)");
+    let mut angles = Vec::new();
+    for product in [1.1, 1.4, 1.7, 2.0, 2.3, 2.6, 2.8, 3.0, 3.1, 3.2, 3.25, 3.28, 3.3, 3.305, 3.308] {
         rod.set_intrinsic(|_| Vector3::y() * (product / radius));
         let held = solver.solve_held(&mut rod, &tissue, &(), &support, &environment)?;
-        let places = held.reactions.iter().map(|reaction| reaction.arc_length).filter(|s| *s < (1.0 - 1e-6) * length);
-        let bridge = (length - places.fold(0.0, f64::max)) / radius;
-        println!("{product:6.3}  {bridge:.6}");
-        bridges.push((bridge, product));
+        let outward = held.rod.tip() - pole.through;
+        let tangent = held.rod.apex_frame() * Vector3::z();
+        let angle = f64::atan2(-tangent.dot(&outward), tangent.cross(&outward).norm()).to_degrees();
+        println!("{product:6.3}  {angle:.4}");
+        angles.push((angle, product));
     }
-    // At a fold κ* R is a maximum as a function of the bridge: the parabola through the last three points.
-    let [.., a, b, c] = bridges[..] else { return Ok(()) };
+    // At a fold κ* R is a maximum as a function of the angle: the parabola through the last three points.
+    let [.., a, b, c] = angles[..] else { return Ok(()) };
     let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
     let bend = (slope(b, c) - slope(a, b)) / (c.0 - a.0);
     let first = slope(b, c) + bend * (c.0 - b.0);
