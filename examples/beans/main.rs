@@ -22,7 +22,7 @@
 //! # What it misses
 //! - The amplitude of single events. Without slip the peak force is 0.6 of the measured one (median) if the whole
 //!   stem bends and twists, and 2.3 if the upright part is rigid; other readings of the geometry give 0.3 to 0.9.
-//!   The scatter is a factor of 2 to 2.5, and the rank correlation with the measured forces is not positive. The
+//!   The scatter is a factor of 2 to 2.5, and the rank correlation with measured forces is between −0.3 and 0.1. The
 //!   modulus is measured near the tip and extrapolated along most stems.
 //! - Weight. At a density of 1000 kg/m³ the weight of the arm alone would cause 0.67 (median) of the curvature that it
 //!   has at its base if it is curved over half of its length (`sag.svg`), and 1.3 if it is curved over all of it.
