@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use morphorod::constitutive::{Graded, LinearElastic, Tissue};
-use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::support::{Contact, Distance, Hold, Obstacle, Support};
@@ -185,9 +184,7 @@ fn run(event: &Event, reading: &Reading, support: impl Support) -> Result<Force,
         if inside { strain } else { Vector3::zeros() }
     });
     let step = event.period / f64::from(STEPS);
-    // The solver stops above its default tolerance in some steps at which the stem slips off.
-    let solver = NewtonSolver::with_tolerance(1e-6);
-    let mut integrator = MethodOfSteps { retries: 10, ..MethodOfSteps::with_solver(step, solver) };
+    let mut integrator = MethodOfSteps { retries: 10, ..MethodOfSteps::new(step) };
     // Times since the contact began, s, and horizontal forces, N.
     let mut forces: Vec<[f64; 2]> = Vec::new();
     let steps = (SHARE * f64::from(STEPS)).round() as u32;
