@@ -9,6 +9,8 @@ use crate::error::ParameterError;
 
 /// Largest singular value of the basis that is ignored, relative to the largest one: rounding of its entries.
 const ROUNDING: f64 = 1e-14;
+/// Largest decay in an interval that is attributed to rounding: that of the entries, times a hundred rows.
+const STEADY: f64 = 1e-12;
 
 impl MemoryKernel {
     /// Fits a kernel to its `values` (1/s) at the times 0, h, 2h, … with the `spacing` h (s), by at most `most`
@@ -81,7 +83,7 @@ fn rates(vectors: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let shift = upper.into_owned().svd(true, true).solve(&lower, ROUNDING).ok()?;
     let eigenvalues = if n == 1 { DVector::from_element(1, shift[0].into()) } else { shift.complex_eigenvalues() };
     let rates = eigenvalues.iter().map(|value| -value.ln());
-    Some(rates.filter(|rate| rate.re > 0.0 && rate.re.is_finite() && rate.im.abs() < PI).collect())
+    Some(rates.filter(|rate| rate.re > STEADY && rate.re.is_finite() && rate.im.abs() < PI).collect())
 }
 
 /// The terms for the rates λh, with the amplitudes of least squares.

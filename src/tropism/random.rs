@@ -12,6 +12,7 @@ const KNOTS: f64 = 8.0;
 /// Base-2 logarithm of the number of knots between two independent values of the process: 32 correlation times, over
 /// which its correlation is 1e-14.
 const LEVELS: u32 = 8;
+
 /// Differential growth in a direction that varies at random, the same in the whole growth zone:
 ///
 /// ```text

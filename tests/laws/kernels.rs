@@ -167,6 +167,7 @@ fn exponentials_are_recovered_and_bad_values_are_refused() {
     assert!(refused(&values[..15], 60.0, 3).contains("number of values"));
     assert!(refused(&[0.0; 40], 60.0, 3).contains("not zero"));
     assert!(refused(&[f64::NAN; 40], 60.0, 3).contains("sum of the values"));
+    assert!(refused(&[1.0; 40], 60.0, 1).contains("decays"));
     let growing: Vec<f64> = (0..40).map(|i| (0.1 * f64::from(i)).exp()).collect();
     assert!(refused(&growing, 60.0, 1).contains("decays"));
     let bad = |term: KernelTerm| MemoryKernel { terms: vec![term], delay: 0.0 }.check().unwrap_err().name;
