@@ -19,11 +19,12 @@
 
 use std::error::Error;
 use std::f64::consts::PI;
+use std::path::Path;
 use std::process::ExitCode;
 
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
+use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::tropism::{
@@ -48,7 +49,6 @@ fn shoot(
     scene: impl Scene + Send + Sync + 'static,
 ) -> Result<Shoot<DynLaws>, ParameterError> {
     let growth = Ongoing(UniformGrowth { zone_length: 0.07, time });
-    growth.check(length)?;
     let builder = Shoot::builder(TISSUE).length(length).radius(radius).elements(20).growth(growth);
     builder.tropism(law).scene(scene).into_dyn().build()
 }
@@ -60,7 +60,7 @@ fn angle(shoot: &Shoot<DynLaws>) -> f64 {
 }
 
 /// Angle that light and gravity set, against the ratio of the sensitivities.
-fn set_angle(out: &std::path::Path) -> Result<(), Box<dyn Error>> {
+fn set_angle(out: &Path) -> Result<(), Box<dyn Error>> {
     let mut table = Table::create(out.join("set_angle.csv"), &["light_deg", "ratio", "angle_deg", "closed_form_deg"])?;
     let (mut series, mut worst) = (Vec::new(), 0.0_f64);
     for (index, light) in [30.0_f64, 60.0, 90.0, 120.0].into_iter().enumerate() {
@@ -96,7 +96,7 @@ fn set_angle(out: &std::path::Path) -> Result<(), Box<dyn Error>> {
 }
 
 /// Responses of a memory and of a kernel with a negative lobe to pulses of light from opposite sides.
-fn pulses(out: &std::path::Path, lobe: f64) -> Result<(), Box<dyn Error>> {
+fn pulses(out: &Path, lobe: f64) -> Result<(), Box<dyn Error>> {
     let gamma = |k: i32, t: f64| t.powi(k) * (-t).exp() / (1..=k).map(f64::from).product::<f64>();
     let known =
         |t: f64| gamma(2, t / (5.0 * MINUTE)) / (5.0 * MINUTE) - lobe * gamma(5, t / (9.0 * MINUTE)) / (9.0 * MINUTE);
@@ -145,7 +145,7 @@ fn pulses(out: &std::path::Path, lobe: f64) -> Result<(), Box<dyn Error>> {
 }
 
 /// Swing of the hook of *Averrhoa carambola*.
-fn hook(out: &std::path::Path) -> Result<(), Box<dyn Error>> {
+fn hook(out: &Path) -> Result<(), Box<dyn Error>> {
     let (radius, zone, part) = (0.26e-3, 20.6e-3, 12.2e-3);
     let (rate, difference, period) = (1.4e-2 / HOUR, 4.5e-3 / HOUR, 2.1 * HOUR);
     // Opposite senses and a phase of a quarter of a period: oscillation in the plane of e1.
@@ -179,7 +179,7 @@ fn hook(out: &std::path::Path) -> Result<(), Box<dyn Error>> {
 }
 
 /// Paths of upright shoots under stochastic drives.
-fn random(out: &std::path::Path, seed: u64) -> Result<(), Box<dyn Error>> {
+fn random(out: &Path, seed: u64) -> Result<(), Box<dyn Error>> {
     let mut table = Table::create(out.join("random.csv"), &["seed", "t_s", "x_mm", "y_mm"])?;
     let mut series = Vec::new();
     for (colour, seed) in (seed..seed + 3).enumerate() {

@@ -197,7 +197,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     if options.flag("limit") {
         limit::limit(&setup, &out)?;
-        return coil::coil();
+        return limit::coil();
     }
     let mut shoot = setup.shoot()?;
     let mut record = Record::default();

@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
 
 /// Gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -70,9 +69,7 @@ pub fn radius(from_tip: f64) -> f64 {
 
 /// Reads the events.
 pub fn events() -> Result<Vec<Event>, Box<dyn Error>> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/beans/bean_events.csv");
-    let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
-    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let mut lines = include_str!("bean_events.csv").lines().filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
     lines
         .map(|line| {

@@ -50,6 +50,7 @@ pub const OTHERS: [Reading; 4] = [
 ];
 
 /// Curvature of the arm whose direction rotates about the stem with the period of circumnutation.
+#[derive(Debug, Clone, Copy)]
 struct Rotating {
     /// Distances of the curved part from the apex, m.
     part: [f64; 2],
@@ -167,8 +168,6 @@ fn run(event: &Event, reading: &Reading, support: impl Support) -> Result<Force,
     nodes.push(length - contact);
     nodes.sort_by(f64::total_cmp);
     nodes.dedup_by(|b, a| *b - *a < 1e-9 * length);
-    let strain = law.strain(0.5 * (law.part[0] + law.part[1]), 0.0);
-    let part = law.part;
     let mut shoot = Shoot::builder(Graded { law: LinearElastic { youngs_modulus: 1.0, poissons_ratio: 0.5 }, factor })
         .length(length)
         .nodes(&nodes)
@@ -179,10 +178,7 @@ fn run(event: &Event, reading: &Reading, support: impl Support) -> Result<Force,
         .scene(Still::weightless())
         .support(support)
         .build()?;
-    shoot.set_intrinsic(|point| {
-        let inside = point.initial_apex_distance > part[0] && point.initial_apex_distance < part[1];
-        if inside { strain } else { Vector3::zeros() }
-    });
+    shoot.set_intrinsic(|point| law.strain(point.initial_apex_distance, 0.0));
     let step = event.period / f64::from(STEPS);
     let mut integrator = MethodOfSteps { retries: 10, ..MethodOfSteps::new(step) };
     // Times since the contact began, s, and horizontal forces, N.

@@ -12,29 +12,25 @@ use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::rod::Rod;
 use morphorod::support::{Contact, Cylinder};
 use morphorod::{Order, Scene, Still};
-use morphorod_plot::println;
 use nalgebra::Vector3;
 
-use crate::RADIUS;
-
 /// Largest κ* R, by shooting with the elastica of the bridge in independent code, six digits.
-const FOLD: f64 = 3.30927;
-/// Radius of the pole and length of the rod, m.
-const SIZE: [f64; 2] = [0.01, 0.032];
+pub const FOLD: f64 = 3.30927;
+/// Radius of the pole, length and radius of the rod, m.
+const SIZE: [f64; 3] = [0.01, 0.032, 0.5e-3];
 
-/// Follows the coil with increasing κ* R, and prints lengths of the bridge and the fold.
-pub fn coil() -> Result<(), Box<dyn Error>> {
-    let [radius, length] = SIZE;
+/// Follows the coil with increasing κ* R. Returns the angle of the tip to the surface (°) and κ* R.
+pub fn follow() -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
+    let [radius, length, thickness] = SIZE;
     let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
     let environment = Still::weightless().environment(0.0);
     let pole = Cylinder { through: Vector3::x() * radius, along: Vector3::y(), radius };
     let support = Contact { obstacle: pole, radius: 0.0, friction: 0.0 };
-    let mut rod = Rod::uniform(length, RADIUS, Still::upright().base, 20, Order::Eight)?;
+    let mut rod = Rod::uniform(length, thickness, Still::upright().base, 20, Order::Eight)?;
     rod.set_intrinsic(|_| Vector3::y() * (0.9 / radius));
     // The coil is stable in its plane only.
     let mut solver = NewtonSolver { stable_only: false, ..NewtonSolver::default() };
     let _ = solver.solve(&mut rod, &tissue, &(), &environment)?;
-    println!("flat coil on a pole: κ* R, angle of the tip to the surface (°)");
     let mut angles = Vec::new();
     for product in [1.1, 1.4, 1.7, 2.0, 2.3, 2.6, 2.8, 3.0, 3.1, 3.2, 3.25, 3.28, 3.3, 3.305, 3.308] {
         rod.set_intrinsic(|_| Vector3::y() * (product / radius));
@@ -42,15 +38,17 @@ pub fn coil() -> Result<(), Box<dyn Error>> {
         let outward = held.rod.tip() - pole.through;
         let tangent = held.rod.apex_frame() * Vector3::z();
         let angle = f64::atan2(-tangent.dot(&outward), tangent.cross(&outward).norm()).to_degrees();
-        println!("{product:6.3}  {angle:.4}");
         angles.push((angle, product));
     }
-    // At a fold κ* R is a maximum as a function of the angle: the parabola through the last three points.
-    let [.., a, b, c] = angles[..] else { return Ok(()) };
+    Ok(angles)
+}
+
+/// The largest κ* R, which is a maximum as a function of the angle: that of the parabola through the last three points.
+/// NaN for fewer points.
+pub fn fold(angles: &[(f64, f64)]) -> f64 {
+    let [.., a, b, c] = angles[..] else { return f64::NAN };
     let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
     let bend = (slope(b, c) - slope(a, b)) / (c.0 - a.0);
     let first = slope(b, c) + bend * (c.0 - b.0);
-    let fold = c.1 - first * first / (4.0 * bend);
-    println!("largest κ* R: {fold:.5}, by shooting {FOLD}, relative difference {:.1e}", fold / FOLD - 1.0);
-    Ok(())
+    c.1 - first * first / (4.0 * bend)
 }

@@ -23,6 +23,7 @@ use morphorod::{Order, Scene, Still};
 use morphorod_plot::{Axes, Figure, Series, Style, Table, println};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use crate::coil::{FOLD, fold, follow};
 use crate::{RADIUS, Setup};
 
 /// Elastic law of the rod, weightless.
@@ -137,14 +138,11 @@ pub fn limit(setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
     // Parabola through the first three ratios, whose spacing is that of the first one from 1.
     let [a, b, c] = [computed[0].1, computed[1].1, computed[2].1];
     let (first, second) = (b - a, c - 2.0 * b + a);
-    let at = |x: f64| a + first * x + second * x * (x - 1.0) / 2.0;
-    let (mut low, mut high) = (-2.0, 0.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if at(middle) < 0.0 { low = middle } else { high = middle }
-    }
+    // a + first x + second x (x − 1)/2 = 0, in spacings from the first ratio.
+    let slope = first - 0.5 * second;
+    let root = -2.0 * a / (slope + (slope * slope - 2.0 * second * a).sqrt());
     let spacing = ratios[1] - ratios[0];
-    println!("radius without pressure over that of the free helix: 1 {:+.1e}", ratios[0] + spacing * low - 1.0);
+    println!("radius without pressure over that of the free helix: 1 {:+.1e}", ratios[0] + spacing * root - 1.0);
     let curve = (0..=100).map(|i| 1.0 + f64::from(i) / 100.0);
     let curve = curve.map(|ratio| (ratio, Helix::new(ratio * free, intrinsic).pressure / unit)).collect();
     let series =
@@ -153,5 +151,17 @@ pub fn limit(setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
     let figure = Figure::new(out.join("limit.svg"), "Helix on a pole without friction");
     figure.lines(labels[0], labels[1], &series, Axes::Linear)?;
     println!("wrote limit.csv and limit.svg to {}", out.display());
+    Ok(())
+}
+
+/// Prints the angle of the tip of a flat coil to the surface, and the largest κ* R.
+pub fn coil() -> Result<(), Box<dyn Error>> {
+    let angles = follow()?;
+    println!("flat coil on a pole: κ* R, angle of the tip to the surface (°)");
+    for (angle, product) in &angles {
+        println!("{product:6.3}  {angle:.4}");
+    }
+    let fold = fold(&angles);
+    println!("largest κ* R: {fold:.5}, by shooting {FOLD}, relative difference {:.1e}", fold / FOLD - 1.0);
     Ok(())
 }

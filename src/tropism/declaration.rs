@@ -355,7 +355,7 @@ impl Declaration {
     /// # Errors
     /// The first one that is out of range.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
-        for variable in &self.variables {
+        for (i, variable) in self.variables.iter().enumerate() {
             ParameterError::not_negative("delay of a tropism law", variable.delay.unwrap_or(0.0), "s")?;
             let time = variable.time_constant;
             ParameterError::unless(time > 0.0, "time constant of a variable", time, "positive (s)")?;
@@ -365,11 +365,18 @@ impl Declaration {
                 Source::Computed => continue,
             };
             if let Some((frequency, other)) = variable.turns {
-                let back = self.variables.get(other).and_then(|other| other.turns);
+                // The integrator treats both variables together.
+                let mutual = self.variables.get(other).is_some_and(|other| {
+                    let Variable { delay, time_constant, remembers, coupled, .. } = *other;
+                    other.turns == Some((-frequency, i))
+                        && (time_constant, remembers) == (time, variable.remembers)
+                        && (delay, coupled) == (variable.delay, variable.coupled)
+                });
                 let name = "angular frequency of a damped oscillation";
-                let mutual = back.is_some_and(|(back, _)| back == -frequency);
-                let requirement = "not zero, and minus that of the other variable (rad/s)";
-                ParameterError::unless(frequency != 0.0 && mutual, name, frequency, requirement)?;
+                let requirement = "finite and not zero, and minus that of the other variable, which refers to this one \
+                    and agrees with it in all else (rad/s)";
+                let given = frequency.is_finite() && frequency != 0.0;
+                ParameterError::unless(given && mutual, name, frequency, requirement)?;
             }
             let name = "index of what a variable remembers";
             ParameterError::unless(index < number, name, index as f64, "that of a declared stimulus or variable")?;

@@ -43,9 +43,7 @@ pub struct RandomDrive {
 
 impl RandomDrive {
     /// The processes (x1, x2) at a time (s).
-    // Not inlined, so that a loop over the points of a shoot can evaluate it once.
     #[must_use]
-    #[inline(never)]
     pub fn value(&self, t: f64) -> [f64; 2] {
         let place = t / self.correlation_time * KNOTS;
         let (first, x) = (place.floor(), place - place.floor());

@@ -10,8 +10,8 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::{Linearisation, onset};
 use morphorod::tropism::{
-    AtApex, Filtered, Gravitropism, KernelTerm, Light, Localised, MemoryKernel, Phototropism, PointLight,
-    Proprioception, RandomDrive, Response, SettledStatoliths,
+    AtApex, Declaration, Filtered, Gravitropism, Growing, KernelTerm, Light, Localised, MemoryKernel, Phototropism,
+    PointLight, Proprioception, RandomDrive, Response, SettledStatoliths, TropismLaw, Variable,
 };
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::{Complex, Vector3};
@@ -177,6 +177,39 @@ fn exponentials_are_recovered_and_bad_values_are_refused() {
         "angular frequency of a memory kernel"
     );
     assert_eq!(bad(KernelTerm::decay(f64::NAN, 1.0)), "amplitude of a memory kernel");
+}
+
+/// A law that declares the variables of a damped oscillation itself: what each turns with, and the second time
+/// constant.
+struct Paired([(f64, usize); 2], f64);
+
+impl TropismLaw for Paired {
+    fn declare(&self, to: &mut Declaration) {
+        let remembers = to.stimuli(1);
+        for (turns, time_constant) in self.0.into_iter().zip([300.0, self.1]) {
+            to.variable(Variable { turns: Some(turns), remembers, time_constant, ..Variable::read_after(0.0) });
+        }
+    }
+
+    fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+}
+
+#[test]
+fn variables_of_an_oscillation_that_do_not_match_are_refused() {
+    let build = |law| righting().tropism(law).into_dyn().build().map(|_| ());
+    assert!(build(Paired([(1e-3, 1), (-1e-3, 0)], 300.0)).is_ok());
+    for law in [
+        Paired([(1e-3, 1), (-2e-3, 0)], 300.0),
+        Paired([(1e-3, 1), (-1e-3, 1)], 300.0),
+        Paired([(1e-3, 7), (-1e-3, 0)], 300.0),
+        Paired([(1e-3, 1), (-1e-3, 0)], 400.0),
+        Paired([(f64::INFINITY, 1), (f64::NEG_INFINITY, 0)], 300.0),
+        Paired([(0.0, 1), (0.0, 0)], 300.0),
+    ] {
+        assert_eq!(build(law).unwrap_err().name, "angular frequency of a damped oscillation");
+    }
 }
 
 /// Laplace transform of a kernel with its delay.

@@ -1,4 +1,8 @@
-//! Helix on a frictionless cylinder, rows 8.1 to 8.3 and 8.7 to 8.9 of the table of boundary value problems.
+//! Helix on a frictionless cylinder, rows 8.1 to 8.3 and 8.7 to 8.9 of the table of boundary value problems, and the
+//! thickest pole that a flat coil holds.
+
+#[path = "../../examples/twining/coil.rs"]
+mod coil;
 
 use std::f64::consts::PI;
 
@@ -82,4 +86,10 @@ fn helix_on_a_cylinder_has_the_reference_pressure_tension_and_couple() {
             assert_relative_eq!(pushed / each * CYLINDER / unit, pressure, epsilon = 0.0, max_relative = 1e-6);
         }
     }
+}
+
+#[test]
+fn flat_coil_holds_up_to_the_curvature_of_a_shooting_method() {
+    // The error of the parabola is 8e-6.
+    assert_relative_eq!(coil::fold(&coil::follow().unwrap()), coil::FOLD, epsilon = 0.0, max_relative = 1e-4);
 }

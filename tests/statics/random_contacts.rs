@@ -103,7 +103,7 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
         }
     }
     println!("{touching} of {count} rods touch, failures: {failures:?}");
-    // Of the first 12,000 scenes these two end with an error (`MORPHOROD_CASES=12000`).
+    // These two of the first 12,000 scenes end with an error (`MORPHOROD_CASES=12000`).
     failures.retain(|(seed, _)| ![1088, 4950].contains(seed));
     assert!(failures.is_empty(), "{failures:?}");
     assert!(touching * 2 > count, "{touching} scenes with contact");

@@ -200,7 +200,8 @@ fn stabilised(
     None
 }
 
-/// The smallest size of a negative eigenvalue of a block of a symmetric matrix; infinite if there is none.
+/// Returns the smallest magnitude of the negative eigenvalues of a block of a symmetric matrix. It is infinite if all
+/// eigenvalues are positive.
 fn least_negative(matrix: &DMatrix<f64>, set: &[usize]) -> f64 {
     let block = matrix.select_rows(set).select_columns(set);
     if set.is_empty() || Cholesky::new(block.clone()).is_some() {

@@ -291,13 +291,7 @@ impl Declared {
     #[inline]
     pub fn check(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
         for &(i, source, time) in &self.single {
-            let y = variables[i];
-            let x = match source {
-                Source::Stimulus(k) => stimuli[k],
-                Source::Variable(k) => variables[k],
-                Source::Computed => continue,
-            };
-            let linear = is_memory_rate(rates[i], [x, y], time);
+            let linear = is_memory_rate(rates[i], [remembered(source, variables, stimuli), variables[i]], time);
             ParameterError::unless(linear, NOT_LINEAR[0], rates[i] * time, NOT_LINEAR[1])?;
         }
         if self.turning.is_empty() { Ok(()) } else { self.check_turning(variables, rates, stimuli) }
@@ -307,15 +301,21 @@ impl Declared {
     #[inline(never)]
     fn check_turning(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
         for &(i, source, time, (frequency, other)) in &self.turning {
-            let x = match source {
-                Source::Stimulus(k) => stimuli[k],
-                Source::Variable(k) => variables[k],
-                Source::Computed => continue,
-            };
-            let linear = is_oscillation_rate(rates[i], [x, variables[i]], time, (frequency, variables[other]));
+            let values = [remembered(source, variables, stimuli), variables[i]];
+            let linear = is_oscillation_rate(rates[i], values, time, (frequency, variables[other]));
             ParameterError::unless(linear, NOT_LINEAR[0], rates[i] * time, NOT_LINEAR[1])?;
         }
         Ok(())
+    }
+}
+
+/// What a declared memory remembers. Other variables, which are not listed, remember nothing.
+#[inline]
+fn remembered(source: Source, variables: &[f64], stimuli: &[f64]) -> f64 {
+    match source {
+        Source::Stimulus(k) => stimuli[k],
+        Source::Variable(k) => variables[k],
+        Source::Computed => f64::NAN,
     }
 }
 
