@@ -70,14 +70,15 @@ impl HeldSearch<'_> {
                 return Ok(attempt);
             }
             let zero = DVector::zeros(linear.response.size());
-            let (contacts, links, solved) = self.solve_linear(&linear, &start, &zero, None);
-            let turn = self.body.system().largest_turn();
+            let mut trial = Trial::new(linear);
+            self.solve_trial(&mut trial, &start, &zero, None);
+            let turn = trial.turn;
             if !turn.is_finite() && (shift > 0.0 || !self.stable) {
                 return Err(EquilibriumError::NotFinite { what: "Newton step" });
             }
             // The comparison fails for NaN.
             if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
-                return Ok(if is_newton && self.is_unstable(&linear, pivots) {
+                return Ok(if is_newton && self.is_unstable(&trial.linear, pivots) {
                     Attempt::Lost
                 } else {
                     Attempt::Rejected
@@ -87,11 +88,10 @@ impl HeldSearch<'_> {
                 if course.saddles == SETTINGS.saddles.0 {
                     return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
                 }
-                self.leave_saddle(rod, &start, &linear, course.saddles);
+                self.leave_saddle(rod, &start, &trial.linear, course.saddles);
                 course.saddles += 1;
                 return Ok(Attempt::Moved);
             }
-            let mut trial = Trial { linear, contacts, links, turn, solved };
             match self.fit(rod, &mut start, &mut trial, (shift, &mut searched)) {
                 Fit::Found => continue,
                 Fit::Misses => {
@@ -238,7 +238,7 @@ impl HeldSearch<'_> {
         }
         let Some(Fitting { uncorrected, share, .. }) = fitting else { return Fit::Misses };
         trial.linear.share = share;
-        self.retake(trial, start, &zero, uncorrected);
+        self.take_contacts(trial, start, &zero, uncorrected);
         self.move_by(rod, start, trial, 1.0);
         self.correct(rod, start, trial);
         Fit::Fits

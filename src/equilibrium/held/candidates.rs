@@ -23,7 +23,7 @@ impl HeldSearch<'_> {
                 spring.locate(&self.laws, &site.position, time);
             }
         }
-        let reach = self.length / self.parent.elements() as f64;
+        let reach = self.element;
         for at in &mut self.candidates {
             let stiffness = self.body.stiffness(&rod.point_within(at.element, at.x));
             at.flexibility = at.force.norm() / stiffness[(0, 0)].min(stiffness[(1, 1)]);
@@ -57,7 +57,7 @@ impl HeldSearch<'_> {
             new.extend(self.minima(&gaps, &own, &values, bound));
             new.extend(self.penetrating(&gaps, &own, &values, bound));
         }
-        let (length, element) = (self.length, self.length / self.parent.elements() as f64);
+        let (length, element) = (self.length, self.element);
         let (near, spacing) = (SETTINGS.near * element, SETTINGS.spacing * element);
         let base = self.first_place();
         let mut changed = false;
@@ -97,7 +97,7 @@ impl HeldSearch<'_> {
     /// The smallest arc length of a candidate, m. A base that is not free does not move.
     fn first_place(&self) -> f64 {
         let free = self.body.system().joints.free_base.is_some();
-        let shortest = SETTINGS.spacing * SETTINGS.near * self.length / self.parent.elements() as f64;
+        let shortest = SETTINGS.spacing * SETTINGS.near * self.element;
         if free { 0.0 } else { shortest }
     }
 
@@ -160,7 +160,7 @@ impl HeldSearch<'_> {
     /// New candidates at stations that penetrate an obstacle: ends of the rod where the gap decreases outwards, and
     /// stations next to a part of the rod that follows the obstacle.
     fn penetrating(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<(Candidate, f64)> {
-        let (margin, element) = (SAME * self.length, self.length / self.parent.elements() as f64);
+        let (margin, element) = (SAME * self.length, self.element);
         let (close, same) = (SETTINGS.near * element, SETTINGS.spacing * element);
         let places = &self.line.places;
         let mut new = Vec::new();
@@ -196,7 +196,7 @@ impl HeldSearch<'_> {
     /// Whether a candidate represents a local minimum of the gap between two neighbouring stations: the candidate
     /// slides to it, or the rod follows the obstacle there.
     fn represents(&self, at: &Candidate, least: &Sample, [from, to]: [&Sample; 2]) -> bool {
-        let close = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let close = SETTINGS.near * self.element;
         let by = least.arc_length - at.arc_length;
         if at.slides {
             let inside = at.arc_length >= from.arc_length && at.arc_length <= to.arc_length;

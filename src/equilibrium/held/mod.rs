@@ -3,16 +3,50 @@
 //! An iteration factorises the tangent of the rod with the present contact forces as dead loads. The response of this
 //! linear rod at its [candidates](candidate), the places that may touch an obstacle, is a small matrix. On it the
 //! complete problem of unilateral contact with Coulomb friction is solved ([`reduced`]), with the exact shapes of the
-//! obstacles. No set of contacts is guessed: which contacts are open, stick or slide is part of the solution. The step
-//! is as long as the linear rod holds ([`attempt`]). Nodes of the rod follow the contacts ([`placement`]).
+//! obstacles. Which contacts are open, stick or slide is part of the solution.
+//!
+//! ```text
+//! run                              increments of holds, base and obstacles                     path
+//!   settle                         Newton's method, a descent nearby, a descent to any         path
+//!     iterate                      until the rod is in equilibrium on nodes at the contacts    newton
+//!       add and drop candidates                                                                candidates
+//!       step                       attempts with a larger shift of the tangent each            newton
+//!         attempt                                                                              attempt
+//!           factorise              tangent with contact forces as dead loads, and the shift    search
+//!           linearise              compliance between holds, springs and candidates            linearise, response
+//!           test_tangent           straight rods, negative directions                          saddle, inertia
+//!           solve_trial            contact problem, and the step of the rod                    step, reduced, solve
+//!           fit                    largest share of the residual whose step is in range        attempt
+//!           correct                return to the conditions, with the same factors             step
+//!           descend                largest fraction of the step that is an improvement         merit
+//!       ends                       after a whole step without a shift                          newton
+//!         chord                    further steps with the same factors                         step
+//!         move_nodes               nodes to the contacts and to the ends of segments           placement
+//!         find_inertia             number of negative directions that the supports permit      inertia
+//! ```
+//!
+//! An attempt that is not accepted has one of these outcomes. Newton's method in contact does not test the tangent
+//! before a step, since the tangent may be negative on its way to a stable equilibrium.
+//!
+//! | what is found | Newton's method in contact | a descent, or a rod without contact |
+//! |---|---|---|
+//! | the rod is too straight to yield to a violated condition | it is bent: moved | the same |
+//! | the tangent is negative in a permitted direction | lost, if the step is not accepted as a whole | rejected |
+//! | the step is not finite, or longer than 10 rad | lost if the tangent is negative, rejected otherwise | rejected |
+//! | no share of the step is in range | lost, unless nodes have moved | rejected |
+//! | no fraction of the step is an improvement | lost if the tangent is negative, rejected otherwise | rejected |
+//! | the steps stagnate at a saddle | – | it is left: moved |
+//!
+//! A rejected attempt is repeated with a larger shift, with which a step that is not finite is an error. A lost one ends
+//! the search at this reach, and the next begins again from the initial guess.
 
 mod attempt;
-mod before;
 mod candidate;
 mod candidates;
 mod checks;
 mod elastic;
 mod ends;
+mod increment;
 mod inertia;
 mod law;
 mod line;
@@ -20,7 +54,6 @@ mod linear;
 mod linearise;
 mod mechanics;
 mod merit;
-mod motion;
 mod nearby;
 mod newton;
 mod obstacles;
@@ -35,7 +68,6 @@ mod search;
 mod settings;
 mod sites;
 mod solve;
-mod spread;
 mod step;
 mod trial;
 

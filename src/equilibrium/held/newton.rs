@@ -5,8 +5,8 @@
 //! the merit or the residual decreases. Steps that converge are not compared, and a rejected step is repeated with a
 //! larger shift of the tangent.
 
-use super::before::Before;
 use super::candidate::Candidate;
+use super::increment::Before;
 use super::law::Status;
 use super::line::{COMPARED, displacement};
 use super::placement::Misplaced;
@@ -162,7 +162,7 @@ impl HeldSearch<'_> {
             self.candidates.iter().map(|at| at.status != Status::Open || !at.point || least(at)).collect();
         let mut kept = kept.into_iter();
         self.candidates.retain(|_| kept.next().unwrap_or(true));
-        let near = SETTINGS.near * self.length / self.parent.elements() as f64;
+        let near = SETTINGS.near * self.element;
         let mut kept: Vec<Candidate> = Vec::new();
         for at in self.candidates.drain(..) {
             let same = |other: &&mut Candidate| {

@@ -4,9 +4,8 @@
 
 use nalgebra::Vector3;
 
-use super::before::Before;
+use super::increment::{Before, Motion};
 use super::line::{COMPARED, Line, Place, displacement};
-use super::motion::Motion;
 use super::obstacles::{Obstacles, candidate_share, largest_share};
 use super::search::{Found, HeldSearch, Snapshot, project};
 use super::settings::SETTINGS;

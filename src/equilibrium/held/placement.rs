@@ -43,12 +43,12 @@ pub(super) struct Misplaced {
 impl HeldSearch<'_> {
     /// The contacts of the present shape, if nodes are not at them or stations are not those of contact segments.
     pub(super) fn misplaced(&mut self, rod: &Rod, course: &Course) -> Option<Misplaced> {
-        let touching = TOUCHING * self.length / self.parent.elements() as f64;
+        let touching = TOUCHING * self.element;
         let mut patches = self.patches(rod, touching);
         let (moved, ends) = self.move_ends(rod, &mut patches, &course.ends);
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let off = |s: f64| nodes.iter().map(|node| (node - s).abs()).fold(f64::INFINITY, f64::min);
-        let reach = AT_NODE * self.length / self.parent.elements() as f64;
+        let reach = AT_NODE * self.element;
         let apart = patches.iter().flat_map(|patch| [off(patch.from), off(patch.to)]).fold(0.0, f64::max);
         let apart = if apart <= 2.0 * reach { 0.0 } else { apart };
         let largest = moved.max(apart);
@@ -136,7 +136,7 @@ impl HeldSearch<'_> {
     /// from the placements `before`. Returns the largest distance of an end from a node, m, and the ends.
     fn move_ends(&self, rod: &Rod, patches: &mut [Patch], before: &[End]) -> (f64, Vec<End>) {
         let (mut largest, mut ends) = (0.0_f64, Vec::new());
-        let element = self.length / self.parent.elements() as f64;
+        let element = self.element;
         let inside = |s: f64| s > SAME * self.length && s < self.length * (1.0 - SAME);
         for patch in patches.iter_mut().filter(|patch| patch.to > patch.from) {
             let Patch { obstacle, from, to, .. } = *patch;
@@ -215,7 +215,7 @@ impl HeldSearch<'_> {
     /// which the rod bends from the obstacle.
     fn cuts(&self, patches: &[Patch]) -> Vec<f64> {
         let mut cuts = Vec::new();
-        let longest = self.length / self.parent.elements() as f64;
+        let longest = self.element;
         for patch in patches {
             cuts.extend([patch.from, patch.to]);
             let mut distance = self.layer.max(SAME * self.length);
@@ -321,7 +321,7 @@ impl HeldSearch<'_> {
         ends.retain(|s| *s > margin || self.body.system().joints.free_base.is_some());
         let mut candidates: Vec<Candidate> =
             ends.iter().filter_map(|s| Some(new(*s, at_node(rod, *s, margin)?))).collect();
-        let close = SETTINGS.spacing * self.length / self.parent.elements() as f64;
+        let close = SETTINGS.spacing * self.element;
         let inside = stations.iter().filter(|place| {
             let within = !point && place.arc_length > patch.from && place.arc_length < patch.to;
             within && ends.iter().all(|s| (place.arc_length - s).abs() > close)

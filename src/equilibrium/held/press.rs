@@ -81,7 +81,7 @@ impl Reduced<'_> {
             if let (Some((slope, row)), Some([from, to])) = (&at.slide, contact.range)
                 && contact.curve > 0.0
             {
-                contact.shift = (contact.shift - (slope + row.dot(&moved)) / contact.curve).clamp(from, to);
+                contact.travel = (contact.travel - (slope + row.dot(&moved)) / contact.curve).clamp(from, to);
             }
         }
         true
@@ -110,7 +110,7 @@ impl Reduced<'_> {
             let mut row = along(gap.curvature * tangent);
             let mut turn = row.fixed_rows_mut::<3>(at.first + 3);
             turn += gap.normal;
-            let moved = at.shift - slope / at.curve;
+            let moved = at.travel - slope / at.curve;
             if push > 0.0 && at.curve > 0.0 && moved > from && moved < to {
                 let factor = (push / at.curve).sqrt();
                 bends.push(Bend { row: &row * factor, offset: slope * factor, sign: 1.0 });

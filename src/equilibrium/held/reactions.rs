@@ -1,15 +1,20 @@
-//! The reactions at an equilibrium.
+//! The reactions at an equilibrium. Those of contacts that are longer than a point are forces at their ends, and pressure
+//! between.
 
 use nalgebra::Vector3;
 
 use super::law::Status;
 use super::response::upto_parts;
 use super::search::HeldSearch;
-use super::settings::SETTINGS;
+use super::settings::{SAME, SETTINGS};
 use super::sites::Site;
-use super::spread::spread;
+use crate::numerics::interpolation::lagrange;
+use crate::numerics::quadrature::lobatto_weights;
 use crate::rod::Rod;
 use crate::support::{Reaction, Slip};
+
+/// Force at a point, relative to the force at a station, that is attributed to rounding.
+const NONE: f64 = 1e-6;
 
 impl HeldSearch<'_> {
     /// The reactions at the equilibrium, whose obstacles are surfaces.
@@ -68,5 +73,68 @@ impl HeldSearch<'_> {
             }
         }
         all
+    }
+}
+
+/// Divides the reactions at the stations of longer contacts into the pressure, which is gathered with the weights
+/// of the stations, and the forces at a point at the ends of a contact, where the rod lifts off. Sets the lengths
+/// of gathered reactions. `obstacles` is the number of obstacles.
+fn spread(rod: &Rod, obstacles: usize, all: &mut Vec<Reaction>) {
+    let p = rod.order().points();
+    if p < 3 {
+        return;
+    }
+    let (nodes, weights) = lobatto_weights(p - 1);
+    let line = rod.centre_line();
+    let margin = SAME * rod.length();
+    let find = |all: &[Reaction], obstacle: usize, s: f64| {
+        all.iter().position(|at| at.obstacle == Some(obstacle) && (at.arc_length - s).abs() <= margin)
+    };
+    // The normal force at the first and the last station of an element by the pressure extrapolated from those
+    // inside.
+    let mut ends: Vec<(usize, f64, f64)> = Vec::new();
+    for obstacle in 0..obstacles {
+        for e in 0..rod.elements() {
+            let (from, length) = (line[e].0, rod.length_of(e));
+            let stations: Option<Vec<usize>> =
+                nodes[1..p - 1].iter().map(|x| find(all, obstacle, from + x * length)).collect();
+            let (Some(inside), Some(first), Some(last)) =
+                (stations, find(all, obstacle, from), find(all, obstacle, from + length))
+            else {
+                continue;
+            };
+            let mut values = vec![0.0; p - 2];
+            for (index, x) in [(first, 0.0), (last, 1.0)] {
+                lagrange(&nodes[1..p - 1], x, &mut values);
+                let each = inside.iter().zip(&values).zip(&weights[1..]);
+                let normal = each.map(|((i, value), weight)| all[*i].normal * value / weight).sum::<f64>();
+                ends.push((index, weights[0] * length, normal * weights[0]));
+            }
+            for (k, i) in inside.iter().enumerate() {
+                all[*i].length = weights[k + 1] * length;
+            }
+        }
+    }
+    let number = all.len();
+    for i in 0..number {
+        let parts: Vec<_> = ends.iter().filter(|(index, ..)| *index == i).collect();
+        let length: f64 = parts.iter().map(|(_, share, _)| share).sum();
+        if parts.len() == 2 {
+            // Between two elements in contact there is no force at a point.
+            all[i].length = length;
+        } else if let [(_, _, normal)] = parts[..] {
+            // Both parts have the direction of the whole reaction: each part pushes, and its friction is within the
+            // cone.
+            let whole = all[i];
+            let share = if whole.normal > 0.0 { (normal / whole.normal).clamp(0.0, 1.0) } else { 0.0 };
+            let part = |share: f64| Reaction { force: whole.force * share, normal: whole.normal * share, ..whole };
+            // There is no force at a point at an end where the rod does not lift off.
+            if 1.0 - share <= NONE {
+                all[i].length = length;
+            } else if share > 0.0 {
+                all.push(Reaction { length, ..part(share) });
+                all[i] = part(1.0 - share);
+            }
+        }
     }
 }

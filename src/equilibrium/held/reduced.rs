@@ -25,7 +25,7 @@ pub(super) struct Contact {
     /// Force on the rod, N.
     pub force: Vector3<f64>,
     /// Displacement of the candidate along the rod, m.
-    pub shift: f64,
+    pub travel: f64,
     /// The interval of this displacement, m, if the candidate is the place of least gap.
     pub range: Option<[f64; 2]>,
     /// Derivative of the tangent along the rod, 1/m.
@@ -34,7 +34,7 @@ pub(super) struct Contact {
     pub curve: f64,
     /// Gap in contact, m; negative in a step that removes a part of a penetration.
     pub clearance: f64,
-    /// The place that the candidate has without slip, m, and its derivative by `shift`.
+    /// The place that the candidate has without slip, m, and its derivative by `travel`.
     pub anchor: (Vector3<f64>, Vector3<f64>),
     /// Number of its first coordinate: three of the place, followed by three of the tangent if it has a range.
     pub first: usize,
@@ -50,7 +50,7 @@ impl Contact {
     pub fn load(&self, reactions: &mut DVector<f64>) {
         reactions.fixed_rows_mut::<3>(self.first).copy_from(&self.force);
         if self.range.is_some() {
-            reactions.fixed_rows_mut::<3>(self.first + 3).copy_from(&(self.force * self.shift));
+            reactions.fixed_rows_mut::<3>(self.first + 3).copy_from(&(self.force * self.travel));
         }
     }
 }
@@ -70,7 +70,7 @@ pub(super) struct Slide {
     pub excess: f64,
     by_place: Vector3<f64>,
     by_tangent: Vector3<f64>,
-    by_shift: f64,
+    by_travel: f64,
 }
 
 impl Evaluated {
@@ -86,9 +86,9 @@ impl Evaluated {
 /// rod.
 struct Coupling {
     place_force: Matrix3<f64>,
-    place_shift: Vector3<f64>,
+    place_travel: Vector3<f64>,
     tangent_force: Matrix3<f64>,
-    tangent_shift: Vector3<f64>,
+    tangent_travel: Vector3<f64>,
 }
 
 /// The problem: coordinates without the forces, and their displacements per force.
@@ -123,26 +123,26 @@ impl Reduced<'_> {
             return (place, Vector3::zeros());
         }
         let tangent: Vector3<f64> = coordinates.fixed_rows::<3>(contact.first + 3).into_owned();
-        let shift = contact.shift;
-        (place + tangent * shift + contact.bend * (0.5 * shift * shift), tangent + contact.bend * shift)
+        let travel = contact.travel;
+        (place + tangent * travel + contact.bend * (0.5 * travel * travel), tangent + contact.bend * travel)
     }
 
     fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>) -> Evaluated {
         let (place, tangent) = Self::place(contact, coordinates);
         let mut gap = self.surfaces.gap(contact.obstacle, &place);
         gap.value -= contact.clearance;
-        let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.shift;
+        let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.travel;
         let law = Law::new(&gap, &contact.force, &displacement, contact.friction, contact.k);
         let slide = contact.range.map(|[from, to]| {
             // The place of least gap is estimated from the slope and the second derivative of the gap at the start.
             let slope = gap.normal.dot(&tangent);
-            let least = (contact.shift - slope / contact.curve).clamp(from, to);
-            let excess = contact.shift - least;
+            let least = (contact.travel - slope / contact.curve).clamp(from, to);
+            let excess = contact.travel - least;
             if least <= from || least >= to {
-                return Slide { excess, by_place: Vector3::zeros(), by_tangent: Vector3::zeros(), by_shift: 1.0 };
+                return Slide { excess, by_place: Vector3::zeros(), by_tangent: Vector3::zeros(), by_travel: 1.0 };
             }
             let (by_place, by_tangent) = (gap.curvature * tangent / contact.curve, gap.normal / contact.curve);
-            Slide { excess, by_place, by_tangent, by_shift: by_place.dot(&tangent) + by_tangent.dot(&contact.bend) }
+            Slide { excess, by_place, by_tangent, by_travel: by_place.dot(&tangent) + by_tangent.dot(&contact.bend) }
         });
         Evaluated { law, tangent, slide }
     }
@@ -167,7 +167,7 @@ impl Reduced<'_> {
             let mut displacement: Vector3<f64> = displacements.fixed_rows::<3>(contact.first).into_owned();
             if let Some(slide) = &mut at.slide {
                 let turn: Vector3<f64> = displacements.fixed_rows::<3>(contact.first + 3).into_owned();
-                displacement += turn * contact.shift;
+                displacement += turn * contact.travel;
                 slide.excess += slide.by_place.dot(&displacement) + slide.by_tangent.dot(&turn);
             }
             at.law.residual += at.law.by_place * displacement;
@@ -189,15 +189,15 @@ impl Reduced<'_> {
                 return (force, Vector3::zeros());
             }
             let couple = block(x, 3);
-            (force + couple * other.shift, couple * other.force)
+            (force + couple * other.travel, couple * other.force)
         };
-        let (place_force, place_shift) = by(0);
-        let (tangent_force, tangent_shift) =
+        let (place_force, place_travel) = by(0);
+        let (tangent_force, tangent_travel) =
             if contact.range.is_some() { by(3) } else { (Matrix3::zeros(), Vector3::zeros()) };
-        Coupling { place_force, place_shift, tangent_force, tangent_shift }
+        Coupling { place_force, place_travel, tangent_force, tangent_travel }
     }
 
-    /// One Newton step: changes of the force and of the shift of every contact.
+    /// One Newton step: changes of the force and of the travel of every contact.
     pub fn step(&self, contacts: &[Contact], all: &[Evaluated], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let zero = Vector3::zeros();
         let mut steps: Vec<(Vector3<f64>, f64)> =
@@ -216,36 +216,37 @@ impl Reduced<'_> {
             let (contact, Evaluated { law, tangent, slide, .. }) = (&contacts[i], &all[i]);
             let (row, loaded) = (at[a], is_loaded(i));
             // Derivatives by the coordinates of the contact: place, and tangent.
-            let by_tangent = law.by_place * contact.shift;
+            let by_tangent = law.by_place * contact.travel;
             let proximal = if loaded { proximal } else { 0.0 };
             let mut own = matrix.fixed_view_mut::<3, 3>(row, row);
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);
             let mut slide_by = None;
-            if let Some(Slide { excess, by_place, by_tangent: slide_tangent, by_shift }) = slide {
+            if let Some(Slide { excess, by_place, by_tangent: slide_tangent, by_travel }) = slide {
                 // The scale of the residual is that of the forces.
-                let by_shift_of_law = law.by_place * tangent + law.by_anchor * contact.anchor.1;
+                let law_by_travel = law.by_place * tangent + law.by_anchor * contact.anchor.1;
                 let mut column = matrix.fixed_view_mut::<3, 1>(row, row + 3);
-                column += by_shift_of_law;
+                column += law_by_travel;
                 let scale = contact.k;
                 rhs[row + 3] = -excess * scale;
-                matrix[(row + 3, row + 3)] += by_shift * scale;
+                matrix[(row + 3, row + 3)] += by_travel * scale;
                 let by_place = *by_place * scale;
-                slide_by = Some((by_place, *slide_tangent * scale + by_place * contact.shift));
+                slide_by = Some((by_place, *slide_tangent * scale + by_place * contact.travel));
             }
             if !loaded && slide_by.is_none() {
                 continue;
             }
             for (b, &j) in unknown.iter().enumerate() {
                 let (other, column) = (&contacts[j], at[b]);
-                let Coupling { place_force, place_shift, tangent_force, tangent_shift } = self.coupling(contact, other);
+                let Coupling { place_force, place_travel, tangent_force, tangent_travel } =
+                    self.coupling(contact, other);
                 if loaded {
                     let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
                     view += law.by_place * place_force + by_tangent * tangent_force;
                 }
                 if other.range.is_some() && loaded {
                     let mut view = matrix.fixed_view_mut::<3, 1>(row, column + 3);
-                    view += law.by_place * place_shift + by_tangent * tangent_shift;
+                    view += law.by_place * place_travel + by_tangent * tangent_travel;
                 }
                 if let Some((by_place, by_tangent)) = slide_by {
                     let forces = place_force.tr_mul(&by_place) + tangent_force.tr_mul(&by_tangent);
@@ -253,7 +254,7 @@ impl Reduced<'_> {
                         matrix[(row + 3, column + c)] += forces[c];
                     }
                     if other.range.is_some() {
-                        matrix[(row + 3, column + 3)] += by_place.dot(&place_shift) + by_tangent.dot(&tangent_shift);
+                        matrix[(row + 3, column + 3)] += by_place.dot(&place_travel) + by_tangent.dot(&tangent_travel);
                     }
                 }
             }

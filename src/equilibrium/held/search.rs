@@ -2,14 +2,13 @@
 
 use nalgebra::{DVector, Vector3};
 
-use super::before::Before;
 use super::candidate::{Candidate, deepest};
 use super::elastic::{Laws, Spring, elastic_joint};
+use super::increment::{Before, Motion};
 use super::law::Status;
 use super::line::Line;
 use super::linear::Role;
 use super::mechanics::Mechanics;
-use super::motion::Motion;
 use super::obstacles::Obstacles;
 use super::settings::{SAME, SETTINGS};
 use super::sites::{HeldFrame, Site, sort};
@@ -51,6 +50,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(in crate::equilibrium) nearby: bool,
     pub(super) tolerance: f64,
     pub(super) length: f64,
+    /// Length of an element of the rod without additional nodes, m.
+    pub(super) element: f64,
     pub(super) boosts: Vec<(usize, f64)>,
     /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit, N.
     pub(super) weight: f64,
@@ -108,6 +109,7 @@ impl<'a> HeldSearch<'a> {
             nearby: false,
             tolerance,
             length: rod.length(),
+            element: rod.length() / rod.elements() as f64,
             boosts: Vec::new(),
             weight: 0.0,
             energy_scale: 0.0,
@@ -287,7 +289,7 @@ impl<'a> HeldSearch<'a> {
     /// The least gap beside a candidate, m: that of the parabola through its place, within half an element. A candidate
     /// that has not moved to the place of least gap yet would hide a penetration there.
     fn least_gap(&self, at: &Candidate) -> f64 {
-        let ((slope, bend), reach) = (at.approach(), 0.5 * self.length / self.parent.elements() as f64);
+        let ((slope, bend), reach) = (at.approach(), 0.5 * self.element);
         let inside = self.end(at).is_none_or(|outward| slope * outward > 0.0);
         let moved = if at.slides && inside { (-slope / bend).clamp(-reach, reach) } else { 0.0 };
         at.gap.value + moved * (slope + 0.5 * bend * moved)

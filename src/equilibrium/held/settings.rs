@@ -4,8 +4,9 @@
 pub(super) struct Settings {
     /// Largest rotation of a frame in a step, rad. The quadratic model of the energy does not hold beyond it.
     pub largest_turn: f64,
-    /// Largest displacement of a place towards an obstacle in a step, relative to the sum of the gap and the radius of
-    /// the obstacle. The linear model of the gap holds within it, and a rod does not pass through a thin pole.
+    /// Part of the radius of an obstacle by which a candidate may move in a step beyond its gap. Between candidates it
+    /// is the largest displacement relative to the sum of gap and radius. The linear model of the gap holds within it,
+    /// and a rod does not pass through a thin pole.
     pub approach: f64,
     /// Largest number of iterations of a search next to the initial guess, and of a descent to any equilibrium. Nearly
     /// all searches that succeed take fewer.
@@ -32,14 +33,15 @@ pub(super) struct Settings {
     pub small_turn: f64,
     /// Largest number of steps by which the rod returns to its conditions, with the existing factors.
     pub corrections: usize,
-    /// Violation of a condition after a step, relative to the length, above which the step is shortened.
+    /// Penetration after a corrected step, relative to the length, above which the step is shortened. The part of an
+    /// earlier penetration that the step leaves is added to it.
     pub permitted: f64,
     /// Largest number of times that contacts are added to a step that would penetrate an obstacle.
     pub additions: usize,
     /// Largest number of further shares for which the contact problem of a step is solved.
     pub shortenings: usize,
-    /// Number of failed shares after which the tangent is shifted instead. A share fails if its contact problem is not
-    /// solved or its rotation does not decrease.
+    /// Number of failed shares that are followed by a smaller one. A share fails if its contact problem is not solved or
+    /// its rotation does not decrease.
     pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,

@@ -132,9 +132,9 @@ impl Reduced<'_> {
             let mut largest = 0.0_f64;
             for (contact, at) in contacts.iter_mut().zip(&all).filter(|(_, at)| at.law.status == Status::Open) {
                 if let (Some(slide), Some([from, to])) = (&at.slide, contact.range) {
-                    let shift = (contact.shift - slide.excess).clamp(from, to);
-                    largest = largest.max((shift - contact.shift).abs());
-                    contact.shift = shift;
+                    let travel = (contact.travel - slide.excess).clamp(from, to);
+                    largest = largest.max((travel - contact.travel).abs());
+                    contact.travel = travel;
                 }
             }
             if largest <= 1e-3 * widest {
@@ -148,10 +148,10 @@ impl Reduced<'_> {
     /// The contacts after a fraction of a step.
     fn moved(contacts: &[Contact], steps: &Steps, fraction: f64) -> Vec<Contact> {
         let mut moved = contacts.to_vec();
-        for (contact, (force, shift)) in moved.iter_mut().zip(steps) {
+        for (contact, (force, travel)) in moved.iter_mut().zip(steps) {
             contact.force += force * fraction;
             if let Some([from, to]) = contact.range {
-                contact.shift = (contact.shift + shift * fraction).clamp(from, to);
+                contact.travel = (contact.travel + travel * fraction).clamp(from, to);
             }
         }
         moved

@@ -57,7 +57,6 @@ impl HeldSearch<'_> {
     fn problem<'b>(&'b self, linear: &'b Linear, start: &Start, offset: &DVector<f64>) -> (Vec<Contact>, Reduced<'b>) {
         let moved = linear.free_candidates(offset);
         let mut present = DVector::zeros(linear.size);
-        let element = self.length / self.parent.elements() as f64;
         let yielded = self.obstacles.displacements(start.candidates.iter().map(|at| (at.obstacle, at.force)));
         let each = start.candidates.iter().enumerate().map(|(i, at)| {
             let first = linear.response.first(self.sites.len() + i) - linear.first;
@@ -66,8 +65,8 @@ impl HeldSearch<'_> {
             let range = at.slides.then(|| {
                 present.fixed_rows_mut::<3>(first + 3).copy_from(&at.tangent);
                 // Within this distance the force does not change the curvature by more than half of the relative one.
-                let resolved = (0.5 * at.approach().1 / at.flexibility).max(0.02 * element);
-                let reach = (0.5 * element).min(1.0 / at.gap.curvature.norm()).min(resolved);
+                let resolved = (0.5 * at.approach().1 / at.flexibility).max(0.02 * self.element);
+                let reach = (0.5 * self.element).min(1.0 / at.gap.curvature.norm()).min(resolved);
                 let (mut from, mut to) = (-at.arc_length, (self.length - at.arc_length).max(0.0));
                 // Two candidates do not slide to the same place.
                 let blocks = |other: &&Candidate| {
@@ -88,7 +87,7 @@ impl HeldSearch<'_> {
                 obstacle: at.obstacle,
                 friction: self.obstacles.contacts[at.obstacle].friction,
                 force: at.force,
-                shift: 0.0,
+                travel: 0.0,
                 range,
                 bend: at.bend,
                 curve: at.approach().1,
@@ -116,49 +115,55 @@ impl HeldSearch<'_> {
         let whole = linear.compliance.fixed_view::<3, 3>(first, first).trace();
         let bent = linear.response.compliance.fixed_view::<3, 3>(at, at).trace() - 3.0 / base.stiffness;
         // The base itself does not bend away. It yields at least as a part of the length of an element.
-        let element = self.length / self.parent.elements() as f64;
-        let stiff = 3.0 * self.length / (self.body.system().compliance() * element.powi(3));
-        let least = 1.0 / stiff.max(self.force_scale() / element);
+        let stiff = 3.0 * self.length / (self.body.system().compliance() * self.element.powi(3));
+        let least = 1.0 / stiff.max(self.force_scale() / self.element);
         (whole / 3.0 - (bent / 3.0).max(least)).max(0.0)
     }
 
-    /// Solves the contact problem and for the step of the rod, which is that of the system afterwards. Returns the
-    /// contacts, the changes of the reactions of links, and whether the contact problem is solved. If it is not, the
-    /// contacts and the step are those of the initial guess.
-    pub(super) fn solve_linear(
+    /// Solves the contact problem of a trial for its present share, and for the step of the rod, which is that of the
+    /// system afterwards. The initial guess are the present forces, or those of earlier contacts whose changes are
+    /// multiplied by a factor. If the contact problem is not solved, the contacts are those of the initial guess.
+    pub(super) fn solve_trial(
         &mut self,
-        linear: &Linear,
+        trial: &mut Trial,
         start: &Start,
         offset: &DVector<f64>,
         guess: Option<(&[Contact], f64)>,
-    ) -> (Vec<Contact>, DVector<f64>, bool) {
-        let (mut contacts, problem) = self.problem(linear, start, offset);
+    ) {
+        let (mut contacts, problem) = self.problem(&trial.linear, start, offset);
         if let Some((guess, factor)) = guess {
             for (contact, guess) in contacts.iter_mut().zip(guess) {
                 contact.force += (guess.force - contact.force) * factor;
-                contact.shift = guess.shift * factor;
+                contact.travel = guess.travel * factor;
                 if let Some([from, to]) = contact.range {
-                    contact.shift = contact.shift.clamp(from, to);
+                    contact.travel = contact.travel.clamp(from, to);
                 }
             }
         }
         // An unstable equilibrium is sought from a shape that is close to it.
         let near = guess.is_some() || !self.stable;
         let solved = contacts.is_empty() || problem.solve(&mut contacts, near);
-        let links = self.respond(linear, start, offset, &contacts);
-        (contacts, links, solved)
+        self.take_contacts(trial, start, offset, contacts);
+        trial.solved = solved;
     }
 
-    /// Solves for the step of the rod, which is that of the system afterwards, with given contacts. Returns the changes
-    /// of the reactions of links.
-    fn respond(&mut self, linear: &Linear, start: &Start, offset: &DVector<f64>, contacts: &[Contact]) -> DVector<f64> {
-        let changes = Self::changes(linear, start, contacts);
-        let links = linear.links_by(offset, &changes);
-        let all = linear.reactions(&changes, &links);
+    /// Sets the step of a trial, which is that of the system afterwards, to the step with solved contacts.
+    pub(super) fn take_contacts(
+        &mut self,
+        trial: &mut Trial,
+        start: &Start,
+        offset: &DVector<f64>,
+        contacts: Vec<Contact>,
+    ) {
+        let linear = &trial.linear;
+        let changes = Self::changes(linear, start, &contacts);
+        trial.links = linear.links_by(offset, &changes);
+        let all = linear.reactions(&changes, &trial.links);
         self.return_couples(start, linear.share);
         linear.response.load(self.body.system_mut(), &all);
         self.body.solve();
-        links
+        (trial.contacts, trial.solved) = (contacts, true);
+        trial.turn = self.body.system().largest_turn();
     }
 
     /// The changes of the reactions of contacts since the start of a step.
@@ -166,7 +171,7 @@ impl HeldSearch<'_> {
         let [mut before, mut after] = [0, 1].map(|_| DVector::zeros(linear.size));
         for (contact, from) in contacts.iter().zip(&start.candidates) {
             contact.load(&mut after);
-            Contact { force: from.force, shift: 0.0, ..*contact }.load(&mut before);
+            Contact { force: from.force, travel: 0.0, ..*contact }.load(&mut before);
         }
         after - before
     }
@@ -183,8 +188,8 @@ impl HeldSearch<'_> {
             at.status = contact.status;
             at.touched |= at.status != Status::Open;
             (at.element, at.x) = (from.element, from.x);
-            if contact.shift != 0.0 {
-                (at.element, at.x) = moved(rod, (from.element, from.x), contact.shift * fraction);
+            if contact.travel != 0.0 {
+                (at.element, at.x) = moved(rod, (from.element, from.x), contact.travel * fraction);
             }
         }
         self.apply(rod);
@@ -209,25 +214,6 @@ impl HeldSearch<'_> {
         share
     }
 
-    /// Solves the contact problem of a trial for its present share.
-    pub(super) fn solve_trial(
-        &mut self,
-        trial: &mut Trial,
-        start: &Start,
-        offset: &DVector<f64>,
-        guess: Option<(&[Contact], f64)>,
-    ) {
-        (trial.contacts, trial.links, trial.solved) = self.solve_linear(&trial.linear, start, offset, guess);
-        trial.turn = self.body.system().largest_turn();
-    }
-
-    /// Sets the step of a trial to that with the contacts of an earlier solution.
-    pub(super) fn retake(&mut self, trial: &mut Trial, start: &Start, offset: &DVector<f64>, contacts: Vec<Contact>) {
-        trial.links = self.respond(&trial.linear, start, offset, &contacts);
-        (trial.contacts, trial.solved) = (contacts, true);
-        trial.turn = self.body.system().largest_turn();
-    }
-
     /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as long
     /// as the difference decreases and the step does not grow.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
@@ -244,7 +230,7 @@ impl HeldSearch<'_> {
             let grows = !trial.solved || !(trial.turn <= 2.0 * turn + 1e-9);
             if grows {
                 // The contact problem may have other solutions.
-                self.retake(trial, start, &offset, known);
+                self.take_contacts(trial, start, &offset, known);
             } else {
                 offset = next;
             }
@@ -275,10 +261,10 @@ impl HeldSearch<'_> {
         if same && residuals.len() == linear.residuals.len() {
             linear.residuals.copy_from_slice(&residuals);
             linear.free = linear.response.free(self.body.system_mut());
-            let (contacts, links, solved) = self.solve_linear(&linear, &start, &zero, None);
-            let rest = self.body.system().largest_turn();
-            let trial = Trial { linear, contacts, links, turn: rest, solved };
-            let shorter = solved && rest < 0.5 * last;
+            let mut trial = Trial::new(linear);
+            self.solve_trial(&mut trial, &start, &zero, None);
+            let rest = trial.turn;
+            let shorter = trial.solved && rest < 0.5 * last;
             if shorter {
                 self.move_by(rod, &start, &trial, 1.0);
             }

@@ -16,7 +16,7 @@ use crate::equilibrium::system::Configuration;
 /// How far from the initial guess a search looks for an equilibrium.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Newton's method, which ends where no share of a step fits or the rod is unstable.
+    /// Newton's method. In contact it ends where no share of a step is in range or the rod is unstable.
     Newton,
     /// A descent that ends where it leaves the neighbourhood of the initial guess. Friction acts on the displacement
     /// since the start of the increment.
@@ -41,7 +41,7 @@ pub(super) struct Course {
     pub negative: Option<usize>,
     /// Whether a straight rod was bent.
     pub bowed: bool,
-    /// Number of times that nodes have moved to the contacts, and the shape before the last time.
+    /// Number of times that nodes have moved to the contacts, and the equilibrium on the nodes before the last time.
     pub placements: usize,
     pub answer: Option<Snapshot>,
     /// Largest distance by which nodes moved then, relative to the length; infinite before.
@@ -109,6 +109,13 @@ pub(super) struct Trial {
     pub turn: f64,
     /// Whether the contact problem is solved.
     pub solved: bool,
+}
+
+impl Trial {
+    /// A trial whose contact problem is not solved yet.
+    pub fn new(linear: Linear) -> Self {
+        Self { linear, contacts: Vec::new(), links: DVector::zeros(0), turn: 0.0, solved: false }
+    }
 }
 
 /// Quantities that decide whether a step is accepted.

@@ -20,7 +20,7 @@ fn contact(first: usize, friction: f64, range: Option<[f64; 2]>) -> Contact {
         obstacle: 0,
         friction,
         force: Vector3::zeros(),
-        shift: 0.0,
+        travel: 0.0,
         range,
         bend: Vector3::new(0.1, 0.2, 0.3),
         curve: 1.5,
@@ -48,7 +48,7 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
     for friction in [0.0, 0.2, 5.0] {
         let mut contacts = vec![contact(0, friction, Some([-1.0, 1.0])), contact(6, friction, None)];
         contacts[0].force = Vector3::new(0.2, 0.1, 0.25);
-        contacts[0].shift = 0.05;
+        contacts[0].travel = 0.05;
         contacts[1].force = Vector3::new(-0.1, 0.2, 0.2);
         let residuals = |contacts: &[Contact]| {
             let all = problem.evaluate_all(contacts);
@@ -63,9 +63,9 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
         let steps = problem.step(&contacts, &problem.evaluate_all(&contacts), 0.0).unwrap();
         let moved = |h: f64| {
             let mut moved = contacts.clone();
-            for (contact, (force, shift)) in moved.iter_mut().zip(&steps) {
+            for (contact, (force, travel)) in moved.iter_mut().zip(&steps) {
                 contact.force += force * h;
-                contact.shift += shift * h;
+                contact.travel += travel * h;
             }
             residuals(&moved)
         };
@@ -84,7 +84,8 @@ fn active_set_keeps_the_solution_and_approaches_it() {
     assert!(problem.solve(&mut solution, false));
     assert!(solution.iter().all(|at| at.status != Status::Open));
     let distance = |contacts: &[Contact]| {
-        let each = contacts.iter().zip(&solution).map(|(a, b)| (a.force - b.force).norm() + (a.shift - b.shift).abs());
+        let each =
+            contacts.iter().zip(&solution).map(|(a, b)| (a.force - b.force).norm() + (a.travel - b.travel).abs());
         each.sum::<f64>()
     };
     let mut kept = solution.clone();
