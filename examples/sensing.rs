@@ -193,8 +193,8 @@ fn random(out: &Path, seed: u64) -> Result<(), Box<dyn Error>> {
         let mut shoot = builder.growth(growth).tropism(law).into_dyn().build()?;
         let mut run = MethodOfSteps::new(2.0 * MINUTE);
         let mut line = Vec::new();
-        for i in 0..=240 {
-            run.advance(&mut shoot, 6.0 * MINUTE * f64::from(i))?;
+        for i in 0..=720 {
+            run.advance(&mut shoot, 2.0 * MINUTE * f64::from(i))?;
             let tip = 1e3 * shoot.tip();
             table.row(&[seed as f64, shoot.time(), tip.x, tip.y])?;
             line.push((tip.x, tip.y));

@@ -94,6 +94,10 @@ impl Setup {
         self.pole + RADIUS + self.gap
     }
 
+    fn cylinder(&self) -> Cylinder {
+        Cylinder { through: Vector3::x() * self.distance(), along: Vector3::z(), radius: self.pole }
+    }
+
     /// Returns a shoot that circumnutates at t = 0. It is shorter than the growth zone, and the oscillator bends it
     /// towards the pole when its base leaves the zone.
     fn shoot(&self) -> Result<Shoot<impl Model>, ParameterError> {
@@ -105,7 +109,6 @@ impl Setup {
         let lean = self.curvature.atan2(self.torsion());
         let base = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), lean);
         let young = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
-        let pole = Cylinder { through: Vector3::x() * self.distance(), along: Vector3::z(), radius: self.pole };
         Shoot::builder(Lignifying { young, mature_modulus: 3.0 * young.youngs_modulus, time: 12.0 * HOUR })
             .length(INITIAL * ZONE)
             .radius(RADIUS)
@@ -113,7 +116,7 @@ impl Setup {
             .tropism(Oscillator { phase, ..Oscillator::new(sensitivity, PERIOD) })
             .load(Weight { density: 1000.0 })
             .scene(Still { base, ..Still::upright() })
-            .support(Contact { obstacle: pole, radius: RADIUS, friction: self.friction })
+            .support(Contact { obstacle: self.cylinder(), radius: RADIUS, friction: self.friction })
             // Contacts are searched at every point of an element, and their number determines the run time.
             .order(Order::Four)
             .elements(self.elements)
@@ -175,7 +178,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("friction", "MU", "0", "coefficient of friction"),
             Opt::value("step", "S", "600", "time step, s"),
             Opt::value("elements", "N", "4", "number of elements of the growth zone"),
-            Opt::flag("film", "also write film.html, an animation in space for the browser, without the pole"),
+            Opt::flag("film", "also write film.html, an animation in space for the browser"),
             Opt::flag("map", "map over the radius of the pole and the friction instead of a single run"),
             Opt::flag("limit", "thinnest and thickest pole that a wound rod holds without friction, instead of a run"),
         ],
@@ -203,6 +206,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut record = Record::default();
     let about = "An endogenous oscillator turns the growing part of a shoot round a vertical pole.";
     let mut film = options.flag("film").then(|| Film::new("Shoot that winds round a pole", about, 1.0));
+    film.iter_mut().for_each(|film| film.add_pole(setup.cylinder()));
     let progress = Progress::new("twining");
     let clock = Instant::now();
     let error = setup.run(&mut shoot, |shoot| {

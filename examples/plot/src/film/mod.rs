@@ -6,6 +6,8 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
+use morphorod::support::Cylinder;
+
 pub use frame::Frame;
 
 use super::file::write_whole;
@@ -21,19 +23,25 @@ pub struct Film {
     /// Initial speed, in simulated hours per second.
     speed: f64,
     frames: Vec<Frame>,
+    poles: Vec<Cylinder>,
 }
 
 impl Film {
     /// Returns a film without frames. `speed` is one of the values of the player: 0.1, 0.25, 0.5,
     /// 1, 2, 4 or 8 h per second.
     pub fn new(title: &str, about: &str, speed: f64) -> Self {
-        Self { title: title.into(), about: about.into(), speed, frames: Vec::new() }
+        Self { title: title.into(), about: about.into(), speed, frames: Vec::new(), poles: Vec::new() }
     }
 
     /// Adds a frame. Its time is later than that of the last frame, and its number of points is the
     /// same.
     pub fn push(&mut self, frame: Frame) {
         self.frames.push(frame);
+    }
+
+    /// Adds a pole at rest, which is drawn in all frames.
+    pub fn add_pole(&mut self, pole: Cylinder) {
+        self.poles.push(pole);
     }
 
     /// Writes the page.
@@ -98,11 +106,20 @@ impl Film {
             let numbers: Vec<String> = frames.iter().map(|frame| format!("{:.digits$}", of(frame))).collect();
             numbers.join(",")
         };
+        let poles: Vec<String> = self
+            .poles
+            .iter()
+            .map(|pole| {
+                let ([x, y, z], [a, b, c]): ([f64; 3], [f64; 3]) = (pole.through.into(), pole.along.normalize().into());
+                format!("[[{x},{y},{z}],[{a},{b},{c}],{}]", pole.radius)
+            })
+            .collect();
         let mut out = String::new();
         let _ = write!(
             out,
-            "{{\"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\"piles\":{piles},\
+            "{{\"poles\":[{}],\"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\"piles\":{piles},\
              \"times\":[{}],\"lengths\":[{}],\"zones\":[{}],\"data\":\"{}\"}}",
+            poles.join(","),
             self.speed,
             list(&|frame| frame.time / 3600.0, 4),
             list(&|frame| frame.length, 6),

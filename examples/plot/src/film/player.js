@@ -1,7 +1,12 @@
 // Player of a film. The suffix `#t=2.5` of the address opens the film at 2.5 h and pauses it.
 const film = JSON.parse(document.getElementById("data").textContent);
 const frames = unpack(film);
-const view = new View(document.getElementById("view"), boxAround(frames.flatMap((frame) => frame.line)));
+const beside = film.poles.flatMap(([point, axis, radius]) => {
+  // The point of the axis next to the base, and the width of the pole there.
+  const along = dot(point, axis), at = point.map((x, k) => x - along * axis[k]);
+  return [-radius, radius].map((r) => [at[0] + r, at[1] + r, at[2]]);
+});
+const view = new View(document.getElementById("view"), boxAround([...frames.flatMap((frame) => frame.line), ...beside]));
 const tips = frames.map((frame) => frame.line[frame.line.length - 1]);
 const [play, scrub, read, speed] = ["play", "scrub", "read", "speed"].map((id) => document.getElementById(id));
 const last = frames.length - 1;
@@ -15,6 +20,7 @@ for (const hours of [0.1, 0.25, 0.5, 1, 2, 4, 8]) {
 }
 for (const [name, words] of Object.entries(NAMES)) {
   if (name === "pile" && !film.piles || name === "mature" && frames.every((frame) => frame.zone === 0)) continue;
+  if (name === "pole" && !film.poles.length) continue;
   document.getElementById("legend").append(legendItem(name, words));
 }
 
@@ -48,7 +54,7 @@ function draw() {
   view.begin();
   const spacing = view.room();
   view.trace(tips.slice(0, i + 1), frameAt(frame.time - RECENT));
-  view.shoot(frame);
+  view.shoot(frame, film.poles);
   scrub.value = i;
   scrub.setAttribute("aria-valuetext", `${frame.time.toFixed(2)} hours`);
   const length = (100 * frame.length).toFixed(2);

@@ -6,13 +6,13 @@
 const COLOURS = {
   zone: "#009e73", mature: "#5b4636", d1: "#0072b2", d2: "#56b4e9", pile: "#e69f00",
   trace: "#d55e00", shadow: "#e5b49a", old: "#f3ddd0", tip: "#d55e00", grid: "#d9d9d9", edge: "#8a8a8a",
-  text: "#222222", force: "#cc79a7",
+  text: "#222222", force: "#cc79a7", pole: "#bfb8ad",
 };
 
 // Names for the legend, by colour.
 const NAMES = {
   mature: "mature tissue", zone: "growth zone", d1: "director d1", d2: "director d2",
-  pile: "normal h of statoliths", trace: "tip track",
+  pile: "normal h of statoliths", trace: "tip track", pole: "pole",
 };
 
 // Duration of the emphasised recent part of the tip track, h.
@@ -220,26 +220,95 @@ class View {
   }
 
   // Draws a frame: { line: points of the centre line, zone: relative arc length of the lower end of the growth zone,
-  // directors: [[position, d1, d2]], piles: [[position, h]] }.
-  shoot(frame) {
+  // directors: [[position, d1, d2]], piles: [[position, h]] }. Poles are [[point of the axis, its direction, radius]].
+  shoot(frame, poles = []) {
+    this.parts(frame, () => true);
+    if (!poles.length) return;
+    poles.forEach((pole) => this.pole(pole));
+    // What is not behind a pole is drawn again.
+    this.parts(frame, (p) => !poles.some((pole) => this.hides(pole, p)));
+  }
+
+  // Draws the parts of a frame whose places are seen.
+  parts(frame, seen) {
     const last = frame.line.length - 1, cut = frame.zone * last, whole = Math.floor(cut), part = cut - whole;
     const between = whole < last
       ? frame.line[whole].map((x, k) => x + part * (frame.line[whole + 1][k] - x)) : frame.line[last];
-    this.line([...frame.line.slice(0, whole + 1), between], COLOURS.mature, 7);
-    this.line([between, ...frame.line.slice(whole + 1)], COLOURS.zone, 4.5);
+    this.piece([...frame.line.slice(0, whole + 1), between], COLOURS.mature, 7, seen);
+    this.piece([between, ...frame.line.slice(whole + 1)], COLOURS.zone, 4.5, seen);
     const long = 0.055 * 2 * this.radius;
     for (const [at, d1, d2] of frame.directors) {
+      if (!seen(at)) continue;
       this.arrow(at, d1, long, COLOURS.d1);
       this.arrow(at, d2, long, COLOURS.d2);
     }
-    for (const [at, h] of frame.piles) this.arrow(at, h, long, COLOURS.pile, 2.2);
-    this.dot(frame.line[0], COLOURS.text, 5);
-    this.dot(frame.line[last], COLOURS.tip, 4);
+    for (const [at, h] of frame.piles) if (seen(at)) this.arrow(at, h, long, COLOURS.pile, 2.2);
+    if (seen(frame.line[0])) this.dot(frame.line[0], COLOURS.text, 5);
+    if (seen(frame.line[last])) this.dot(frame.line[last], COLOURS.tip, 4);
+  }
+
+  // Draws the intervals of a line whose middles are seen.
+  piece(points, colour, width, seen) {
+    let run = points.slice(0, 1);
+    for (let i = 1; i < points.length; i++) {
+      const middle = points[i].map((x, k) => (x + points[i - 1][k]) / 2);
+      if (seen(middle)) { run.push(points[i]); continue; }
+      this.line(run, colour, width, true);
+      run = [points[i]];
+    }
+    this.line(run, colour, width, true);
+  }
+
+  // Draws a pole between the lowest and the highest plane of the box.
+  pole([point, axis, radius]) {
+    const [low, high] = this.box[2], c = this.context, steep = Math.abs(axis[2]) > 0.05;
+    const ends = (steep ? [low, high].map((z) => (z - point[2]) / axis[2]) : [-2 * this.radius, 2 * this.radius])
+      .map((t) => point.map((x, k) => x + t * axis[k]));
+    const side = unit(cross(axis, Math.abs(axis[2]) > 0.9 ? [1, 0, 0] : [0, 0, 1])), other = cross(axis, side);
+    const rings = ends.map((end) => Array.from({ length: 33 }, (_, i) => {
+      const angle = i * Math.PI / 16, [x, y] = [radius * Math.cos(angle), radius * Math.sin(angle)];
+      return end.map((z, k) => z + x * side[k] + y * other[k]);
+    }));
+    const fill = (points) => {
+      c.beginPath();
+      points.map((p) => this.at(p)).forEach((p, i) => i ? c.lineTo(...p) : c.moveTo(...p));
+      c.closePath();
+      c.fillStyle = COLOURS.pole;
+      c.fill();
+    };
+    c.globalAlpha = 0.8;
+    const across = cross(axis, this.towards);
+    if (Math.hypot(...across) > 1e-6) {
+      const edge = unit(across).map((x) => x * radius);
+      const edges = [1, -1].map((sign) => ends.map((end) => end.map((x, k) => x + sign * edge[k])));
+      fill([...edges[0], ...edges[1].reverse()]);
+      c.globalAlpha = 1;
+      edges.forEach((line) => this.line(line, COLOURS.edge, 1));
+    }
+    c.globalAlpha = 1;
+    rings.forEach((ring) => this.line(ring, COLOURS.edge, 1));
+  }
+
+  // Whether a pole is between the eye and a place.
+  hides([point, axis, radius], p) {
+    const across = (v) => { const along = dot(v, axis); return v.map((x, k) => x - along * axis[k]); };
+    const from = across(p.map((x, k) => x - point[k])), eye = across(this.towards);
+    const ahead = dot(from, eye) / Math.hypot(...eye);
+    return ahead < 0 && dot(from, from) - ahead * ahead < radius * radius;
   }
 }
 
 function dot(a, b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+function cross(a, b) {
+  return [0, 1, 2].map((k) => a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3]);
+}
+
+function unit(a) {
+  const size = Math.hypot(...a);
+  return a.map((x) => x / size);
 }
 
 // Returns the nearest value among 1, 2 and 5 times a power of ten.
