@@ -32,9 +32,8 @@ macro_rules! chapter {
                 "stability": "stability",
                 "supports": "supports",
                 ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::growth_power" "Shoot::reactions"
-                    "Shoot::with_model" "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check"
-                    "check::elastic_law" "check::growth_law" "check::obstacle" "check::perception" "check::response"
-                    "check::tropism_law" "cycle" "ensemble::run" "fit" "stability"]
+                    "Shoot::with_model" "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check" "cycle"
+                    "ensemble::run" "fit" "stability"]
                 ["crate::constitutive": "Constitutive" "Constitutive::line_response" "Graded" "Timoshenko"]
                 ["crate::cycle": "Bifurcation" "Continuation" "Disturbances" "Eigenvalue::residual"
                     "Multipliers::radius" "Multipliers::trivial" "PeriodicOrbit::enter" "PeriodicOrbit::error"
@@ -45,8 +44,7 @@ macro_rules! chapter {
                     "Estimates::warnings" "Fit::dependences" "Fit::profile" "Fit::run_showing"
                     "Fit::scan_oscillator" "Fit::starts" "Fit::widest" "Scan::periods" "Series" "Warning::NotConverged"]
                 ["crate::growth": "GrowthLaw" "Ongoing"]
-                ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "Statistics"
-                    "TimeStepper"]
+                ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "TimeStepper"]
                 ["crate::load": "InternalForce" "Load::force" "Weight::GREENHILL"]
                 ["crate::profile": "Profile" "Profile::of"]
                 ["crate::rod": "Rod::node_arc_lengths" "Rod::node_frames" "Rod::reactions" "Rod::set_shape"]
