@@ -159,6 +159,8 @@ impl Rod {
 
     /// The position (m, fixed frame) and the frame at arc length `s` (m). `None` for NaN and for a place beyond the
     /// ends; up to rounding it is at the end.
+    ///
+    /// Each call integrates from the base. [`centre_line_at`](Self::centre_line_at) integrates once for many places.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
         let (element, x) = self.locate_on(s)?;
