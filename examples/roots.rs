@@ -21,9 +21,9 @@
 //!
 //!   Oscillations begin at ωτ + atan(ωτm) = atan(ωτg). The period exceeds four delays. A root whose growth time τg is
 //!   shorter than τ + τm oscillates at any gain.
-//! - *Plate.* The root grows in space on a plate at 20° from the vertical, with friction. Gravitropism presses it on the
-//!   plate, and a film of water holds it there. The cells of its zone twist it, so that it skews (Porat and others 2024,
-//!   PNAS 121:e2312761121).
+//! - *Plate.* The root grows in space on a plate at 20° from the vertical, with friction. Gravitropism presses it on
+//!   the plate, and a film of water holds it there. The cells of its zone twist it, so that it skews (Porat and others
+//!   2024, PNAS 121:e2312761121).
 //!
 //! # Results
 //! Onset, period and amplitude agree with the closed forms. The period at the onset is four delays without memory, 4.5
@@ -225,13 +225,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         &[
             Opt::value("growth-time", "H", "4", "growth time τg, h; the delay is 1 h"),
             Opt::value("hours", "H", "30", "time to simulate the root on the plate, h"),
+            Opt::value("step", "S", "180", "time step on the plate, s"),
         ],
     );
     let growth_time = HOUR * options.positive("growth-time");
     let out = options.out_dir();
     onsets(&out, growth_time)?;
     waves(&out, growth_time)?;
-    plate::grow(&out, growth_time, HOUR * options.positive("hours"))?;
+    plate::grow(&out, growth_time, HOUR * options.positive("hours"), options.positive("step"))?;
     println!("wrote onset.csv, waves.csv, waves.svg, plate.csv and plate.svg to {}", out.display());
     Ok(())
 }

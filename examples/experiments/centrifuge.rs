@@ -63,12 +63,13 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
     let [[first, wide], [final_period, narrow]] = ends;
     println!("3. centrifuge: period {first:.2} min at 1 g, {final_period:.2} min at 9 g");
     println!("   radius of the tip {wide:.2} mm at 1 g, {narrow:.2} mm at 9 g; all orbits are stable: {stable}");
+    // A text at zero shows the change in proportion to the period.
+    let change = format!("decrease of the period: {:.2} %", 100.0 * (1.0 - final_period / first));
     let series = vec![
         found(periods, 0),
-        // The axis shows the changes in proportion to the period.
-        Series::new("", vec![(1.0, 0.0)], Style::Line, 0),
-        Series::text(format!("radius of the tip {wide:.1} mm"), (2.2, 130.0), Style::Text, 0),
-        Series::text(format!("{narrow:.1} mm"), (8.4, 130.0), Style::Text, 0),
+        Series::text(format!("radius of the tip: {wide:.1} mm"), (3.0, 120.0), Style::Text, 0),
+        Series::text(format!("{narrow:.1} mm"), (8.5, 120.0), Style::Text, 0),
+        Series::text(change, (5.0, 0.0), Style::Text, 0),
     ];
     Ok(Panel {
         name: "3. Period in a centrifuge",

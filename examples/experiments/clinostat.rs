@@ -34,9 +34,9 @@ impl Scene for Clinostat {
     }
 }
 
-/// Compares shoots with the closed form. Tissue rotates about the tangent t of a shape that is fixed in space, t' = k [(e3 −
-/// (t·e3) t) + W t × e3]/(1 + W²), with k = β/(ηr) and W = Ωτg/η for the rate Ω. The angle from the vertical and the
-/// azimuth obey θ' = −k sin θ/(1 + W²), φ' = −kW/(1 + W²).
+/// Compares shoots with the closed form. Tissue rotates about the tangent t of a shape that is fixed in space, t' = k
+/// [(e3 − (t·e3) t) + W t × e3]/(1 + W²), with k = β/(ηr) and W = Ωτg/η for the rate Ω. The angle from the vertical and
+/// the azimuth obey θ' = −k sin θ/(1 + W²), φ' = −kW/(1 + W²).
 pub fn run() -> Result<Panel, Box<dyn Error>> {
     let k = BETA / (ETA * RADIUS);
     let (mut bending, mut turning, mut rows, mut worst) = (Vec::new(), Vec::new(), Vec::new(), 0.0_f64);
@@ -68,8 +68,8 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
         closed(line(|w| w), 1),
         found(bending, 0),
         found(turning, 1),
-        Series::text("towards the vertical", (1.7, 0.85), Style::Text, 0),
-        Series::text("about the vertical", (3.2, 0.42), Style::Text, 1),
+        Series::text("towards the vertical", (2.2, 0.85), Style::Text, 0),
+        Series::text("about the vertical", (3.9, 0.42), Style::Text, 1),
     ];
     Ok(Panel {
         name: "2. Shape on a clinostat",

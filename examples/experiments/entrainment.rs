@@ -103,10 +103,17 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
     }
     let hours = |share: f64| share * natural / HOUR;
     series.push(Series::new("", vec![(hours(0.64), hours(0.64)), (hours(1.36), hours(1.36))], Style::Dashed, 6));
-    series.push(Series::text("tilts of 2°", (hours(0.78), hours(1.06)), Style::Text, 0));
-    series.push(Series::text("tilts of 4°", (hours(0.85), hours(0.78)), Style::Text, 1));
+    for (text, x, y) in [
+        ("2°", 0.86, 0.94),
+        ("2°", 1.17, 1.06),
+        ("4°", 0.755, 0.88),
+        ("4°", 1.34, 1.12),
+        ("period of the tilts", 1.12, 1.32),
+    ] {
+        series.push(Series::text(text, (hours(x), hours(y)), Style::Text, 6));
+    }
     Ok(Panel {
-        name: "1. Entrainment by periodic tilts",
+        name: "1. Entrainment by tilts of 2° and 4°",
         labels: ["period of the tilts (h)", "mean period of the tip (h)"],
         series,
         rows,

@@ -15,7 +15,7 @@ use super::{BETA, GROUND, HOUR, MINUTE, Panel, RADIUS, TISSUE, closed, direction
 /// Growth time, s.
 const GROWTH: f64 = 20.0 * HOUR;
 /// Length, m.
-const LENGTH: f64 = 0.02;
+const LENGTH: f64 = 0.01;
 /// Memory time and delay, s.
 const MEMORY: Memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
 
@@ -53,8 +53,8 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
             rows.push([degrees, level, bending, expected]);
         }
         series.push(found(points, index));
-        let at = (158.0, rate * (0.98 - 0.09 * index as f64));
-        series.push(Series::text(format!("{level} g"), at, Style::Text, index));
+        let (marker, at) = (["●", "■", "▲", "◆"][index], (150.0, rate * (0.98 - 0.1 * index as f64)));
+        series.push(Series::text(format!("{marker} {level} g"), at, Style::Beside, index));
     }
     println!("4. inclination: largest relative difference from the sine law");
     for (level, worst) in levels.iter().zip(worst) {

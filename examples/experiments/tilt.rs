@@ -25,6 +25,7 @@ fn shoot(length: f64, tilt: f64, load: impl Load) -> Result<Shoot<impl Model>, P
     Shoot::builder(TISSUE)
         .length(length)
         .radius(RADIUS)
+        .elements(16)
         .growth(Ongoing(UniformGrowth { zone_length: 0.2, time: ETA * TIME }))
         .tropism(responses(Memory { time: 1e-3, delay: 0.0 }))
         .load(load)
@@ -32,15 +33,15 @@ fn shoot(length: f64, tilt: f64, load: impl Load) -> Result<Shoot<impl Model>, P
         .build()
 }
 
-/// Angles of the apex over that of the base after each tenth of the time, up to a number of these steps.
+/// Angles of the apex over that of the base at multiples of a twentieth of the time.
 fn angles(balance: f64, tilt: f64, steps: u32) -> Result<Vec<f64>, Box<dyn Error>> {
     let mut shoot = shoot(balance * CONVERGENCE, tilt, ())?;
-    let mut run = MethodOfSteps::with_solver(0.05 * TIME, Unloaded);
+    let mut run = MethodOfSteps::with_solver(0.0125 * TIME, Unloaded);
     // The memories begin at the stimuli, since a step does not resolve their time.
     run.start(&mut shoot, &ConstantHistory::Steady)?;
     let mut angles = Vec::new();
     for k in 0..=steps {
-        run.advance(&mut shoot, 0.1 * TIME * f64::from(k))?;
+        run.advance(&mut shoot, 0.05 * TIME * f64::from(k))?;
         let tangent = shoot.rod().apex_frame() * Vector3::z();
         angles.push(tangent.x.atan2(tangent.z) / tilt);
     }
@@ -52,7 +53,7 @@ fn threshold(tilt: f64) -> Result<f64, Box<dyn Error>> {
     let (mut low, mut high) = (1.5, 6.0);
     while high - low > 1e-4 {
         let middle = 0.5 * (low + high);
-        let angles = angles(middle, tilt, 40)?;
+        let angles = angles(middle, tilt, 80)?;
         // The parabola through the lowest angle and its neighbours gives the minimum.
         let at = (1..angles.len() - 1).min_by(|i, j| angles[*i].total_cmp(&angles[*j])).unwrap_or(1);
         let (slope, bend) =
@@ -63,8 +64,8 @@ fn threshold(tilt: f64) -> Result<f64, Box<dyn Error>> {
     Ok(0.5 * (low + high))
 }
 
-/// Angle of the apex over that of the base in the linear theory, after the time T τg/η: 1 − Σ (−1)^m B^(m+1)/(m + 1)! P(m
-/// + 1, T), with the regularised incomplete gamma function P.
+/// Angle of the apex over that of the base in the linear theory, after the time T τg/η: 1 − Σ (−1)^m B^(m+1)/(m+1)!
+/// P(m+1, T), with the regularised incomplete gamma function P.
 fn linear_angle(balance: f64, time: f64) -> f64 {
     let (mut angle, mut power, mut sign) = (1.0, balance, 1.0);
     let (mut term, mut sum) = ((-time).exp(), (-time).exp());
@@ -83,17 +84,17 @@ pub fn overshoot() -> Result<Panel, Box<dyn Error>> {
     let (mut series, mut rows, mut worst) = (Vec::new(), Vec::new(), 0.0_f64);
     let tilt = 1e-3;
     for (colour, balance) in [1.0, 2.8, 6.0, 12.0].into_iter().enumerate() {
-        let angles = angles(balance, tilt, 60)?;
-        let points: Vec<(f64, f64)> = (0..).map(|k| 0.1 * f64::from(k)).zip(angles).collect();
+        let angles = angles(balance, tilt, 120)?;
+        let points: Vec<(f64, f64)> = (0..).map(|k| 0.05 * f64::from(k)).zip(angles).collect();
         for (time, angle) in &points {
             worst = worst.max((angle - linear_angle(balance, *time)).abs());
             rows.push([*time, balance, *angle, linear_angle(balance, *time)]);
         }
         let line = (0..=300).map(|i| 0.02 * f64::from(i)).map(|t| (t, linear_angle(balance, t))).collect();
         series.push(closed(line, colour));
-        series.push(found(points.into_iter().step_by(3).collect(), colour));
-        let height = [0.46, 0.2, -0.12, -0.33][colour];
-        series.push(Series::text(format!("B = {balance}"), (5.4, height), Style::Text, colour));
+        series.push(found(points.into_iter().step_by(6).collect(), colour));
+        let place = [(5.0, 0.42), (5.0, 0.12), (0.75, -0.2), (0.45, -0.3)][colour];
+        series.push(Series::text(format!("B = {balance}"), place, Style::Beside, colour));
     }
     println!(
         "5. overshoot: begins at B = {:.4} for a small tilt, {:.4} at 90°",

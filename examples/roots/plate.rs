@@ -27,8 +27,6 @@ const STRAIGHTENING: f64 = 2.0;
 const FILM: f64 = 0.03;
 /// Coefficient of friction.
 const FRICTION: f64 = 1.0;
-/// Time step, s.
-const STEP: f64 = 0.1 * DELAY;
 
 /// Differential growth that twists the tissue, with a gradient of u3 (1/m); positive like a right-handed screw.
 struct Twisting(f64);
@@ -74,8 +72,9 @@ fn root(twist: f64, growth_time: f64) -> Result<Shoot<impl Model>, ParameterErro
     Ok(root)
 }
 
-/// Simulates roots with three twists, prints the period and the skew, and draws the roots from above the plate.
-pub fn grow(out: &Path, growth_time: f64, end: f64) -> Result<(), Box<dyn Error>> {
+/// Simulates roots with three twists, prints period and skew, and draws the roots from above the plate. Times are in
+/// seconds.
+pub fn grow(out: &Path, growth_time: f64, end: f64, step: f64) -> Result<(), Box<dyn Error>> {
     let [normal, down] = directions();
     let across = normal.cross(&down);
     let columns = ["twist_per_m", "t_s", "across_m", "down_m", "above_plate_m", "heading_rad", "contact_force_n"];
@@ -85,11 +84,11 @@ pub fn grow(out: &Path, growth_time: f64, end: f64) -> Result<(), Box<dyn Error>
     println!("root on a plate: twist, mean period/delay, displacement to the right and down");
     for (colour, twist) in [-1000.0, 0.0, 1000.0].into_iter().enumerate() {
         let mut root = root(twist, growth_time)?;
-        let mut run = MethodOfSteps { retries: 10, max_work: 400_000, ..MethodOfSteps::new(STEP) };
+        let mut run = MethodOfSteps { retries: 10, max_work: 400_000, ..MethodOfSteps::new(step) };
         let (mut last, mut crossings) = (0.0_f64, Vec::new());
-        let steps = (end / STEP).ceil() as u32;
+        let steps = (end / step).ceil() as u32;
         for k in 0..=steps {
-            if let Err(error) = run.advance(&mut root, STEP * f64::from(k)) {
+            if let Err(error) = run.advance(&mut root, step * f64::from(k)) {
                 progress.suspend(|| println!("the run ends at {:.1} h: {error}", root.time() / HOUR));
                 break;
             }
@@ -99,7 +98,7 @@ pub fn grow(out: &Path, growth_time: f64, end: f64) -> Result<(), Box<dyn Error>
             let place = [tip.dot(&across), tip.dot(&down), tip.dot(&normal)];
             table.row(&[twist, root.time(), place[0], place[1], place[2], heading, force])?;
             if last < 0.0 && (0.0..1.5).contains(&heading) {
-                crossings.push(root.time() - STEP * heading / (heading - last));
+                crossings.push(root.time() - step * heading / (heading - last));
             }
             last = heading;
             progress.set((colour as f64 + root.time() / end) / 3.0);

@@ -70,10 +70,10 @@ impl Scene for Clinostat {
     }
 }
 
-/// The tissue rotates about the tangent of a shape that is fixed in space. In complex notation with i for the rotation
-/// about the tangent by a right angle, the curvature U obeys −iΩU = M̂ (kη T − ηU)/τg with T = t × e3, M̂ = exp(iΩτr)/(1
-/// − iΩτm) and k = β/(ηr). Hence U = kcT, c = 1/(1 − iΩτg/(ηM̂)): the angle from the vertical obeys θ' = −k Re(c) sin θ,
-/// the azimuth φ' = −k Im(c). Without memory this is the shape of Oliveri and others (2024), Phys. Rev. E 110:014405.
+/// The tissue rotates about the tangent of a shape that is fixed in space. In complex notation, i is the rotation about
+/// the tangent by a right angle. The curvature U obeys −iΩU = M̂ (kη T − ηU)/τg with T = t × e3, M̂ = exp(iΩτr)/(1 −
+/// iΩτm) and k = β/(ηr). Hence U = kcT, c = 1/(1 − iΩτg/(ηM̂)): the angle from the vertical obeys θ' = −k Re(c) sin θ,
+/// the azimuth φ' = −k Im(c). Oliveri and others (2024), Phys. Rev. E 110:014405, study these equilibria.
 #[test]
 fn shoot_on_a_clinostat_has_the_shape_of_the_closed_form() {
     let short = Memory { time: 0.1, delay: 0.0 };
@@ -102,7 +102,7 @@ fn shoot_on_a_clinostat_has_the_shape_of_the_closed_form() {
     }
 }
 
-/// Up to twice the delay the response reads a past in which the shoot was straight, so that the rotation of the apex is
+/// The response reads a past in which the shoot was straight, up to twice the delay. The rotation of the apex is then
 /// exactly (βℓ/(r τg)) sin θ0 (τr − τm (1 − exp(−τr/τm))): the sine law, without the magnitude of gravity (Chauvet and
 /// others 2016, Sci. Rep. 6:35431).
 #[test]

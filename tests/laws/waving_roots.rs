@@ -1,6 +1,6 @@
-//! Roots that wave because of a delayed response to gravity, compared with closed forms. The angle of the tip obeys
-//! θ̇ = −k M[sin θ] in a zone of constant length, and θ̇ = −k M[sin θ] + (θ − θ0)/τg in a growing zone with the angle θ0
-//! at its end. M is the memory, with the delay τ and the memory time τm.
+//! Roots that wave because of a delayed response to gravity, compared with closed forms. In a zone of constant length
+//! the angle of the tip obeys θ̇ = −k M[sin θ]. In a growing zone (θ − θ0)/τg is added, with the angle θ0 at its end.
+//! M is the memory, with the delay τ and the memory time τm.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
