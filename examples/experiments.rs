@@ -4,8 +4,8 @@
 //!
 //! 1. *Entrainment.* A circumnutating shoot is tilted periodically. It follows the tilt if the periods are close to
 //!    each other, and beats otherwise (H. Andersen and A. Johnsson 1972, Physiol. Plant. 26:44–51 and 52–61).
-//! 2. *Clinostat.* A horizontal shoot rotates about its own tangent. It has a shape that is fixed in space and known in
-//!    closed form (H. Oliveri and others 2024, Phys. Rev. E 110:014405).
+//! 2. *Clinostat.* A horizontal shoot rotates about its own tangent. Its shape is fixed in space (H. Oliveri
+//!    and others 2024, Phys. Rev. E 110:014405) and has a closed form.
 //! 3. *Centrifuge.* The period of circumnutation between 1 and 9 g (A. H. Brown and D. K. Chapman 1977, Plant Physiol.
 //!    59:636–640).
 //! 4. *Inclination.* The rate at which an inclined shoot bends is proportional to the sine of the inclination and does

@@ -67,7 +67,7 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
     let change = format!("decrease of the period: {:.2} %", 100.0 * (1.0 - final_period / first));
     let series = vec![
         found(periods, 0),
-        Series::text(format!("radius of the tip: {wide:.1} mm"), (3.0, 120.0), Style::Text, 0),
+        Series::text(format!("radius of the tip: {wide:.1} mm"), (3.15, 120.0), Style::Text, 0),
         Series::text(format!("{narrow:.1} mm"), (8.5, 120.0), Style::Text, 0),
         Series::text(change, (5.0, 0.0), Style::Text, 0),
     ];

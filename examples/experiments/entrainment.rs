@@ -104,7 +104,7 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
     let hours = |share: f64| share * natural / HOUR;
     series.push(Series::new("", vec![(hours(0.64), hours(0.64)), (hours(1.36), hours(1.36))], Style::Dashed, 6));
     for (text, x, y) in [
-        ("2°", 0.86, 0.94),
+        ("2°", 0.8, 1.04),
         ("2°", 1.17, 1.06),
         ("4°", 0.755, 0.88),
         ("4°", 1.34, 1.12),
