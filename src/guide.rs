@@ -92,6 +92,13 @@ pub mod saving {}
 #[doc = picture!("sensing_random")]
 pub mod laws {}
 
+/// Experiments on gravitropism and circumnutation, with published results and closed forms; waves of roots.
+#[doc = chapter!("docs/experiments.md")]
+#[doc = picture!("experiments")]
+#[doc = picture!("roots_waves")]
+#[doc = picture!("roots_plate")]
+pub mod experiments {}
+
 /// Writing a growth profile, a tropism and an elastic law.
 #[doc = chapter!("docs/own-laws.md")]
 #[doc = picture!("own_law")]

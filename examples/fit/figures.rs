@@ -66,8 +66,8 @@ fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
     if panels.is_empty() {
         return Ok(());
     }
-    let panels: Vec<([&str; 2], &[Series])> =
-        panels.iter().map(|([a, b], series)| ([a.as_str(), b.as_str()], &series[..])).collect();
+    let panels: Vec<(&str, [&str; 2], &[Series])> =
+        panels.iter().map(|([a, b], series)| ("", [a.as_str(), b.as_str()], &series[..])).collect();
     let title = "Regions around the estimates with a probability of 90 %";
     Ok(Figure::new(out.join("ellipses.svg"), title).separate_panels(&panels, Axes::Linear)?)
 }

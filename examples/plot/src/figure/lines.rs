@@ -117,10 +117,10 @@ impl Figure {
         self.draw_panels(&panels, axes, axes == Axes::Equal)
     }
 
-    /// Draws several panels side by side, each with the labels of its axes and with its own ranges.
-    pub fn separate_panels(&self, panels: &[([&str; 2], &[Series])], axes: Axes) -> io::Result<()> {
-        let panels: Vec<_> = panels.iter().map(|(labels, series)| ("", *labels, *series)).collect();
-        self.draw_panels(&panels, axes, true)
+    /// Draws several panels, each with its name, the labels of its axes, and its own ranges. More than three panels are
+    /// in rows of two, and the height of the figure is that of a row.
+    pub fn separate_panels(&self, panels: &[(&str, [&str; 2], &[Series])], axes: Axes) -> io::Result<()> {
+        self.draw_panels(panels, axes, true)
     }
 
     /// Draws panels with names and labels, and legend or colour bar.
@@ -146,16 +146,18 @@ impl Figure {
         // In a narrow figure a legend at the right would leave no room for the panel.
         let right = single && time.is_none() && legend_width(&listed) < 0.4 * wide;
         let beside = if right { legend_width(&listed) } else { time.as_ref().map_or(0.0, |_| BAR_COLUMN) };
-        let width = (wide - beside) / panels.len() as f64;
+        let columns = if panels.len() > 3 { 2 } else { panels.len().max(1) };
+        let width = (wide - beside) / columns as f64;
         // A panel without a name needs no space for it.
         let top = if panels.iter().all(|(name, ..)| name.is_empty()) { band - ABOVE } else { band };
-        let bottom = self.tall();
+        let row = self.tall() - top;
+        let bottom = self.tall() + row * panels.len().div_ceil(columns).saturating_sub(1) as f64;
         let height = bottom + 10.0 + if right { 0.0 } else { height_below(&listed, wide) };
         self.draw(panels.len().min(2), height, |canvas| {
             let mut frame = Rect { left: 0.0, top, right: wide, bottom };
             for (i, (name, labels, series)) in panels.iter().enumerate() {
-                let left = width * i as f64;
-                let cell = Rect { left, top, right: left + width, bottom };
+                let (left, down) = (width * (i % columns) as f64, row * (i / columns) as f64);
+                let cell = Rect { left, top: top + down, right: left + width, bottom: self.tall() + down };
                 let shown = if own_ranges { series.iter().collect() } else { all.clone() };
                 let (x, y) = fitted_axes(labels[0], labels[1], &shown, axes);
                 let panel = Panel::new(cell, x, y, axes == Axes::Equal);
