@@ -12,3 +12,4 @@ mod light;
 mod memories;
 mod profile;
 mod statoliths;
+mod touch;
