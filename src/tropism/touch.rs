@@ -80,11 +80,11 @@ pub struct Touch {
 
 impl Touch {
     /// Force per length f of the obstacles on a rod in its last equilibrium at an arc length (m), in the fixed frame,
-    /// N/m. A normal force points away from its obstacle. Zero without contact.
+    /// N/m. A normal force points away from its obstacle. Zero without contact, and for a width that is not positive.
     #[must_use]
     pub fn force_per_length(&self, rod: &Rod, arc_length: f64) -> Vector3<f64> {
         let pushes = || rod.reactions().iter().filter(|reaction| reaction.obstacle.is_some());
-        if pushes().next().is_none() {
+        if pushes().next().is_none() || self.width <= 0.0 {
             return Vector3::zeros();
         }
         let length = rod.length();
@@ -138,10 +138,10 @@ impl Perception for Touch {
 /// ```
 ///
 /// A saturated signal changes the curvature in one growth time by χ over the radius. Tendrils bend towards the touched
-/// side (Darwin 1875, *The Movements and Habits of Climbing Plants*; review by M. J. Jaffe and A. W. Galston 1968, Annu.
-/// Rev. Plant Physiol. 19:417–434).
+/// side (C. Darwin 1875, *The Movements and Habits of Climbing Plants*; M. J. Jaffe and A. W. Galston 1968, *The
+/// physiology of tendrils*, Annu. Rev. Plant Physiol. 19:417–434).
 ///
-/// Without contact the signal is zero in all neighbouring shapes. [`stability`](crate::stability) and
-/// [`cycle`](crate::cycle) therefore treat the law exactly: they refuse shoots that touch an obstacle.
+/// The signal of a shoot without contact is zero in all neighbouring shapes. [`stability`](crate::stability) and
+/// [`cycle`](crate::cycle) refuse shoots that touch an obstacle, and therefore treat the law exactly.
 #[doc(alias("thigmotropism", "touch", "contact coiling"))]
 pub type Thigmotropism<T = Touch> = DirectionalTropism<T>;

@@ -136,7 +136,7 @@ fn force_per_length_of_a_rod_on_a_table_is_its_weight() {
         largest = largest.max((touch.force_per_length(rod, s) - weight).norm() / weight.norm());
     }
     println!("largest relative error {largest:e}");
-    // Up to the apex, where the kernel is reflected.
+    // This includes the apex, where the kernel is reflected.
     assert!(largest < 1e-4, "{largest:e}");
     assert_eq!(touch.force_per_length(rod, first - 0.0101), Vector3::zeros());
 }
