@@ -78,7 +78,7 @@ fn swinging(law: impl TropismLaw + Send + Sync + 'static, turn: UnitQuaternion<f
         .growth(UniformGrowth { zone_length: 0.05, time: 40.0 * HOUR })
         .tropism((Oscillator::new(1.0, 2.0 * HOUR), law))
         .load(WEIGHT)
-        .scene(Still { base: turn * still.base, gravity: turn * still.gravity, ..still })
+        .scene(Still { base: turn * still.base, gravity: turn * still.gravity })
         .support(Contact { friction, ..contact(obstacle) })
         .into_dyn()
         .build()
