@@ -43,23 +43,25 @@ use crate::rod::Rod;
 /// use morphorod::integrator::{Integrator, MethodOfSteps};
 /// use morphorod::nalgebra::Vector3;
 /// use morphorod::support::{Contact, Cylinder};
-/// use morphorod::tropism::{Memory, Oscillator, Response, Thigmotropism, Touch};
-/// use morphorod::{Shoot, constitutive::LinearElastic, load::Weight};
+/// use morphorod::tropism::{Memory, Response, Thigmotropism, Touch};
+/// use morphorod::{Shoot, Still, constitutive::LinearElastic, load::Weight};
 ///
 /// let touch = Touch { width: 4e-3, threshold: 1e-3, saturation: 2e-2 };
 /// let memory = Memory { time: 600.0, delay: 300.0 };
 /// let winds = Thigmotropism { sensitivity: 0.5, perception: touch }.remembered(memory);
+/// // The shoot sags until it leans on a horizontal pole, and then bends round it.
 /// let radius = 0.5e-3;
-/// let pole = Cylinder { through: Vector3::x() * 0.01, along: Vector3::z(), radius: 2e-3 };
-/// let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 })
-///     .length(0.06)
+/// let pole = Cylinder { through: Vector3::new(0.025, 0.0, 0.032), along: Vector3::y(), radius: 2e-3 };
+/// let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+///     .length(0.04)
 ///     .radius(radius)
-///     .growth(UniformGrowth { zone_length: 0.05, time: 144e3 })
-///     .tropism((Oscillator::new(1.0, 7200.0), winds))
+///     .growth(UniformGrowth { zone_length: 0.04, time: 72e3 })
+///     .tropism(winds)
 ///     .load(Weight { density: 1000.0 })
+///     .scene(Still::tilted(0.5))
 ///     .support(Contact { obstacle: pole, radius, friction: 0.0 })
 ///     .build()?;
-/// MethodOfSteps::new(120.0).advance(&mut shoot, 1800.0)?;
+/// MethodOfSteps::new(300.0).advance(&mut shoot, 36e3)?;
 /// // The force per length at the contact is that of a force at a point, 315/(256 w) times the force.
 /// let contact = shoot.reactions()[0];
 /// let force = touch.force_per_length(shoot.rod(), contact.arc_length);
