@@ -1,4 +1,5 @@
-//! Light, memories of any shape, differential growth at one place, and a stochastic drive: four short experiments.
+//! Light, memories of any shape, differential growth at one place, a stochastic drive, and touch: five short
+//! experiments.
 //!
 //! 1. *Light and gravity.* A shoot grows in light from the side. The angle from the vertical that its apex reaches is
 //!    compared with tan A = M sin A_P/(1 + M cos A_P), where A_P is the angle of the light and M the ratio of the
@@ -9,13 +10,14 @@
 //!    closed form is Δφ = 2 ΔL δ̇0/(ω R).
 //! 4. *A stochastic drive.* Paths of the tips of three upright shoots that gravitropism holds upright against an
 //!    Ornstein–Uhlenbeck process.
+//! 5. *Touch.* A shoot presses on a pole. Growth bends it towards the pole that it touches, and round it.
 //!
 //! # Results
 //! The angles agree with the closed form to 5e-10 rad. The fit of the kernel states an error of 2e-7. The hook swings
-//! by 8.087°, as in the closed form.
+//! by 8.087°, as in the closed form. The response to touch bends the shoot by 191° in 7 h, and without it by 15°.
 //!
 //! # Options
-//! `--seed 5`: other paths. `--lobe 0`: a kernel without a negative lobe.
+//! `--seed 5`: other paths. `--lobe 0`: a kernel without a negative lobe. `--touch -1`: growth away from the pole.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -27,9 +29,10 @@ use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
+use morphorod::support::{Contact, Cylinder};
 use morphorod::tropism::{
     During, Gravitropism, Handedness, Light, Localised, Memory, MemoryKernel, Oscillator, ParallelLight, Phototropism,
-    Proprioception, RandomDrive, Response, SettledStatoliths, TropismLaw,
+    Proprioception, RandomDrive, Response, SettledStatoliths, Thigmotropism, Touch, TropismLaw,
 };
 use morphorod::{DynLaws, ParameterError, Scene, Shoot, Still};
 use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
@@ -207,12 +210,60 @@ fn random(out: &Path, seed: u64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// Shoots that press on a pole, with a sensitivity to touch and without. Shapes at four times.
+fn touch(out: &Path, sensitivity: f64) -> Result<(), Box<dyn Error>> {
+    let (pole, place) = (2e-3, Vector3::new(3.2e-3, 0.0, 0.018));
+    let obstacle = Cylinder { through: place, along: Vector3::y(), radius: pole };
+    let perception = Touch { width: 4e-3, threshold: 5e-3, saturation: 5e-2 };
+    let mut table = Table::create(out.join("touch.csv"), &["sensitivity", "t_s", "x_mm", "z_mm", "angle_deg"])?;
+    let mut series = Vec::new();
+    for sensitivity in [0.0, sensitivity] {
+        let mut shoot = Shoot::builder(TISSUE)
+            .length(0.025)
+            .radius(RADIUS)
+            .elements(16)
+            .growth(UniformGrowth { zone_length: 0.025, time: 20.0 * HOUR })
+            .tropism(Thigmotropism { sensitivity, perception }.remembered(MEMORY))
+            .scene(Still::weightless())
+            .support(Contact { obstacle, radius: RADIUS, friction: 0.0 })
+            .into_dyn()
+            .build()?;
+        shoot.set_intrinsic(|_| Vector3::y() * 10.0);
+        let mut run = MethodOfSteps::new(2.0 * MINUTE);
+        for (index, hours) in [0.0, 3.0, 5.0, 7.0].into_iter().enumerate() {
+            run.advance(&mut shoot, hours * HOUR)?;
+            let line: Vec<_> = shoot.rod().centre_line_at(300).iter().map(|at| (1e3 * at.x, 1e3 * at.z)).collect();
+            let turns = shoot.rod().frames().windows(2).map(|ends| ends[0].rotation_to(&ends[1]).scaled_axis().y);
+            let angle = turns.sum::<f64>().to_degrees();
+            for (x, z) in &line {
+                table.row(&[sensitivity, shoot.time(), *x, *z, angle])?;
+            }
+            let force: f64 = shoot.reactions().iter().map(|at| at.normal).sum();
+            println!("touch: sensitivity {sensitivity}, {hours} h: curved by {angle:.0}°, pressed by {force:.2e} N");
+            if sensitivity != 0.0 {
+                series.push(Series::new(format!("with touch, {hours} h"), line, Style::Line, 0).ordered(index, 4));
+            } else if index == 3 {
+                series.push(Series::new(format!("without, {hours} h"), line, Style::Dashed, 1));
+            }
+        }
+    }
+    table.finish()?;
+    let angles = (0..=60).map(|i| f64::from(i) * PI / 30.0);
+    let edge = angles.map(|angle| 1e3 * (place + pole * Vector3::new(angle.sin(), 0.0, angle.cos())));
+    series.push(Series::new("pole", edge.map(|at| (at.x, at.z)).collect(), Style::Line, 6));
+    let figure =
+        Figure::new(out.join("touch.svg"), "A shoot that grows at a pole, with and without a response to touch");
+    figure.lines("x (mm)", "z (mm)", &series, Axes::Equal)?;
+    Ok(())
+}
+
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "sensing",
-        "light, memory kernels, localised growth and a stochastic drive",
+        "light, memory kernels, localised growth, a stochastic drive and touch",
         &[
             Opt::value("seed", "NUMBER", "1", "seed of the first stochastic drive"),
+            Opt::value("touch", "CHI", "1", "sensitivity to touch"),
             Opt::value("lobe", "SHARE", "0.6", "area of the negative lobe of the kernel over that of the positive one"),
         ],
     );
@@ -221,6 +272,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     pulses(&out, options.get("lobe"))?;
     hook(&out)?;
     random(&out, options.get("seed"))?;
+    touch(&out, options.get("touch"))?;
     println!("wrote tables and figures to {}", out.display());
     Ok(())
 }

@@ -56,7 +56,7 @@ macro_rules! chapter {
                 ["crate::tropism": "AtApex" "Declaration::oscillations" "DirectionalTropism" "During" "Light"
                     "LightSource" "LineLight" "Localised" "MemoryKernel" "MemoryKernel::fit" "ParallelLight"
                     "Perception" "Phototropism" "PointLight" "RandomDrive" "Response" "Rotation" "Statoliths"
-                    "TropismLaw"]
+                    "Thigmotropism" "Touch" "TropismLaw"]
             },
             include_str!(concat!("../", $file))
         )
@@ -83,13 +83,14 @@ pub mod recipes {}
 #[cfg_attr(not(doctest), doc = chapter!("docs/saving.md"))]
 pub mod saving {}
 
-/// Light, memories of any shape, differential growth at one place, and a stochastic drive.
+/// Light, touch, memories of any shape, differential growth at one place, and a stochastic drive.
 #[doc = chapter!("docs/laws.md")]
 #[doc = picture!("sensing_set_angle")]
 #[doc = picture!("sensing_kernel")]
 #[doc = picture!("sensing_pulses")]
 #[doc = picture!("sensing_hook")]
 #[doc = picture!("sensing_random")]
+#[doc = picture!("sensing_touch")]
 pub mod laws {}
 
 /// Experiments on gravitropism and circumnutation, with published results and closed forms; waves of roots.

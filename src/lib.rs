@@ -80,7 +80,7 @@
 //! | [`fit`] | estimation of parameters from tracked tips and centre lines |
 //! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
 //! | [`guide`] | [recipes](guide::recipes), the [method](guide::method), and further chapters; among them |
-//! | | [light, memory kernels, stochastic drives](guide::laws), [own laws](guide::own_laws) and |
+//! | | [light, touch, memory kernels](guide::laws), [own laws](guide::own_laws) and |
 //! | | [own methods](guide::own_methods) |
 //!
 //! A [`Shoot`] has a state and a [`Model`], its six laws as one type; [`Laws`] is the usual one. A [`Scene`]

@@ -51,12 +51,16 @@ impl<L> Localised<L> {
     /// Share of the gradient at a distance from the apex (m), from zero to one.
     #[must_use]
     pub fn window(&self, apex_distance: f64) -> f64 {
-        let rise = |end: f64| {
-            let x = ((apex_distance - end) / self.edge + 0.5).clamp(0.0, 1.0);
-            x * x * x * (10.0 + x * (6.0 * x - 15.0))
-        };
+        let rise = |end: f64| rise((apex_distance - end) / self.edge + 0.5);
         rise(self.from) - rise(self.to)
     }
+}
+
+/// Function that rises from zero at x = 0 to one at x = 1 with two continuous derivatives, and is constant beyond.
+#[inline]
+pub(super) fn rise(x: f64) -> f64 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * x * (10.0 + x * (6.0 * x - 15.0))
 }
 
 impl<L: TropismLaw> TropismLaw for Localised<L> {

@@ -16,6 +16,7 @@ mod proprioception;
 mod random;
 mod response;
 mod statoliths;
+mod touch;
 
 pub use at_apex::AtApex;
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
@@ -32,6 +33,7 @@ pub use proprioception::Proprioception;
 pub use random::RandomDrive;
 pub use response::{Filtered, Remembered, Response};
 pub use statoliths::{SettledStatoliths, Statoliths};
+pub use touch::{Thigmotropism, Touch};
 
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -13,4 +13,5 @@ mod light;
 mod memories;
 mod profile;
 mod statoliths;
+mod touch;
 mod waving_roots;

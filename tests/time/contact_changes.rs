@@ -10,7 +10,7 @@ use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps, Statistics};
 use morphorod::support::{Contact, Distance, HalfSpace, Obstacle};
-use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths, Thigmotropism, Touch};
 use morphorod::{DynLaws, Shoot, State, Still};
 use nalgebra::Vector3;
 
@@ -86,6 +86,29 @@ fn touching_and_leaving_a_wall_keeps_the_order_in_time() {
     // The order is that of the method, four. Equilibria with the apex on a wall have errors of up to 2e-8 m, above the
     // error of the shortest step.
     assert!(order(&free) >= 4.0 && order(&touching) >= 3.0, "{touching:?} {free:?}");
+}
+
+#[test]
+fn touch_keeps_the_order_in_time() {
+    // The force per length at the apex rises to 0.4 N/m, from the threshold to half of the saturation in 20 min.
+    let perception = Touch { width: 0.015, threshold: 0.05, saturation: 0.5 };
+    let build = |sensitivity| {
+        let touch = Thigmotropism { sensitivity, perception }.remembered(MEMORY);
+        let gravitropism = Gravitropism { sensitivity: 0.1, perception: SettledStatoliths }.remembered(MEMORY);
+        let laws = (Oscillator::new(1.0, PERIOD), gravitropism, touch);
+        nutating(wall(0.025)).growth(STRETCHING).tropism(laws).into_dyn().build().unwrap()
+    };
+    let mut without = build(0.0);
+    steps_of(120.0).advance(&mut without, 4.0 * HOUR).unwrap();
+    for sensitivity in [0.3, -0.3] {
+        let [touching, free] = errors(|| build(sensitivity), 4.0 * HOUR, [240.0, 120.0, 60.0, 30.0], 4);
+        assert!(order(&free) >= 3.5 && order(&touching) >= 3.0, "{touching:?} {free:?}");
+        let mut shoot = build(sensitivity);
+        steps_of(120.0).advance(&mut shoot, 4.0 * HOUR).unwrap();
+        let moved = (shoot.tip() - without.tip()).norm();
+        println!("moves the tip by {moved:e} m");
+        assert!(moved > 1e4 * free[3], "{moved}");
+    }
 }
 
 #[test]
