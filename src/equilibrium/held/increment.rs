@@ -1,5 +1,5 @@
-//! The increment in time before an equilibrium: the rod at its start, from which friction counts slip, and the motion of
-//! the base and the obstacles.
+//! The increment in time before an equilibrium: the rod at its start, from which friction counts slip, and the motion
+//! of the base and the obstacles.
 
 use nalgebra::{UnitQuaternion, Vector3};
 

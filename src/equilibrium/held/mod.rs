@@ -37,8 +37,8 @@
 //! | no fraction of the step is an improvement | lost if the tangent is negative, rejected otherwise | rejected |
 //! | the steps stagnate at a saddle | – | it is left: moved |
 //!
-//! A rejected attempt is repeated with a larger shift, with which a step that is not finite is an error. A lost one ends
-//! the search at this reach, and the next begins again from the initial guess.
+//! A rejected attempt is repeated with a larger shift, with which a step that is not finite is an error. A lost one
+//! ends the search at this reach, and the next begins again from the initial guess.
 
 mod attempt;
 mod candidate;

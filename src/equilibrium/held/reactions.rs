@@ -1,5 +1,5 @@
-//! The reactions at an equilibrium. Those of contacts that are longer than a point are forces at their ends, and pressure
-//! between.
+//! The reactions at an equilibrium. Those of contacts that are longer than a point are forces at their ends, and
+//! pressure between.
 
 use nalgebra::Vector3;
 

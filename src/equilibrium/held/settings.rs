@@ -40,8 +40,8 @@ pub(super) struct Settings {
     pub additions: usize,
     /// Largest number of further shares for which the contact problem of a step is solved.
     pub shortenings: usize,
-    /// Number of failed shares that are followed by a smaller one. A share fails if its contact problem is not solved or
-    /// its rotation does not decrease.
+    /// Number of failed shares that are followed by a smaller one. A share fails if its contact problem is not solved
+    /// or its rotation does not decrease.
     pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,

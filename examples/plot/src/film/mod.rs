@@ -117,8 +117,8 @@ impl Film {
         let mut out = String::new();
         let _ = write!(
             out,
-            "{{\"poles\":[{}],\"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\"piles\":{piles},\
-             \"times\":[{}],\"lengths\":[{}],\"zones\":[{}],\"data\":\"{}\"}}",
+            "{{\"poles\":[{}],\"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\
+             \"piles\":{piles},\"times\":[{}],\"lengths\":[{}],\"zones\":[{}],\"data\":\"{}\"}}",
             poles.join(","),
             self.speed,
             list(&|frame| frame.time / 3600.0, 4),
