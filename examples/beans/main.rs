@@ -8,8 +8,8 @@
 //! grip are simulated: the place of contact is fixed to the support, or slides on it without friction. Runs with
 //! coefficients of friction of 0.3, 1 and 3 are between them.
 //!
-//! Without the support the place of contact would move on a circle. Its displacement since the first contact is a chord
-//! of this circle. Without slip the force is therefore close to a sine of half of the angular frequency ω of
+//! The place of contact would move on a circle if there were no support. Its displacement since the first contact is a
+//! chord of this circle. Without slip the force is therefore close to a sine of half of the angular frequency ω of
 //! circumnutation.
 //!
 //! # Agreement with the measurements
@@ -18,7 +18,7 @@
 //! - The independence of the mass of the support. A support of ten times the mass changes the force by less than 1 %,
 //!   because the arm is softer than the pendulum. Measured force and mass have a rank correlation of 0.1.
 //! - The need for grip. With a coefficient of friction of 1 the stem slips off after 0.16 (rigid upright part) or 0.50
-//!   (whole stem) of a period, while beans that twine remain for at least 0.75.
+//!   (whole stem) of a period. The fits of beans that twine span 0.75 of a period (median), which is their limit.
 //!
 //! # Differences from the measurements
 //! - The amplitude of single events. Without slip the peak force is 0.6 of the measured one (median) if the whole
