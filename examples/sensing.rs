@@ -2,7 +2,7 @@
 //! experiments.
 //!
 //! 1. *Light and gravity.* A shoot grows in light from the side. The angle from the vertical that its apex reaches is
-//!    compared with tan A = M sin A_P/(1 + M cos A_P), where A_P is the angle of the light and M the ratio of the
+//!    compared with tan A = m sin A_P/(1 + m cos A_P), where A_P is the angle of the light and m the ratio of the
 //!    sensitivities (R. Bastien, S. Douady and B. Moulia 2015, PLoS Comput. Biol. 11:e1004037).
 //! 2. *Two pulses.* Two pulses of light come from opposite sides, one after the other. A kernel with a negative lobe
 //!    responds to the difference of the pulses (M. Rivière and Y. Meroz 2023, PNAS 120:e2306655120). It is fitted by

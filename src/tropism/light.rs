@@ -223,10 +223,10 @@ impl<S: LightSource, F: Fn(f64) -> f64> Perception for Light<S, F> {
 /// Phototropism: growth bends the tissue towards the [light](Light), or away from it if the sensitivity is negative, by
 /// equation (7) with the sensitivity φ (without unit) in place of β. The sum with [`Gravitropism`](super::Gravitropism)
 /// bends the shoot towards β ê3 + φ f(I) l, with the upward vertical ê3 and the unit vector l towards the light. With
-/// an angle A_P of the light from the vertical and the ratio M = φ f(I)/β, the apex reaches the angle A with
+/// an angle A_P of the light from the vertical and the ratio m = φ f(I)/β, the apex reaches the angle A with
 ///
 /// ```text
-/// tan A = M sin A_P/(1 + M cos A_P)
+/// tan A = m sin A_P/(1 + m cos A_P)
 /// ```
 ///
 /// (Bastien, Douady and Moulia, PLoS Comput. Biol. 11:e1004037, 2015).
