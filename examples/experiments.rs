@@ -10,14 +10,16 @@
 //!    59:636–640).
 //! 4. *Inclination.* The rate at which an inclined shoot bends is proportional to the sine of the inclination and does
 //!    not depend on the magnitude of gravity (H. Chauvet and others 2016, Sci. Rep. 6:35431).
-//! 5. *Overshoot.* The apex of a tilted shoot passes the vertical if the balance number B = βℓ/(ηr) exceeds 2.8.
-//! 6. *Steady tilt.* The angle from the vertical decays along the shoot as tan(θ/2) = tan(θ0/2) exp(−s/Lc) with Lc =
-//!    ηr/β (both R. Bastien and others 2013, PNAS 110:755–760).
+//! 5. *Overshoot.* The apex of a tilted shoot passes the vertical if the balance number B = βℓ/(ηr) exceeds 2.8 (R.
+//!    Bastien and others 2013, PNAS 110:755–760). β and η are the gravitropic and the proprioceptive sensitivity
+//!    (without unit), ℓ is the length and r the radius (m).
+//! 6. *Steady tilt.* The angle θ from the vertical, θ0 at the base, decays with the arc length s (m) as tan(θ/2) =
+//!    tan(θ0/2) exp(−s/Lc) with Lc = ηr/β (same source).
 //!
 //! # Results
-//! Experiments 2, 5 and 6 agree with their closed forms, and experiment 4 with the sine law to a percent at 3 g, where
-//! the shoot sags. The period of experiment 3 changes by 0.23 %. In experiment 1 larger tilts entrain the shoot in a
-//! wider range of periods.
+//! Experiments 2, 5 and 6 agree with their closed forms. Experiment 4 agrees with the sine law to 1 % at 3 g, where the
+//! shoot sags; g is the gravitational acceleration on the ground. The period of experiment 3 changes by 0.23 %. In
+//! experiment 1 larger tilts entrain the shoot in a wider range of periods.
 
 #[path = "experiments/centrifuge.rs"]
 mod centrifuge;

@@ -2,7 +2,7 @@
 //!
 //! A root that grows down an inclined plate waves. Noronha, Kaneko and Fujimoto (2026, arXiv:2604.27675) explain the
 //! waves by the delay τ of the gravitropic response: the angle θ of the tip from the direction of gravity in the plate
-//! obeys θ̇ = −k sin θ(t − τ), and the period is four delays.
+//! obeys θ̇ = −k sin θ(t − τ) with the gain k (1/s), and the period is four delays.
 //!
 //! # Model
 //! The cap perceives gravity ([`AtApex`]), and the growth zone of the length ℓg responds with the delay τ and the
@@ -10,20 +10,20 @@
 //! angle from the vertical, β is multiplied by the cosine of this angle, because the plate bears the component across
 //! it. The root is not deformed elastically.
 //!
-//! - *Zone of constant length.* The equation of the angle is exact, with the gain k = β ℓg/(r τg). The oscillations
-//!   begin at ωτ + atan(ωτm) = π/2, kτ = ωτ √(1 + ω²τm²). For τm = 0 the period is 4τ at any amplitude A, and kτ = K,
-//!   the complete elliptic integral of the complementary modulus cos²(A/2) (J. L. Kaplan and J. A. Yorke 1974, J.
-//!   Math. Anal. Appl. 48:317–324).
+//! - *Zone of constant length.* The equation of the angle is exact, with the gain k = β ℓg/(r τg), the radius r (m) and
+//!   the growth time τg (s). The oscillations begin at ωτ + atan(ωτm) = π/2, kτ = ωτ √(1 + ω²τm²), with the angular
+//!   frequency ω (rad/s). For τm = 0 the period is 4τ at any amplitude A, and kτ = K, the complete elliptic integral of
+//!   the complementary modulus cos²(A/2) (J. L. Kaplan and J. A. Yorke 1974, J. Math. Anal. Appl. 48:317–324).
 //! - *Growing zone.* Tissue that is curved and elongates rotates the tip further (Bastien, Douady and Moulia 2014,
 //!   Front. Plant Sci. 5:136). The curvature in the zone is uniform, and small angles grow as exp(λt) with
 //!
 //!   λ² (1 + λτm) + k (λ + 1/τg) exp(−λτ) = 0.
 //!
-//!   Oscillations begin at ωτ + atan(ωτm) = atan(ωτg). The period exceeds four delays. A root whose growth time τg is
+//!   Oscillations begin at ωτ + atan(ωτm) = atan(ωτg). The period exceeds four delays. A root whose growth time is
 //!   shorter than τ + τm oscillates at any gain.
 //! - *Plate.* The root grows in space on a plate at 20° from the vertical, with friction. Gravitropism presses it on
-//!   the plate, and a film of water holds it there. The cells of its zone twist it, so that it skews (Porat and others
-//!   2024, PNAS 121:e2312761121).
+//!   the plate, and a film of water holds it there. The cells of its zone twist it, so that it skews (A. Porat and
+//!   others 2024, PNAS 121:e2312761121).
 //!
 //! # Results
 //! Onset, period and amplitude agree with the closed forms. The period at the onset is four delays without memory, 4.5

@@ -2,19 +2,23 @@
 //! experiments.
 //!
 //! 1. *Light and gravity.* A shoot grows in light from the side. The angle from the vertical that its apex reaches is
-//!    compared with tan A = M sin A_P/(1 + M cos A_P), where A_P is the angle of the light and M the ratio of the
+//!    compared with tan A = m sin A_P/(1 + m cos A_P), where A_P is the angle of the light and m the ratio of the
 //!    sensitivities (R. Bastien, S. Douady and B. Moulia 2015, PLoS Comput. Biol. 11:e1004037).
-//! 2. *Two pulses.* Light from opposite sides, one pulse after the other. A kernel with a negative lobe responds to the
-//!    difference of the pulses (M. Rivière and Y. Meroz 2023, PNAS 120:e2306655120). It is fitted by exponentials.
-//! 3. *A hook.* Differential growth at the basal edge of the growth zone swings a leaf of *Averrhoa carambola*; the
-//!    closed form is Δφ = 2 ΔL δ̇0/(ω R).
-//! 4. *A stochastic drive.* Paths of the tips of three upright shoots that gravitropism holds upright against an
-//!    Ornstein–Uhlenbeck process.
-//! 5. *Touch.* A shoot presses on a pole. Growth bends it towards the pole that it touches, and round it.
+//! 2. *Two pulses.* Two pulses of light come from opposite sides, one after the other. A kernel with a negative lobe
+//!    responds to the difference of the pulses (M. Rivière and Y. Meroz 2023, PNAS 120:e2306655120). It is fitted by
+//!    exponentials.
+//! 3. *A hook.* Differential growth at the basal edge of the growth zone rotates the apex of a leaf of *Averrhoa
+//!    carambola* (Rivière and others 2025, `docs/laws.md`). The closed form is Δφ = 2 ΔL δ̇0/(ω R), with the length ΔL
+//!    (m) of this part, the radius R (m), the amplitude δ̇0 (1/s) of the difference of the growth rates over R, and the
+//!    angular frequency ω (rad/s).
+//! 4. *A stochastic drive.* Paths of the tips of three upright shoots under an Ornstein–Uhlenbeck process. Gravitropism
+//!    limits the angle of the shoots.
+//! 5. *Touch.* A shoot presses on a pole. Differential growth bends it towards the pole, and then round it.
 //!
 //! # Results
-//! The angles agree with the closed form to 5e-10 rad. The fit of the kernel states an error of 2e-7. The hook swings
-//! by 8.087°, as in the closed form. The response to touch bends the shoot by 191° in 7 h, and without it by 15°.
+//! The angles agree with the closed form to 5e-10 rad. The fit of the kernel states an error of 2e-7 of the largest
+//! value. The hook rotates by 8.087°, as in the closed form. With the response to touch the shoot bends by 191° in 7 h,
+//! and without it by 15°.
 //!
 //! # Options
 //! `--seed 5`: other paths. `--lobe 0`: a kernel without a negative lobe. `--touch -1`: growth away from the pole.

@@ -1,12 +1,12 @@
 //! A growing shoot that meets a pole and winds round it.
 //!
-//! An endogenous oscillator bends the growing part of a shoot to an arc, whose direction rotates about the shoot.
-//! The tissue leaves the growth zone with the curvature κ* that it has then. Its direction rotates along the shoot
-//! by τ* = ω/v per length, where ω is the angular frequency of the oscillator and v the speed of growth. The mature
-//! part is therefore a helix with curvature κ* and torsion τ*, of radius κ*/(κ*² + τ*²). A shoot with κ* much
-//! smaller than τ* is almost straight, circumnutates, and loses a pole that it meets. Here both are of the order of
-//! the curvature of the pole: the oscillator turns once while the shoot grows by about one turn of the helix. The
-//! base is inclined so that the axis of the helix is vertical.
+//! An endogenous oscillator bends the growing part of a shoot to an arc, whose direction rotates about the shoot. The
+//! tissue leaves the growth zone with the curvature κ* (1/m) that it has then. The direction of this curvature rotates
+//! along the shoot by τ* = ω/v (1/m), where ω (rad/s) is the angular frequency of the oscillator and v (m/s) the speed
+//! of growth. The mature part is therefore a helix with curvature κ* and torsion τ*, of radius κ*/(κ*² + τ*²). A shoot
+//! with κ* much smaller than τ* is almost straight, circumnutates, and slips off a pole that it meets. Here both are of
+//! the order of the curvature of the pole: the oscillator completes one period while the shoot grows by about one turn
+//! of the helix. The base is inclined so that the axis of the helix is vertical.
 //!
 //! A vertical pole stands beside the base. The shoot meets it, and its growing part continues to rotate round it. If
 //! the pole with the shoot is thicker than the helix, the shoot presses on it along the whole contact. Otherwise it
@@ -19,11 +19,11 @@
 //!
 //! # Options
 //! - `--pole`, `--gap`: radius of the pole, and distance of its surface from the surface of the shoot at the base.
-//! - `--friction 0.3 --pole 1`: with friction, on a thin pole.
+//! - `--friction 0.3 --pole 1`: a thin pole with friction.
 //! - `--film`: an animation in space.
-//! - `--map`: winds, leans, slips off, and passes, over the radius of the pole and the friction.
-//! - `--limit`: the thinnest and the thickest pole on which a wound rod holds itself without friction, compared with
-//!   closed forms.
+//! - `--map`: whether a shoot winds, leans, slips off or passes, over the radius of the pole and the friction.
+//! - `--limit`: the thinnest and the thickest pole on which a wound rod remains without friction, compared with a
+//!   closed form and with a shooting method.
 
 #[path = "twining/coil.rs"]
 mod coil;

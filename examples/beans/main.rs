@@ -1,25 +1,26 @@
 //! Forces of beans that touch a hanging support, predicted from their measured geometry and stiffness.
 //!
-//! Ohad, Porat and Meroz (2026, bioRxiv 2026.03.16.712031) measured the force of circumnutating beans on a light
-//! straw that hangs like a pendulum. The table `bean_events.csv` has 71 contacts. The model of an event is an
-//! upright stem whose arm overhangs: a graded elastic rod without weight, whose free curvature turns by a right
-//! angle and rotates with the measured period. The prediction has no fitted number. The support is a pendulum of the
-//! measured mass and length. It is a spring, because its displacement is small. Two bounds of the grip are
-//! simulated: the place of contact is fixed to the support, or slides on it without friction; coefficients of
-//! friction of 0.3, 1 and 3 are between them.
+//! Ohad, Porat and Meroz (2026, bioRxiv 2026.03.16.712031) measured the force of circumnutating beans on a light straw
+//! that hangs like a pendulum. The table `bean_events.csv` has 71 contacts. The model of an event is an upright stem
+//! with an overhanging arm. It is an elastic rod of varying stiffness without weight. Its intrinsic curvature bends the
+//! arm by a right angle and rotates with the measured period. The prediction has no fitted number. The support is a
+//! pendulum of the measured mass and length. Its displacement is small, hence it acts as a spring. Two bounds of the
+//! grip are simulated: the place of contact is fixed to the support, or slides on it without friction. Runs with
+//! coefficients of friction of 0.3, 1 and 3 are between them.
 //!
-//! The free place of contact moves on a circle, and its distance from where the support was is a chord. Without slip
-//! the force is therefore close to a sine of half of the angular frequency ω of circumnutation.
+//! The place of contact would move on a circle if there were no support. Its displacement since the first contact is a
+//! chord of this circle. Without slip the force is therefore close to a sine of half of the angular frequency ω of
+//! circumnutation.
 //!
-//! # What the model explains
-//! - The time scale. Without slip the frequency of the force is 0.99 ω/2; measured are 0.94 ω/2 with a scatter of 20
-//!   % in the 46 events whose fit reaches the maximum of the force.
-//! - The independence of the mass of the support. A support of ten times the mass changes the force by less than a
-//!   hundredth, because the arm is softer than the pendulum. Measured force and mass have a rank correlation of 0.1.
+//! # Agreement with the measurements
+//! - The time scale. Without slip the frequency of the force is 0.99 ω/2. The measured one is 0.94 ω/2, with a scatter
+//!   of 20 % in the 46 events whose fit reaches the maximum of the force.
+//! - The independence of the mass of the support. A support of ten times the mass changes the force by less than 1 %,
+//!   because the arm is softer than the pendulum. Measured force and mass have a rank correlation of 0.1.
 //! - The need for grip. With a coefficient of friction of 1 the stem slips off after 0.16 (rigid upright part) or 0.50
-//!   (whole stem) of a period, while beans that twine remain for at least 0.75.
+//!   (whole stem) of a period. The fits of beans that twine span 0.75 of a period (median), which is their limit.
 //!
-//! # What it misses
+//! # Differences from the measurements
 //! - The amplitude of single events. Without slip the peak force is 0.6 of the measured one (median) if the whole
 //!   stem bends and twists, and 2.3 if the upright part is rigid; other readings of the geometry give 0.3 to 0.9.
 //!   The scatter is a factor of 2 to 2.5, and the rank correlation with measured forces is between −0.3 and 0.1. The

@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::{Memory, Variable};
 use crate::error::ParameterError;
 
-/// One term of a [`MemoryKernel`]: a exp(−t/τ) cos(ωt + φ).
+/// One term of a [`MemoryKernel`]: a exp(−t/τ) cos(ωt + φ) at the time t (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct KernelTerm {
@@ -58,12 +58,13 @@ impl KernelTerm {
 /// Memory with a kernel K that is a sum of decaying exponentials and oscillations, and a delay τr:
 ///
 /// ```text
-/// K[x](t) = ∫ K(t − τr − τ) x(τ) dτ, integrated up to τ = t − τr;   K(t) = Σ a exp(−t/τ) cos(ωt + φ).
+/// K[x](t) = ∫ K(t − τr − t') x(t') dt', integrated up to t' = t − τr;   K(t) = Σ a exp(−t/τ) cos(ωt + φ).
 /// ```
 ///
-/// With one term, a = 1/τ and ω = 0 it is the exponential [`Memory`]. [`fit`](Self::fit) finds the terms for a kernel
-/// that is given by its values. A kernel with a negative lobe responds to the difference of earlier and later stimuli
-/// (Rivière and Meroz, PNAS 120:e2306655120, 2023). [`filtered`](super::Response::filtered) makes a law of a response.
+/// With one term, a = 1/τ and ω = φ = 0 it is the exponential [`Memory`]. [`fit`](Self::fit) finds the terms for a
+/// kernel that is given by its values. A kernel with a negative lobe responds to the difference of earlier and later
+/// stimuli (M. Rivière and Y. Meroz 2023, PNAS 120:e2306655120). [`filtered`](super::Response::filtered) makes a law of
+/// a response.
 ///
 /// ```
 /// use morphorod::tropism::{Gravitropism, KernelTerm, MemoryKernel, Response, SettledStatoliths};

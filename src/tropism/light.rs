@@ -1,4 +1,4 @@
-//! Perception of light from sources at any place.
+//! Perception of light from sources at any place, and phototropism.
 
 use std::f64::consts::PI;
 
@@ -10,14 +10,14 @@ use crate::scene::earlier;
 
 /// Source of light.
 ///
-/// A function of the time (s) and the position (m, fixed frame) is a source, too, such as a lamp that moves. It must be
+/// A function of the time (s) and the position (m, fixed frame) is also a source, such as a lamp that moves. It must be
 /// smooth in time; [`During`] switches a source on and off.
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
 /// use morphorod::tropism::{LightSource, PointLight};
 ///
-/// // A lamp of 1 W on a circle of 50 cm, once in a day.
+/// // A lamp of 1 W that moves once a day on a circle with a radius of 50 cm.
 /// let lamp = |t: f64, position: &Vector3<f64>| {
 ///     let (sin, cos) = (std::f64::consts::TAU * t / 86_400.0).sin_cos();
 ///     PointLight { position: Vector3::new(0.5 * cos, 0.5 * sin, 0.3), power: 1.0 }.light(t, position)
@@ -29,7 +29,7 @@ pub trait LightSource {
     /// surface that faces the light, W/m².
     fn light(&self, t: f64, position: &Vector3<f64>) -> Vector3<f64>;
 
-    /// Whether the light depends on the position, which is NaN otherwise; `true` by default.
+    /// Whether the light depends on the position; `true` by default. If it does not, the position is NaN.
     fn reads_position(&self) -> bool {
         true
     }
@@ -76,7 +76,7 @@ impl LightSource for ParallelLight {
     }
 }
 
-/// Point that emits the same power in all directions. At a distance d the irradiance is P/(4π d²).
+/// Point that emits the power P (W) uniformly in all directions. At a distance d (m) the irradiance is P/(4π d²).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointLight {
@@ -99,7 +99,7 @@ impl LightSource for PointLight {
 }
 
 /// Straight line between two points, each part of which emits as a [`PointLight`]. The vectors of its parts add. At a
-/// distance d from the middle of a long line with the power P' per length the irradiance is P'/(2π d).
+/// distance d (m) from the middle of a long line with the power P' per length (W/m) the irradiance is P'/(2π d).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LineLight {
@@ -166,7 +166,7 @@ impl<S: LightSource> LightSource for During<S> {
 /// Perception of the light at the place of the tissue, or at the apex with [`AtApex`](super::AtApex).
 ///
 /// The signal is (l1, l2), the components along d1 and d2 of a vector towards the light. Its length is f(I), a function
-/// of the irradiance I:
+/// without unit of the irradiance I (W/m²), with a reference I0 (W/m²):
 ///
 /// - f(I) = I/I0 is linear: the response to a pulse depends on its *dose*, irradiance times duration (reciprocity);
 /// - f(I) = ln(1 + I/I0) is the law of Weber and Fechner for strong light;
@@ -186,7 +186,7 @@ impl<S: LightSource> LightSource for During<S> {
 pub struct Light<S, F> {
     /// The source of light.
     pub source: S,
-    /// f, the strength of the stimulus as a function of the irradiance (W/m²). The light is not perceived where its
+    /// Strength f of the stimulus as a function of the irradiance (W/m²). The light is not perceived where its
     /// irradiance is zero.
     pub strength: F,
 }
@@ -221,12 +221,12 @@ impl<S: LightSource, F: Fn(f64) -> f64> Perception for Light<S, F> {
 }
 
 /// Phototropism: growth bends the tissue towards the [light](Light), or away from it if the sensitivity is negative, by
-/// equation (7) with the sensitivity φ in place of β. The sum with [`Gravitropism`](super::Gravitropism) bends the
-/// shoot towards β ê3 + φ f(I) l, with l the direction of the light: at an angle A_P of the light from the vertical and
-/// M = φ f(I)/β, it reaches the angle A with
+/// equation (7) with the sensitivity φ (without unit) in place of β. The sum with [`Gravitropism`](super::Gravitropism)
+/// bends the shoot towards β ê3 + φ f(I) l, with the upward vertical ê3 and the unit vector l towards the light. With
+/// an angle A_P of the light from the vertical and the ratio m = φ f(I)/β, the apex reaches the angle A with
 ///
 /// ```text
-/// tan A = M sin A_P/(1 + M cos A_P)
+/// tan A = m sin A_P/(1 + m cos A_P)
 /// ```
 ///
 /// (Bastien, Douady and Moulia, PLoS Comput. Biol. 11:e1004037, 2015).

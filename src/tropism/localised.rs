@@ -9,20 +9,20 @@ use crate::error::ParameterError;
 /// tissue grows through it.
 ///
 /// The growth gradient of the inner law is multiplied by a window w(σ) of the distance σ from the apex, which rises
-/// from zero to one and falls again over the length `edge` about each end, and has two continuous derivatives. Its
-/// integral is the distance of the ends.
+/// from zero to one and falls to zero over the length `edge` about each end. It has two continuous derivatives, and its
+/// integral is the distance between the ends.
 ///
 /// The hook of *Averrhoa carambola* swings in a plane by differential growth at the basal edge of its growth zone
 /// (Rivière, Peaucelle, Derr and Douady, *Plant nutation relies on steady propagation of spatially asymmetric growth
-/// pattern*, 2025). A difference δ̇0 of growth rates over the radius R that oscillates with the period 2π/ω on a length
-/// ΔL swings the apex by
+/// pattern*, Cambridge University Press, online 1 July 2025). The growth rates on the axis and at the radius R (m)
+/// differ by at most δ̇0 (1/s) on a length ΔL (m), with the angular frequency ω (rad/s). The apex then rotates by
 ///
 /// ```text
 /// Δφ = 2 ΔL δ̇0/(ω R),
 /// ```
 ///
-/// from one side to the other, if tissue passes a small part of ΔL in a period. Two [oscillators](super::Oscillator) of
-/// opposite senses oscillate in a plane:
+/// (rad) from one side to the other, if tissue passes a small part of ΔL in a period. Two
+/// [oscillators](super::Oscillator) of opposite senses oscillate in a plane:
 ///
 /// ```
 /// use morphorod::tropism::{Handedness, Localised, Oscillator};

@@ -19,8 +19,10 @@ const LEVELS: u32 = 8;
 /// r u̇1* = α REGR x1(t),   r u̇2* = α REGR x2(t).
 /// ```
 ///
-/// x1 and x2 are independent Ornstein–Uhlenbeck processes with mean zero, variance one and the correlation exp(−|s|/τ)
-/// at a distance s in time. In an elliptic section r is the semi-axis along d2 for u1, and that along d1 for u2.
+/// Here u1* and u2* (1/m) are the intrinsic curvatures, r (m) is the radius, and REGR (1/s) the relative elemental
+/// growth rate. x1 and x2 are independent Ornstein–Uhlenbeck processes with mean zero, variance one and the correlation
+/// exp(−|s|/τ) at a distance s in time. In an elliptic section r is the semi-axis along d2 for u1, and that along d1
+/// for u2.
 ///
 /// The process is a function of the seed and the time. Its values at knots τ/8 apart have the exact distribution: each
 /// is drawn between two known ones from a random number that depends on the seed and the place of the knot alone. They
@@ -28,7 +30,7 @@ const LEVELS: u32 = 8;
 /// variance is 0.934, and its covariance is 1.005 exp(−s/τ) from s = τ/2 on.
 ///
 /// A run repeats bit for bit, also after it is resumed from its [`State`](crate::State). A rejected step does not
-/// change what follows, and the order in time is that without the law. Time steps of more than τ/8 are refused.
+/// change the process, and the law does not reduce the order in time. Time steps of more than τ/8 are refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[doc(alias = "noise")]

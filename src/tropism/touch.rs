@@ -1,4 +1,4 @@
-//! Perception of the contact with obstacles.
+//! Perception of contact with obstacles, and thigmotropism.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use super::{Declaration, DirectionalTropism, Perception, Site, Source};
 use crate::error::ParameterError;
 use crate::rod::Rod;
 
-/// Perception of the forces with which [obstacles](crate::support::Contact) push the shoot.
+/// Perception of the forces of [obstacles](crate::support::Contact) on the shoot.
 ///
 /// The stimulus is the force per length f (N/m) on the shoot in the present equilibrium. Tissue senses the forces
 /// within a distance w along the shoot. A force F at the arc length a contributes F K(s − a) at the arc length s, with
@@ -17,10 +17,10 @@ use crate::rod::Rod;
 /// ```
 ///
 /// The part of the kernel beyond an end of the shoot is reflected, so that the integral of f along the shoot is the sum
-/// of the forces. The width w is a property of the tissue: of the deformation under a force at a point, and of signals
-/// between cells. It is not a parameter of the method. The mesh must resolve it, with elements of at most w. The forces
-/// of a contact over a length are the weights of a quadrature of its pressure, and f approximates the convolution of
-/// pressure and kernel.
+/// of the forces. The width w is a property of the tissue, and not of the method. It depends on the deformation under a
+/// force at a point, and on signals between cells. The mesh must resolve it, with elements of at most w. The forces of
+/// a contact over a length are quadrature weights times its pressure, and f approximates the convolution of pressure
+/// and kernel.
 ///
 /// The signal is (t1, t2), the components along d1 and d2 of a vector without unit towards the obstacle, opposite to
 /// the part f⊥ of f across the shoot. The part along the shoot, mainly friction, has no effect. With the threshold fT
@@ -30,13 +30,14 @@ use crate::rod::Rod;
 /// S = x³ (10 − 15 x + 6 x²),    x = (|f⊥| − fT)/(fS − fT) between 0 and 1,
 /// ```
 ///
-/// zero up to fT and one from fS on. It has two continuous derivatives. Holds and springs are not sensed, and neither
-/// are forces that act in other shapes than the present one. The friction force of an obstacle across the shoot, at
-/// most μ times the normal force, is part of f⊥.
+/// zero up to fT and one from fS on. It has two continuous derivatives. Holds and springs are not sensed. Only forces
+/// in the present shape are sensed. The friction force of an obstacle across the shoot is part of f⊥; it is at most the
+/// coefficient of friction times the normal force.
 ///
-/// A [`Memory`](super::Memory) of the signal relaxes. After a time T of contact with a constant signal it is 1 −
-/// exp(−T/τm) of the signal, and after the end of the contact it decays with the same time constant. It thus measures
-/// the time since the contact began. [`AtApex`](super::AtApex) senses the forces within w of the apex alone.
+/// A [`Memory`](super::Memory) with the memory time τm (s) and the delay τr (s) responds gradually. After the time T +
+/// τr in contact with a constant signal it is 1 − exp(−T/τm) of the signal. After the end of the contact it decays with
+/// the same time constant. It thus measures the time since the contact began. [`AtApex`](super::AtApex) senses only the
+/// forces within w of the apex.
 ///
 /// ```
 /// use morphorod::growth::UniformGrowth;
@@ -81,8 +82,8 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// Force per length f of the obstacles on a rod in its last equilibrium at an arc length (m), in the fixed frame,
-    /// N/m. A normal force points away from its obstacle. Zero without contact, and for a width that is not positive.
+    /// Force per length f (N/m) of the obstacles on a rod in its last equilibrium, at an arc length (m), in the fixed
+    /// frame. A normal force points away from its obstacle. Zero without contact, and for a width that is not positive.
     #[must_use]
     pub fn force_per_length(&self, rod: &Rod, arc_length: f64) -> Vector3<f64> {
         let pushes = || rod.reactions().iter().filter(|reaction| reaction.obstacle.is_some());
@@ -139,9 +140,10 @@ impl Perception for Touch {
 /// r u̇1* = −χ REGR M[t2],   r u̇2* = +χ REGR M[t1].
 /// ```
 ///
-/// A saturated signal changes the curvature in one growth time by χ over the radius. Tendrils bend towards the touched
-/// side (C. Darwin 1875, *The Movements and Habits of Climbing Plants*; M. J. Jaffe and A. W. Galston 1968, *The
-/// physiology of tendrils*, Annu. Rev. Plant Physiol. 19:417–434).
+/// Here u1* and u2* (1/m) are the intrinsic curvatures, r (m) is the radius, REGR (1/s) the relative elemental growth
+/// rate, and M the memory. A saturated signal changes the curvature in one growth time by χ/r. Tendrils bend towards
+/// the touched side (C. Darwin 1875, *The Movements and Habits of Climbing Plants*; M. J. Jaffe and A. W. Galston 1968,
+/// *The physiology of tendrils*, Annu. Rev. Plant Physiol. 19:417–434).
 ///
 /// The signal of a shoot without contact is zero in all neighbouring shapes. [`stability`](crate::stability) and
 /// [`cycle`](crate::cycle) refuse shoots that touch an obstacle, and therefore treat the law exactly.
