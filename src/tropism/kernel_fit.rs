@@ -54,17 +54,21 @@ impl MemoryKernel {
             sum,
             "not zero, and finite (1/s)",
         )?;
-        let fitted: Vec<f64> = values.iter().step_by(2).copied().collect();
+        // Squares of scaled values do not overflow.
+        let fitted: Vec<f64> = values.iter().step_by(2).map(|value| value / largest).collect();
         let rows = fitted.len() / 2;
         let hankel = DMatrix::from_fn(rows, fitted.len() + 1 - rows, |i, j| fitted[i + j]);
         let vectors = hankel.svd(true, false).u.unwrap_or_default();
         let fits = (1..=most.min(vectors.ncols())).filter_map(|n| {
             let rates = rates(&vectors.columns(0, n).into_owned())?;
-            let terms = terms(&fitted, 2.0 * spacing, &rates)?;
+            let mut terms = terms(&fitted, 2.0 * spacing, &rates)?;
+            terms.iter_mut().for_each(|term| term.amplitude *= largest);
             let kernel = Self { terms, delay: 0.0 };
             let error = |(i, value): (usize, &f64)| (kernel.at(i as f64 * spacing) - value).abs();
-            let error = values.iter().enumerate().map(error).fold(0.0, f64::max) / largest;
-            error.is_finite().then_some((kernel, error))
+            // The largest error is NaN if any is.
+            let error = values.iter().enumerate().map(error).max_by(f64::total_cmp)? / largest;
+            let finite = kernel.check().is_ok() && kernel.integral().is_finite() && error.is_finite();
+            finite.then_some((kernel, error))
         });
         let best = fits.min_by(|(_, a), (_, b)| a.total_cmp(b));
         best.ok_or(ParameterError::refused(

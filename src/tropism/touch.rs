@@ -18,9 +18,9 @@ use crate::rod::Rod;
 ///
 /// The part of the kernel beyond an end of the shoot is reflected, so that the integral of f along the shoot is the sum
 /// of the forces. The width w is a property of the tissue, and not of the method. It depends on the deformation under a
-/// force at a point, and on signals between cells. The mesh must resolve it, with elements of at most w. The forces of
-/// a contact over a length are quadrature weights times its pressure, and f approximates the convolution of pressure
-/// and kernel.
+/// force at a point, and on signals between cells. Elements must resolve it, and the shorter length over which the
+/// signal rises where f is much larger than the saturation below. The forces of a contact over a length are quadrature
+/// weights times its pressure, and f approximates the convolution of pressure and kernel.
 ///
 /// The signal is (t1, t2), the components along d1 and d2 of a vector without unit towards the obstacle, opposite to
 /// the part f⊥ of f across the shoot. The part along the shoot, mainly friction, has no effect. With the threshold fT
@@ -94,7 +94,7 @@ impl Touch {
         let width = self.width.min(length);
         let kernel = |distance: f64| {
             let rest = (1.0 - (distance / width).powi(2)).max(0.0);
-            315.0 / (256.0 * width) * rest.powi(4)
+            if rest > 0.0 { 315.0 / (256.0 * width) * rest.powi(4) } else { 0.0 }
         };
         pushes().fold(Vector3::zeros(), |sum, at| {
             let (s, a) = (arc_length, at.arc_length);

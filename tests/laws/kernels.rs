@@ -160,6 +160,13 @@ fn exponentials_are_recovered_and_bad_values_are_refused() {
         // Rounding of the values, times the condition of the fit.
         assert_abs_diff_eq!(numbers(found)[..], numbers(expected)[..], epsilon = 1e-8);
     }
+    // Squares of these values overflow, and a rule that ignored NaN would state the error zero.
+    let large: Vec<f64> = values.iter().map(|value| 1e303 * value).collect();
+    assert!(MemoryKernel::fit(&large, 60.0, 3).unwrap().1 < 1e-10);
+    let alternating: Vec<f64> = (0..82).map(|i| if i % 2 == 0 { 1e300 } else { -1e300 }).collect();
+    // The values between the fitted ones have the other sign.
+    let (kernel, error) = MemoryKernel::fit(&alternating, 60.0, 6).unwrap();
+    assert!(kernel.check().is_ok() && error > 1.0, "{error}");
     let refused =
         |values: &[f64], spacing: f64, most: usize| MemoryKernel::fit(values, spacing, most).unwrap_err().to_string();
     assert!(refused(&values, 0.0, 3).contains("spacing"));
