@@ -60,7 +60,8 @@ impl HeldSearch<'_> {
         let merit = self.merit(rod, energy);
         self.found.energy = merit.energy;
         let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
-        // In contact, without a guard, a step that is not accepted as a whole shows whether the rod is unstable.
+        // In contact, Newton's method tests the tangent only after a step that is too long or that the line search
+        // shortens or refuses.
         let is_newton = self.is_loaded() && !course.is_guarded() && self.stable && shift == 0.0;
         loop {
             let linear = self.linearise(rod);
@@ -132,11 +133,12 @@ impl HeldSearch<'_> {
         pivots: Inertia,
         fraction: Option<f64>,
     ) -> bool {
-        let turns = self.body.system().turns.clone();
+        let (turns, base) = (self.body.system().turns.clone(), self.body.system().base);
         self.return_to(rod, start);
         let unstable = self.is_unstable(&trial.linear, pivots);
         if !unstable && let Some(fraction) = fraction {
-            self.body.system_mut().turns = turns;
+            let system = self.body.system_mut();
+            (system.turns, system.base) = (turns, base);
             self.move_by(rod, start, trial, fraction);
         }
         unstable
@@ -214,7 +216,8 @@ impl HeldSearch<'_> {
             let short = chords && trial.turn < SETTINGS.chord_turn;
             if factor >= 1.0 && !short {
                 self.correct(rod, start, trial);
-                // The linear rod holds where corrections lead to the conditions.
+                // The linear rod does not hold for this share if the corrections leave a penetration or pass an
+                // obstacle.
                 let permitted = SETTINGS.permitted * self.length + before * (1.0 - 0.5 * trial.linear.share);
                 if deepest(&self.candidates) > permitted || self.safe_share(rod, start) < 1.0 {
                     factor = 0.0;
@@ -263,7 +266,8 @@ impl HeldSearch<'_> {
         true
     }
 
-    /// Whether a step needs no comparison of merits: it converges, or its change of the energy is close to rounding.
+    /// Whether a step needs no comparison of merits: it converges, its change of the energy is close to rounding, or an
+    /// unstable equilibrium is sought.
     /// With friction, two shapes may satisfy the laws in turn.
     fn is_unchecked(&self, trial: &Trial, shift: f64, course: &Course) -> bool {
         let rubs = trial.contacts.iter().any(|at| at.friction > 0.0);

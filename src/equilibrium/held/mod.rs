@@ -8,37 +8,44 @@
 //! ```text
 //! run                              increments of holds, base and obstacles                     path
 //!   settle                         Newton's method, a descent nearby, a descent to any         path
-//!     iterate                      until the rod is in equilibrium on nodes at the contacts    newton
-//!       add and drop candidates                                                                candidates
-//!       step                       attempts with a larger shift of the tangent each            newton
-//!         attempt                                                                              attempt
-//!           factorise              tangent with contact forces as dead loads, and the shift    search
-//!           linearise              compliance between holds, springs and candidates            linearise, response
-//!           test_tangent           straight rods, negative directions                          saddle, inertia
-//!           solve_trial            contact problem, and the step of the rod                    step, reduced, solve
-//!           fit                    largest share of the residual whose step is in range        attempt
-//!           correct                return to the conditions, with the same factors             step
-//!           descend                largest fraction of the step that is an improvement         merit
-//!       ends                       after a whole step without a shift                          newton
-//!         chord                    further steps with the same factors                         step
-//!         move_nodes               nodes to the contacts and to the ends of segments           placement
-//!         find_inertia             number of negative directions that the supports permit      inertia
+//!     find                         iterates, and once more without moving nodes if that fails  newton
+//!       iterate                    until the rod is in equilibrium on nodes at the contacts    newton
+//!         drop, add candidates                                                                 newton, candidates
+//!         step                     attempts with a larger shift of the tangent each            newton
+//!           attempt                                                                            attempt
+//!             factorise            tangent with contact forces as dead loads, and the shift    search
+//!             linearise            compliance between holds, springs and candidates            linearise, response
+//!             test_tangent         straight rods, negative directions                          attempt, saddle
+//!             solve_trial          contact problem, and the step of the rod                    step, reduced, solve
+//!             leave_saddle         instead of steps that stagnate at a saddle                  saddle
+//!             fit                  a share of the residual whose step is in range              attempt
+//!               correct            return to the conditions, with the same factors             step
+//!             add_to               candidates that the step penetrates, and a new linear rod   attempt
+//!             descend              first fraction of the step that is an improvement           merit
+//!         ends                     after a whole step without a shift                          newton
+//!           chord                  further steps with the same factors                         step
+//!           move_nodes             nodes to the contacts and to the ends of segments           newton, placement
+//!           find_inertia           number of negative directions that the supports permit      newton, inertia
 //! ```
 //!
-//! An attempt that is not accepted has one of these outcomes. Newton's method in contact does not test the tangent
-//! before a step, since the tangent may be negative on its way to a stable equilibrium.
+//! In a search for a stable equilibrium, an attempt that is not accepted has one of these outcomes. In contact,
+//! Newton's method does not test the tangent before a step, since it may be negative on the way to a stable
+//! equilibrium. With a shift its attempts are rejected where those of the first column are lost.
 //!
-//! | what is found | Newton's method in contact | a descent, or a rod without contact |
+//! | what is found | Newton's method in contact, without a shift | a descent, or a rod without contact |
 //! |---|---|---|
 //! | the rod is too straight to yield to a violated condition | it is bent: moved | the same |
-//! | the tangent is negative in a permitted direction | lost, if the step is not accepted as a whole | rejected |
+//! | the tangent is negative in a permitted direction | lost, if the line search shortens the step | rejected |
 //! | the step is not finite, or longer than 10 rad | lost if the tangent is negative, rejected otherwise | rejected |
-//! | no share of the step is in range | lost, unless nodes have moved | rejected |
+//! | no share of the step is in range | lost, unless an answer on earlier nodes is kept | rejected |
 //! | no fraction of the step is an improvement | lost if the tangent is negative, rejected otherwise | rejected |
-//! | the steps stagnate at a saddle | – | it is left: moved |
+//! | the steps stagnate at a saddle | – | moved; at the fifth saddle an error |
 //!
-//! A rejected attempt is repeated with a larger shift, with which a step that is not finite is an error. A lost one
-//! ends the search at this reach, and the next begins again from the initial guess.
+//! A rejected attempt is repeated with a larger shift, up to a largest one, where the iteration fails. With a shift, a
+//! step that is not finite is an error. A lost attempt makes the iteration fail. The next way of [`trial::Reach`], if
+//! there is one, begins again from the initial guess. A search for an unstable equilibrium rejects no tangent and no
+//! long step. It is lost where the number of negative directions is larger by more than `SETTINGS.passed` than at
+//! first.
 
 mod attempt;
 mod candidate;

@@ -1,9 +1,9 @@
 //! The Newton iteration for a rod in contact.
 //!
 //! Each iteration factorises the tangent of the rod with its present reactions, and solves the frictional contact
-//! problem of the linear rod for a share of the step that fits. It takes the largest fraction of this step with which
-//! the merit or the residual decreases. Steps that converge are not compared, and a rejected step is repeated with a
-//! larger shift of the tangent.
+//! problem of the linear rod for a share of the unbalanced couples and violations whose step is in range. It takes the
+//! first of the fractions 1, ½, ¼, … of this step with which the merit or the residual decreases. Steps that converge
+//! are not compared, and a rejected step is repeated with a larger shift of the tangent.
 
 use super::candidate::Candidate;
 use super::increment::Before;
@@ -31,8 +31,8 @@ const BALANCED: f64 = 1e-13;
 const CLOSE: (f64, f64) = (1e-6, 20.0);
 
 impl HeldSearch<'_> {
-    /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, the
-    /// result is the equilibrium on the nodes before.
+    /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, it
+    /// continues once from the shape before the last move, and nodes then stay.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
         let line = if reach == Reach::Near { rod.centre_line_at(COMPARED) } else { Vec::new() };
         let (last, shift, next, saddles, negative) = (f64::INFINITY, 0.0, 0.0, 0, None);
@@ -87,8 +87,8 @@ impl HeldSearch<'_> {
             }
             course.last = turn;
             if course.reach == Reach::Far && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
-                // In a descent friction dissipates energy in every step: slip counts from the last one. The places
-                // without slip have to be those of the present shape in the next step.
+                // In a descent to any equilibrium friction dissipates energy in every step: slip counts from the last
+                // one. In a descent nearby it counts from the start of the increment.
                 self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
                 self.locate(rod);
             }
@@ -103,7 +103,7 @@ impl HeldSearch<'_> {
         let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
         let converged = loop {
-            // The tangent of a chord has shown its accuracy in the step before.
+            // The ratio of a chord to the step before shows the accuracy of the tangent.
             let distance = if chords == 0 { step.drift } else { turn };
             let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, (last, distance));
             let enough = !self.is_loaded() || self.found.error <= SETTINGS.chord_error * self.tolerance;
@@ -192,13 +192,14 @@ impl HeldSearch<'_> {
         let (first, factor) = SETTINGS.shift;
         let least = SETTINGS.least_shift * self.force_scale();
         let mut shift = if self.is_loaded() && course.next > least { course.next } else { 0.0 };
-        // The inertia belongs to the tangent of this step. Attempts with a shift may not evaluate it.
+        // Attempts with a shift may not evaluate the inertia. That of the step before does not belong to this one.
         self.found.inertia = Inertia::default();
         let mut needed = false;
         loop {
             match self.attempt(rod, course, (shift, needed))? {
                 Attempt::Accepted(step) => {
-                    // A rod without contact is tested without a shift in each step.
+                    // In a descent without contact each step begins without a shift, and one that needs none keeps the
+                    // last.
                     if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
                         let rotations = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
                         let whole = step.fraction == 1.0;

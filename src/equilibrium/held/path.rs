@@ -57,7 +57,7 @@ impl HeldSearch<'_> {
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
             let next = if followed { self.safe_end(rod, next) } else { next };
-            let (before, since) = (self.snapshot(rod), followed.then(|| self.before.clone()));
+            let before = self.snapshot(rod);
             self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
@@ -70,14 +70,12 @@ impl HeldSearch<'_> {
                 Ok(()) => {
                     done = next;
                     if followed {
-                        // Each increment is one of friction.
+                        // Slip counts from the end of this increment. If only holds move, it counts from the start of
+                        // the time step.
                         self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
                     }
                 }
                 Err(error) if error.is_recoverable() && !smallest => {
-                    if let Some(since) = since {
-                        self.before = since;
-                    }
                     self.set_share(done);
                     self.restore(rod, &before);
                     share = 0.5 * share.min(next - done);
@@ -212,13 +210,9 @@ impl HeldSearch<'_> {
             Err(error) if !self.nearby && error.is_recoverable() => {}
             result => return result,
         }
-        let before = self.before.clone();
-        let result = self.find_stable(rod, &guess, Reach::Far);
-        match result {
-            Ok(()) => self.found.jump = Some(displacement(rod, &guess.rod.centre_line_at(COMPARED))),
-            Err(_) => self.before = before,
-        }
-        result
+        self.find_stable(rod, &guess, Reach::Far)?;
+        self.found.jump = Some(displacement(rod, &guess.rod.centre_line_at(COMPARED)));
+        Ok(())
     }
 
     /// Whether a descent follows where Newton's method fails.

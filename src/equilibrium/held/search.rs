@@ -72,6 +72,7 @@ pub(super) struct Snapshot {
     frames: Vec<HeldFrame>,
     joints: Joints,
     candidates: Vec<Candidate>,
+    before: Before,
     energy_scale: f64,
 }
 
@@ -173,6 +174,7 @@ impl<'a> HeldSearch<'a> {
             frames: self.frames.clone(),
             joints: self.body.system().joints.clone(),
             candidates: self.candidates.clone(),
+            before: self.before.clone(),
             energy_scale: self.energy_scale,
         }
     }
@@ -183,6 +185,7 @@ impl<'a> HeldSearch<'a> {
         self.frames.clone_from(&snapshot.frames);
         self.body.system_mut().joints.clone_from(&snapshot.joints);
         self.candidates.clone_from(&snapshot.candidates);
+        self.before.clone_from(&snapshot.before);
         self.energy_scale = snapshot.energy_scale;
         self.body.renew_load(rod);
         self.locate(rod);

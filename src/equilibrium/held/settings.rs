@@ -8,11 +8,11 @@ pub(super) struct Settings {
     /// is the largest displacement relative to the sum of gap and radius. The linear model of the gap holds within it,
     /// and a rod does not pass through a thin pole.
     pub approach: f64,
-    /// Largest number of iterations of a search next to the initial guess, and of a descent to any equilibrium. Nearly
+    /// Largest number of iterations of Newton's method or a descent nearby, and of a descent to any equilibrium. Nearly
     /// all searches that succeed take fewer.
     pub iterations: [usize; 2],
-    /// Largest displacement of the centre line from the initial guess to an equilibrium that is next to it, relative to
-    /// the length. It exceeds the motions that follow failures of Newton's method next to an equilibrium.
+    /// Largest displacement of the centre line from the initial guess in a descent nearby, relative to the length. It
+    /// exceeds the motions that follow failures of Newton's method next to an equilibrium.
     pub nearby: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
@@ -29,19 +29,20 @@ pub(super) struct Settings {
     pub decrease: (f64, f64),
     /// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
     pub slow: f64,
-    /// Rotation in a step below which the merit is not compared, rad: its change is close to rounding.
+    /// Rotation in a step below which the iteration may end, and the merit is not compared without friction, rad: its
+    /// change is close to rounding.
     pub small_turn: f64,
     /// Largest number of steps by which the rod returns to its conditions, with the existing factors.
     pub corrections: usize,
-    /// Penetration after a corrected step, relative to the length, above which the step is shortened. The part of an
-    /// earlier penetration that the step leaves is added to it.
+    /// Penetration after a corrected step, relative to the length, above which the step is shortened. An earlier
+    /// penetration times 1 − share/2 is added to it.
     pub permitted: f64,
     /// Largest number of times that contacts are added to a step that would penetrate an obstacle.
     pub additions: usize,
     /// Largest number of further shares for which the contact problem of a step is solved.
     pub shortenings: usize,
-    /// Number of failed shares that are followed by a smaller one. A share fails if its contact problem is not solved
-    /// or its rotation does not decrease.
+    /// Number of failed shares after which the next one that is out of range ends the search for a share. A share fails
+    /// if its contact problem is not solved or its rotation does not decrease.
     pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,
@@ -52,7 +53,8 @@ pub(super) struct Settings {
     pub placing_turn: f64,
     /// As `placing_turn`, for a step in which the contacts keep their states.
     pub settled_turn: f64,
-    /// Rotation in a step after which steps with the same factors follow, rad, and their largest number.
+    /// Rotation in a step below which, with obstacles, steps with the same factors follow, rad, and their largest
+    /// number.
     pub chord_turn: f64,
     pub chords: usize,
     /// Error relative to the tolerance at which they end. A contact whose force is almost zero must not begin and end

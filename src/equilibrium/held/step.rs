@@ -196,8 +196,8 @@ impl HeldSearch<'_> {
         self.locate(rod);
     }
 
-    /// The share of the motion from the start of a step within which no part of the rod approaches an obstacle too far,
-    /// and no contact passes to its other side.
+    /// The factor, possibly above one, by which the motion from the start of a step may be longer so that no part of
+    /// the rod approaches an obstacle too far, and no contact passes to its other side.
     pub(super) fn safe_share(&self, rod: &Rod, start: &Start) -> f64 {
         if self.obstacles.contacts.is_empty() {
             return 1.0;
@@ -214,8 +214,8 @@ impl HeldSearch<'_> {
         share
     }
 
-    /// Corrects a whole step for the difference between the linear rod and the rod, with the existing factors, as long
-    /// as the difference decreases and the step does not grow.
+    /// Corrects a step of any share, without a line search, for the difference between the linear rod and the rod. The
+    /// existing factors serve as long as each correction halves the difference and the rotation does not double.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
         let mut offset = DVector::zeros(trial.linear.response.size());
         let (mut last, turn) = (f64::INFINITY, trial.turn);

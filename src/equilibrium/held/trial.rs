@@ -13,10 +13,12 @@ use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
 use crate::equilibrium::system::Configuration;
 
-/// How far from the initial guess a search looks for an equilibrium.
+/// How a search looks for an equilibrium.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Newton's method. In contact it ends where no share of a step is in range or the rod is unstable.
+    /// Newton's method, at any distance from the initial guess. In contact it fails where a step without a shift has no
+    /// share in range, where the line search shortens such a step while the rod is unstable, and where three steps in
+    /// succession stall.
     Newton,
     /// A descent that ends where it leaves the neighbourhood of the initial guess. Friction acts on the displacement
     /// since the start of the increment.
@@ -41,7 +43,8 @@ pub(super) struct Course {
     pub negative: Option<usize>,
     /// Whether a straight rod was bent.
     pub bowed: bool,
-    /// Number of times that nodes have moved to the contacts, and the equilibrium on the nodes before the last time.
+    /// Number of times that nodes have moved to the contacts, and the shape before the last time, which
+    /// is almost in equilibrium on its nodes.
     pub placements: usize,
     pub answer: Option<Snapshot>,
     /// Largest distance by which nodes moved then, relative to the length; infinite before.
@@ -94,8 +97,9 @@ pub(super) enum Attempt {
     Moved,
     /// A larger shift is needed.
     Rejected,
-    /// The rod is unstable in a direction that its supports permit, or no share of a Newton step fits: no equilibrium
-    /// is next to it.
+    /// The iteration fails. In contact and without a shift, no share of the step is in range, or the rod is unstable
+    /// and the step is not taken as a whole. In a search for an unstable equilibrium there are too many negative
+    /// directions.
     Lost,
 }
 
