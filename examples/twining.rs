@@ -20,6 +20,7 @@
 //! # Options
 //! - `--pole`, `--gap`: radius of the pole, and distance of its surface from the surface of the shoot at the base.
 //! - `--friction 0.3 --pole 1`: a thin pole with friction.
+//! - `--yields 10`: a pole on springs, which moves by 10 mm/N without rotation. The force on it is in `force.svg`.
 //! - `--film`: an animation in space.
 //! - `--map`: whether a shoot winds, leans, slips off or passes, over the radius of the pole and the friction.
 //! - `--limit`: the thinnest and the thickest pole on which a wound rod remains without friction, compared with a
@@ -43,11 +44,11 @@ use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
-use morphorod::support::{Contact, Cylinder};
+use morphorod::support::{Contact, Cylinder, Distance, Obstacle};
 use morphorod::tropism::Oscillator;
 use morphorod::{Model, Order, ParameterError, Shoot, Still};
 use morphorod_plot::{Film, Frame, Opt, Options, Progress, println};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use record::Record;
 
 const HOUR: f64 = 3600.0;
@@ -60,6 +61,27 @@ const ZONE: f64 = 8e-3;
 /// Length at t = 0, relative to the growth zone.
 const INITIAL: f64 = 0.4;
 
+/// A pole on springs.
+struct Pole {
+    body: Cylinder,
+    /// Displacement per horizontal force, m/N.
+    yields: f64,
+}
+
+impl Obstacle for Pole {
+    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+        self.body.distance(place, time)
+    }
+
+    fn compliance(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::new(self.yields, self.yields, 0.0))
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.body.check()
+    }
+}
+
 /// Parameters of a run.
 #[derive(Debug, Clone, Copy)]
 struct Setup {
@@ -71,6 +93,8 @@ struct Setup {
     pole: f64,
     /// Distance between the surfaces of pole and shoot at the base, m.
     gap: f64,
+    /// Displacement of the pole per horizontal force, m/N.
+    yields: f64,
     /// Coefficient of friction.
     friction: f64,
     /// Number of elements of the growth zone.
@@ -116,7 +140,11 @@ impl Setup {
             .tropism(Oscillator { phase, ..Oscillator::new(sensitivity, PERIOD) })
             .load(Weight { density: 1000.0 })
             .scene(Still { base, ..Still::upright() })
-            .support(Contact { obstacle: self.cylinder(), radius: RADIUS, friction: self.friction })
+            .support(Contact {
+                obstacle: Pole { body: self.cylinder(), yields: self.yields },
+                radius: RADIUS,
+                friction: self.friction,
+            })
             // Contacts are searched at every point of an element, and their number determines the run time.
             .order(Order::Four)
             .elements(self.elements)
@@ -176,6 +204,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("pole", "MM", "1.5", "radius of the pole, mm"),
             Opt::value("gap", "MM", "1.5", "distance between pole and shoot at the base, mm"),
             Opt::value("friction", "MU", "0", "coefficient of friction"),
+            Opt::value("yields", "MM", "0", "displacement of the pole by a horizontal force of 1 N, mm"),
             Opt::value("step", "S", "600", "time step, s"),
             Opt::value("elements", "N", "4", "number of elements of the growth zone"),
             Opt::flag("film", "also write film.html, an animation in space for the browser"),
@@ -189,6 +218,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         pole: 1e-3 * options.positive("pole"),
         gap: 1e-3 * options.positive("gap"),
         friction: options.get("friction"),
+        yields: 1e-3 * options.get::<f64>("yields"),
         elements: options.get_if("elements", "at least 1", |elements: &usize| *elements >= 1),
         step: options.positive("step"),
         end: HOUR * options.positive("hours"),
@@ -223,7 +253,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         film.write(out.join("film.html"))?;
         println!("wrote film.html for the browser");
     }
-    println!("wrote tip.csv, contact.csv, profile.csv, side.svg, above.svg and contact.svg to {}", out.display());
+    println!(
+        "wrote tip.csv, contact.csv, profile.csv, side.svg, above.svg, force.svg and contact.svg to {}",
+        out.display()
+    );
     error.map_or(Ok(()), |error| Err(error.into()))
 }
 

@@ -17,8 +17,9 @@ const SHAPES: usize = 12;
 /// Results of a run over time.
 #[derive(Default)]
 pub struct Record {
-    /// Time (s), length (m), tip (m), turns between the lowest and the highest contact, and number of contacts.
-    rows: Vec<[f64; 7]>,
+    /// Time (s), length (m), tip (m), turns between the lowest and the highest contact, number of contacts, and
+    /// horizontal force on the pole (N).
+    rows: Vec<[f64; 9]>,
     /// Times (h) and centre lines (cm).
     shapes: Vec<(f64, Vec<Vector3<f64>>)>,
 }
@@ -33,18 +34,23 @@ struct Touch {
     pressure: f64,
 }
 
-/// Contacts of a shoot from its base to its apex.
+/// Contacts of a shoot from its base to its apex. Reactions at one place are one contact.
 fn touches(shoot: &Shoot<impl Model>) -> Vec<Touch> {
-    let reactions = shoot.reactions();
-    let place = |i: usize| reactions[i].arc_length;
-    let last = reactions.len().saturating_sub(1);
+    let mut all: Vec<(f64, f64)> = shoot.reactions().iter().map(|at| (at.arc_length, at.normal)).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        kept.1 += if same { next.1 } else { 0.0 };
+        same
+    });
+    let last = all.len().saturating_sub(1);
     let touch = |i: usize| {
-        let spacing =
-            (place((i + 1).min(last)) - place(i.saturating_sub(1))) / if i == 0 || i == last { 1.0 } else { 2.0 };
-        let pressure = if spacing > 0.0 { reactions[i].normal / spacing } else { f64::NAN };
-        Touch { place: place(i), normal: reactions[i].normal, pressure }
+        let ends = all[(i + 1).min(last)].0 - all[i.saturating_sub(1)].0;
+        let spacing = ends / if i == 0 || i == last { 1.0 } else { 2.0 };
+        let pressure = if spacing > 0.0 { all[i].1 / spacing } else { f64::NAN };
+        Touch { place: all[i].0, normal: all[i].1, pressure }
     };
-    (0..reactions.len()).map(touch).collect()
+    (0..all.len()).map(touch).collect()
 }
 
 impl Record {
@@ -52,7 +58,8 @@ impl Record {
     pub fn add(&mut self, shoot: &Shoot<impl Model>, setup: &Setup) {
         let (time, tip, rod) = (shoot.time(), shoot.tip(), shoot.rod());
         let number = shoot.reactions().len() as f64;
-        self.rows.push([time, rod.length(), tip.x, tip.y, tip.z, setup.turns(shoot), number]);
+        let force = -shoot.reactions().iter().map(|reaction| reaction.force).sum::<Vector3<f64>>();
+        self.rows.push([time, rod.length(), tip.x, tip.y, tip.z, setup.turns(shoot), number, force.x, force.y]);
         if time >= setup.end / SHAPES as f64 * self.shapes.len() as f64 - 1e-6 {
             self.shapes.push((time / HOUR, rod.centre_line_at(401).iter().map(|point| 100.0 * point).collect()));
         }
@@ -76,11 +83,11 @@ impl Record {
         };
         let [low, high] = range(&mut touches.iter().map(|touch| 1e3 * touch.normal));
         println!("  {} contacts, normal forces from {low:.4} to {high:.3} mN", touches.len());
-        let inner = &touches[1..touches.len().max(2) - 1];
-        if !inner.is_empty() {
-            let [low, high] = range(&mut inner.iter().map(|touch| touch.pressure));
-            println!("  force per length between the first and the last contact: {low:.3} to {high:.3} N/m");
+        if touches.len() < 3 {
+            return;
         }
+        let [low, high] = range(&mut touches[1..touches.len() - 1].iter().map(|touch| touch.pressure));
+        println!("  force per length between the first and the last contact: {low:.3} to {high:.3} N/m");
         let wound = || profile(shoot).into_iter().filter(|row| row[0] > first.place && row[0] < last.place);
         let [low, high] = range(&mut wound().map(|row| 1e3 * row[1]));
         println!("  tension there: {low:.2} to {high:.2} mN");
@@ -90,7 +97,7 @@ impl Record {
 
     /// Writes tables and figures.
     pub fn write(&self, shoot: &Shoot<impl Model>, setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
-        let columns = ["t_s", "length_m", "x_m", "y_m", "z_m", "turns", "contacts"];
+        let columns = ["t_s", "length_m", "x_m", "y_m", "z_m", "turns", "contacts", "force_x_n", "force_y_n"];
         let mut table = Table::create(out.join("tip.csv"), &columns)?;
         self.rows.iter().try_for_each(|row| table.row(row))?;
         table.finish()?;
@@ -103,7 +110,21 @@ impl Record {
         profile.iter().try_for_each(|row| table.row(row))?;
         table.finish()?;
         self.draw_shapes(setup, out)?;
+        self.draw_force(out)?;
         draw_contact(&touches, &profile, shoot.time() / HOUR, out)
+    }
+
+    /// Draws the horizontal force on the pole over time.
+    fn draw_force(&self, out: &Path) -> Result<(), Box<dyn Error>> {
+        let line = |of: &dyn Fn(&[f64; 9]) -> f64| self.rows.iter().map(|row| (row[0] / HOUR, 1e3 * of(row))).collect();
+        let series = [
+            Series::new("towards the base", line(&|row| -row[7]), Style::Line, 0),
+            Series::new("across", line(&|row| row[8]), Style::Line, 1),
+            Series::new("magnitude", line(&|row| row[7].hypot(row[8])), Style::Line, 6),
+        ];
+        let figure = Figure::new(out.join("force.svg"), "Horizontal force of the shoot on the pole");
+        figure.lines("time (h)", "force (mN)", &series, Axes::Linear)?;
+        Ok(())
     }
 
     /// Draws the shapes over time with the pole, from the side and from above.
