@@ -218,7 +218,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         pole: 1e-3 * options.positive("pole"),
         gap: 1e-3 * options.positive("gap"),
         friction: options.get("friction"),
-        yields: 1e-3 * options.get::<f64>("yields"),
+        yields: 1e-3 * options.get_if("yields", "finite and at least 0", |by: &f64| by.is_finite() && *by >= 0.0),
         elements: options.get_if("elements", "at least 1", |elements: &usize| *elements >= 1),
         step: options.positive("step"),
         end: HOUR * options.positive("hours"),

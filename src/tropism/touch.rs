@@ -87,7 +87,7 @@ impl Touch {
     #[must_use]
     pub fn force_per_length(&self, rod: &Rod, arc_length: f64) -> Vector3<f64> {
         let pushes = || rod.reactions().iter().filter(|reaction| reaction.obstacle.is_some());
-        if pushes().next().is_none() || self.width <= 0.0 {
+        if pushes().next().is_none() || self.width.is_nan() || self.width <= 0.0 {
             return Vector3::zeros();
         }
         let length = rod.length();

@@ -17,7 +17,7 @@ pub(super) struct Settings {
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
     /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases after a
-    /// rejection. After a whole step it decreases by this factor or more.
+    /// rejection. After a whole step it decreases by at least this factor.
     pub shift: (f64, f64),
     /// Smallest shift, relative to the force in the rod. Where a branch of equilibria ends, the steps past it are as
     /// long as the shift is small.
