@@ -86,6 +86,7 @@ fn options() -> Options {
         Opt::value("bounds", "NAME=LOW:HIGH,…", "", "bounds of free parameters, in SI units"),
         Opt::value("starts", "N", "8", "number of initial guesses"),
         Opt::value("iterations", "N", "200", "largest number of iterations of the last search"),
+        Opt::value("max-work", "N", "100000000", "largest work of a fit, in evaluations of the forces in an element"),
         Opt::value("periods", "MIN:MAX", "", "periods of the scan for an oscillator, min; by default those resolved"),
         Opt::flag("robust", "Huber's loss, for data with outliers"),
         Opt::value("step", "S", "150", "time step, s"),

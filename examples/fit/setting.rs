@@ -102,8 +102,8 @@ impl Setting {
     /// Settings of the fit.
     pub fn fit(options: &Options) -> Fit {
         let loss = if options.flag("robust") { Loss::ROBUST } else { Loss::Squares };
-        let (starts, iterations) = (options.get("starts"), options.get("iterations"));
-        Fit { step: options.positive("step"), loss, starts, iterations, ..Fit::default() }
+        let [starts, iterations, max_work] = ["starts", "iterations", "max-work"].map(|name| options.get(name));
+        Fit { step: options.positive("step"), loss, starts, iterations, max_work, ..Fit::default() }
     }
 
     /// Family without an oscillator, unless its sensitivity is free or given. For synthetic data, the initial values

@@ -12,6 +12,10 @@ use super::{FitError, Parameter, Warning};
 /// Component of a weak combination, relative to the largest, above which the combination names the parameter.
 const NAMED: f64 = 0.1;
 
+/// Distance from a bound up to which an unknown is at the bound. Central quotients with shorter steps have relative
+/// errors by rounding of 1e-7 and more.
+const EDGE: f64 = 1e-7;
+
 /// Estimates at the point that a search has reached, without warnings about ambiguous frames. `objectives` are those of
 /// all searches.
 pub(super) fn estimates(
@@ -23,7 +27,7 @@ pub(super) fn estimates(
     // Parameters at a bound are fixed there, and have no standard error.
     let is_inner = |i: &usize| {
         let ([low, high], x) = (problem.limits(*i), reached.x[*i]);
-        low < x && x < high
+        low + EDGE < x && x < high - EDGE
     };
     let free: Vec<usize> = (0..problem.free.len()).filter(is_inner).map(|i| problem.free[i]).collect();
     let problem = Problem { free, values: problem.values_at(&reached.x), ..problem.clone() };

@@ -96,16 +96,20 @@ pub enum FitError {
         /// Error of the integrator.
         error: Box<IntegrationError>,
     },
-    /// A constant explains the data better than the shoot at the end of the best search in a part of the data.
+    /// The work exceeds [`Fit::max_work`](super::Fit::max_work).
     #[error(
-        "the shoot is {ratio:.1} times as far from the data as a constant is, after {searches} searches: are the units \
-         of times and lengths, the time of the start and the given values right?"
+        "the simulations exceed the limit `max_work` of {limit} evaluations of the forces in an element. Each covers \
+         {:.4} s, in which the shoot grows from {:.4} m to {:.4} m: are the times of the data and those of the laws \
+         in s? Otherwise increase the limit, or take fewer initial guesses or longer time steps",
+        Number(*duration), Number(lengths[0]), Number(lengths[1])
     )]
-    WorseThanConstant {
-        /// Number of searches in this part.
-        searches: usize,
-        /// Root of the smallest objective over that of a constant.
-        ratio: f64,
+    WorkLimit {
+        /// The limit.
+        limit: usize,
+        /// Time from the start of the shoot to the last frame of a simulation, s.
+        duration: f64,
+        /// Lengths of the shoot at both times, m.
+        lengths: [f64; 2],
     },
     /// Two fits cannot be compared.
     #[error("the fits have different data, noise or losses, so that they cannot be compared")]

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::confidence::Linear;
 use super::jacobian::DIFFERENCE;
@@ -233,17 +233,14 @@ impl Estimates {
     #[must_use]
     pub fn correlations(&self) -> Vec<Vec<f64>> {
         let Linear { free, covariance, .. } = &self.linear;
-        let position = |k: usize| free.iter().position(|other| *other == k);
-        let correlation = |k: usize, l: usize| match (position(k), position(l)) {
-            _ if k == l => 1.0,
-            (Some(i), Some(j)) => {
-                let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-                if size > 0.0 && size.is_finite() { covariance[(i, j)] / size } else { 0.0 }
-            }
-            _ => 0.0,
-        };
-        let all = 0..self.parameters.len();
-        all.clone().map(|k| all.clone().map(|l| correlation(k, l)).collect()).collect()
+        let mut all = DMatrix::<f64>::identity(self.parameters.len(), self.parameters.len());
+        for (i, j) in (0..free.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let correlation = covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+            let defined = if correlation.is_finite() { correlation } else { 0.0 };
+            all[(free[i], free[j])] = defined;
+            all[(free[j], free[i])] = defined;
+        }
+        all.row_iter().map(|row| row.iter().copied().collect()).collect()
     }
 }
 

@@ -40,8 +40,8 @@ impl Problem<'_> {
     /// Jacobian by one-sided difference quotients of first order, with half the runs.
     pub fn one_sided_jacobian(&self, point: &Point) -> Result<DMatrix<f64>, FitError> {
         self.columns(point, |k| {
-            let quotient = |h: f64| Some((self.displaced(point, k, h)?.ok()? - &point.residuals) / h);
-            quotient(ONE_SIDED).or_else(|| quotient(-ONE_SIDED)).map_or_else(|| self.extrapolated(point, k), Ok)
+            let quotient = |h: f64| Ok((self.displaced(point, k, h)? - &point.residuals) / h);
+            quotient(ONE_SIDED).or_else(|_| quotient(-ONE_SIDED)).or_else(|_: FitError| self.extrapolated(point, k))
         })
     }
 
@@ -59,8 +59,9 @@ impl Problem<'_> {
     /// Derivatives of the residuals with respect to unknown `k`, with an error of fourth order: extrapolated from
     /// the first two successive quotients that agree.
     ///
-    /// Long steps may fail, because a displaced shoot cannot follow the grid. They may also be longer than the range in
-    /// which the path is smooth, because the bounds of a linear parameter, which determine them, may be wide.
+    /// Long steps may fail, because a displaced shoot cannot follow the grid, or is beyond a bound or the domain of the
+    /// family. They may also be longer than the range in which the path is smooth, because the bounds of a linear
+    /// parameter, which determine them, may be wide.
     fn extrapolated(&self, point: &Point, k: usize) -> Result<DVector<f64>, FitError> {
         let sizes: Vec<f64> = self.data.iter().zip(&self.noise).map(|(series, noise)| series.size() / noise).collect();
         let size = point.rows.iter().map(|row| sizes[row.series].powi(2)).sum::<f64>().sqrt();
@@ -68,7 +69,7 @@ impl Problem<'_> {
         let (mut longer, mut last) = (None, Ok(DVector::zeros(point.residuals.len())));
         for h in steps {
             let quotient = match self.quotient(point, k, h) {
-                Err(error @ FitError::Run { .. }) => {
+                Err(error @ (FitError::Run { .. } | FitError::Family { .. })) => {
                     (longer, last) = (None, Err(error));
                     continue;
                 }
@@ -89,30 +90,23 @@ impl Problem<'_> {
         last
     }
 
-    /// Difference quotient of the residuals for unknown `k` with the step `h` and an error of second order: a
-    /// central one, or a one-sided one where the family has no shoot on one side.
+    /// Central difference quotient of the residuals for unknown `k` with the step `h`.
     fn quotient(&self, point: &Point, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
-        let one_sided = |near: &DVector<f64>, h: f64| match self.displaced(point, k, 2.0 * h) {
-            Some(far) => Ok((near * 4.0 - &point.residuals * 3.0 - far?) / (2.0 * h)),
-            // The distance of the bounds exceeds four steps.
-            None => Ok(DVector::zeros(near.len())),
-        };
-        match (self.displaced(point, k, h), self.displaced(point, k, -h)) {
-            (Some(Ok(above)), Some(Ok(below))) => Ok((above - below) / (2.0 * h)),
-            (Some(Ok(above)), None | Some(Err(FitError::Family { .. }))) => one_sided(&above, h),
-            (None | Some(Err(FitError::Family { .. })), Some(Ok(below))) => one_sided(&below, -h),
-            (Some(Err(error)), _) | (_, Some(Err(error))) => Err(error),
-            (None, None) => Ok(DVector::zeros(point.residuals.len())),
-        }
+        Ok((self.displaced(point, k, h)? - self.displaced(point, k, -h)?) / (2.0 * h))
     }
 
-    /// Residuals over the noise with unknown `k` changed by `h`, on the grid of the run at the point. `None` beyond
-    /// the bounds, where the family need not have a shoot.
-    fn displaced(&self, point: &Point, k: usize, h: f64) -> Option<Result<DVector<f64>, FitError>> {
+    /// Residuals over the noise with unknown `k` changed by `h`, on the grid of the run at the point. Values beyond the
+    /// bounds, where the family need not have a shoot, are an error.
+    fn displaced(&self, point: &Point, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
         let mut x = point.x.clone();
         x[k] += h;
         let [low, high] = self.limits(k);
-        (low..=high).contains(&x[k]).then(|| self.near(point, &x))
+        if (low..=high).contains(&x[k]) {
+            return self.near(point, &x);
+        }
+        let names = self.parameters.iter().map(|parameter| parameter.name.clone());
+        let values = names.zip(self.values_at(&x)).collect();
+        Err(FitError::Family { values, problem: format!("{} is beyond a bound", self.parameters[self.free[k]].name) })
     }
 }
 

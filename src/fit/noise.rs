@@ -58,8 +58,9 @@ impl Noise {
     pub fn covariance(&self, jacobian: &DMatrix<f64>, least: f64) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(jacobian.ncols(), jacobian.ncols());
         for SeriesNoise { chains, correlation, variance, .. } in &self.0 {
-            sum += correlated_square(chains, jacobian, *correlation) * *variance;
-            sum += correlated_square(chains, jacobian, RedNoise::WHITE) * (least - variance).max(0.0);
+            let total = variance.max(least).max(f64::MIN_POSITIVE);
+            let noise = RedNoise { share: correlation.share * variance / total, ..*correlation };
+            sum += correlated_square(chains, jacobian, noise) * total;
         }
         sum
     }

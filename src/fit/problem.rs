@@ -2,11 +2,12 @@
 
 use std::fmt::Display;
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use nalgebra::DVector;
 
 use super::parameter::free;
-use super::residuals::{Output, Row, simulate};
+use super::residuals::{Output, Row, Work, simulate};
 use super::series::Series;
 use super::{Family, Fit, FitError, Loss, Parameter};
 use crate::integrator::Grid;
@@ -63,6 +64,7 @@ impl Fit {
         values: Vec<f64>,
     ) -> Problem<'a> {
         let (parameters, step) = (&family.parameters[..], self.step);
+        let work = Work { limit: self.max_work, done: AtomicUsize::new(0) };
         Problem {
             parameters,
             data,
@@ -72,7 +74,7 @@ impl Fit {
             noise: data.iter().map(|series| series.noise.unwrap_or_else(|| series.scatter())).collect(),
             until: f64::INFINITY,
             threads: self.threads,
-            run: Arc::new(move |values, until, grid| simulate(family, data, step, (values, until), grid)),
+            run: Arc::new(move |values, until, grid| simulate(family, data, (step, &work), (values, until), grid)),
         }
     }
 }

@@ -2,13 +2,15 @@
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Display;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Vector3;
 
 use super::series::Series;
 use super::{Family, FitError};
 use crate::equilibrium::NewtonSolver;
-use crate::integrator::{Grid, Integrator, MethodOfSteps};
+use crate::growth::GrowthLaw;
+use crate::integrator::{Grid, IntegrationError, Integrator, MethodOfSteps};
 use crate::model::{Model, next_discontinuity};
 use crate::numerics::interpolation::lagrange;
 use crate::rod::Rod;
@@ -49,16 +51,23 @@ pub(super) struct Row {
 /// time, and the grid of the run.
 pub(super) type Output = (Vec<(Row, f64)>, Grid);
 
+/// Work of all simulations of a fit, and its limit, in evaluations of the forces in an element.
+pub(super) struct Work {
+    pub limit: usize,
+    pub done: AtomicUsize,
+}
+
 /// Simulates the shoot of the family with the given values of all parameters, up to the last frame at or before the
 /// time `until` (s). The run follows a grid, or chooses and records one.
 pub(super) fn simulate<M: Model, E: Display>(
     family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
     data: &[Series],
-    step: f64,
+    (step, work): (f64, &Work),
     (values, until): (&[f64], f64),
     grid: Option<&Grid>,
 ) -> Result<Output, FitError> {
     let mut shoot = family.shoot(values)?;
+    let (start, length) = (shoot.time(), shoot.rod().length());
     let mut integrator = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(EQUILIBRIUM));
     match grid {
         None => integrator.record(),
@@ -85,10 +94,19 @@ pub(super) fn simulate<M: Model, E: Display>(
         let row = |index| Row { series, index, time: data[series].times[frame] };
         residuals.extend(of_frame.into_iter().enumerate().map(|(index, r)| (row(index), r)));
     };
+    let end = stops.last().map_or(start, |(time, _)| *time);
     for (time, frame) in stops {
-        integrator
-            .advance(&mut shoot, time)
-            .map_err(|error| FitError::Run { values: family.named(values), error: Box::new(error) })?;
+        let elements = shoot.rod().elements();
+        integrator.max_work = work.limit.saturating_sub(work.done.load(Ordering::Relaxed)) / elements;
+        let statistics = integrator.advance(&mut shoot, time).map_err(|error| match error {
+            IntegrationError::WorkLimit { .. } => {
+                let growth = shoot.model().growth();
+                let grown = if growth.elongates() { growth.length(length, end) } else { length };
+                FitError::WorkLimit { limit: work.limit, duration: end - start, lengths: [length, grown] }
+            }
+            error => FitError::Run { values: family.named(values), error: Box::new(error) },
+        })?;
+        work.done.fetch_add(elements * statistics.work(), Ordering::Relaxed);
         match frame {
             Some(frame) => add(frame, cameras[frame.0].residuals(shoot.rod(), frame.1)),
             None => path.tips.push(tip_of(shoot.rod())),

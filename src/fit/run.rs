@@ -1,6 +1,5 @@
 //! The fit: searches from several initial guesses in growing parts of the data, and estimates of the noise.
 
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::{Mutex, PoisonError};
 
@@ -9,29 +8,19 @@ use nalgebra::DVector;
 use super::answer::estimates;
 use super::parameter::initial_values;
 use super::problem::{Point, Problem};
-use super::residuals::Row;
 use super::search::{End, Reached, search};
 use super::series::{Series, span};
-use super::warning::{FEW, ambiguous_frames};
+use super::warning::ambiguous_frames;
 use super::{Estimates, Family, Fit, FitError, Warning};
 use crate::ensemble;
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tracking::robust_deviation;
 
 /// End of a search in a part of the data, whose result is the initial guess of the next search.
 const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
 
 /// Predicted length of a step, in standard errors, at which the last search ends.
 const FINAL: f64 = 1e-3;
-
-/// Median distance of a shoot from the data, over that of a constant, that outliers do not explain. It was chosen
-/// from a leaning shoot with frames ten times too far apart, for which it is 4.6, and 15 shoots with 5 % outliers and
-/// hardly any motion. The fits of eight further shoots with outliers ended without an error.
-const FAR: f64 = 4.0;
-
-/// Smallest displacement of a shoot that moves, over the deviation of the data.
-const MOTION: f64 = 0.1;
 
 /// Largest number of estimates of the noise. Usually two suffice. The fit has not converged if this number does not.
 const NOISE_ESTIMATES: usize = 20;
@@ -106,32 +95,19 @@ impl Fit {
             guesses.truncate(count);
             let threads = (self.threads / guesses.len()).max(1);
             let in_part = Problem { until: until(part), threads, ..problem.clone() };
-            // Half of the first searches suffice to recognise data in a wrong unit, for which searches are slow.
-            let batch = if objectives.is_empty() { count.div_ceil(2) } else { guesses.len() };
-            let (mut found, mut failure) = (Vec::new(), None);
-            for batch in guesses.chunks(batch) {
-                let reached = ensemble::collect(batch.len(), self.threads, |i| {
-                    let reached = search_from(&in_part, &batch[i], INTERMEDIATE);
-                    let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
-                    *done += part;
-                    show(*done / all);
-                    reached
-                });
-                for reached in reached {
-                    match reached {
-                        Ok(reached) => found.push(reached.point),
-                        Err(error) => failure = failure.or(Some(error)),
-                    }
-                }
-                found.sort_by(|a: &Point, b| a.objective.total_cmp(&b.objective));
-                // Data that end within a time step have an error of their own.
-                if last - first >= self.step {
-                    check_motion(&in_part, &found)?;
-                }
-            }
+            let reached = ensemble::collect(guesses.len(), self.threads, |i| {
+                let reached = search_from(&in_part, &guesses[i], INTERMEDIATE);
+                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                *done += part;
+                show(*done / all);
+                reached
+            });
+            let (reached, failed): (Vec<_>, Vec<_>) = reached.into_iter().partition(Result::is_ok);
+            let mut found: Vec<Point> = reached.into_iter().flatten().map(|reached| reached.point).collect();
+            found.sort_by(|a, b| a.objective.total_cmp(&b.objective));
             objectives = found.iter().map(|point| point.objective).collect();
             guesses = found.into_iter().map(|point| point.x).collect();
-            failure.filter(|_| guesses.is_empty()).map_or(Ok(()), Err)?;
+            failed.into_iter().find_map(Result::err).filter(|_| guesses.is_empty()).map_or(Ok(()), Err)?;
         }
         Ok((guesses.swap_remove(0), objectives))
     }
@@ -156,33 +132,6 @@ fn search_from(problem: &Problem, guess: &DVector<f64>, end: End) -> Result<Reac
     search(problem, guess.clone(), end).or_else(|_| search(problem, problem.unknowns(), end))
 }
 
-/// Returns an error if a constant explains the data better than the first of the points that searches have reached.
-///
-/// A family without an oscillator may have no motion, so that a shoot at rest is no reason for an error. The median of
-/// the distances excludes an error that only outliers cause.
-fn check_motion(problem: &Problem, reached: &[Point]) -> Result<(), FitError> {
-    let Some(Point { rows, residuals, objective, .. }) = reached.first() else { return Ok(()) };
-    // The deviations are those of all data, so that a part without motion is no reason for an error.
-    let deviations: Vec<f64> = problem.data.iter().map(Series::deviation).collect();
-    let typical: Vec<f64> = problem.data.iter().map(Series::typical_deviation).collect();
-    let of_constant = |row: &Row| problem.loss.value(deviations[row.series] / problem.noise[row.series]);
-    let constant: f64 = rows.iter().map(of_constant).sum();
-    let (mut starts, mut moves, mut distances) = (BTreeMap::new(), false, Vec::new());
-    let of_tip = |(row, _): &(&Row, &f64)| row.index < problem.data[row.series].dimension();
-    for (row, residual) in rows.iter().zip(residuals).filter(of_tip) {
-        let (series, residual) = (&problem.data[row.series], residual * problem.noise[row.series]);
-        let frame = series.times.partition_point(|time| *time < row.time);
-        let simulated = series.last_point(frame)[row.index] + residual;
-        let start = *starts.entry((row.series, row.index)).or_insert(simulated);
-        moves |= (simulated - start).abs() > MOTION * deviations[row.series];
-        distances.push(residual / typical[row.series]);
-    }
-    let is_far = moves && robust_deviation(distances.into_iter()) > FAR;
-    let is_known = constant > 0.0 && problem.data.iter().all(|series| series.times.len() >= FEW);
-    let (searches, ratio) = (reached.len(), (objective / constant).sqrt());
-    if is_known && is_far && ratio > 1.0 { Err(FitError::WorseThanConstant { searches, ratio }) } else { Ok(()) }
-}
-
 /// Unknowns of the given initial values, and of `count` − 1 others that cover the space between the bounds evenly.
 fn initial_guesses(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
     let others = (1..count).map(|index| {
@@ -195,12 +144,6 @@ fn initial_guesses(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
 }
 
 /// Radical inverse of `index`: its digits in a base, mirrored at the radix point.
-fn radical_inverse(mut index: u32, base: u32) -> f64 {
-    let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
-    while index > 0 {
-        value += digit * f64::from(index % base);
-        index /= base;
-        digit /= f64::from(base);
-    }
-    value
+fn radical_inverse(index: u32, base: u32) -> f64 {
+    if index == 0 { 0.0 } else { (f64::from(index % base) + radical_inverse(index / base, base)) / f64::from(base) }
 }

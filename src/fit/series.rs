@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Vector2, Vector3};
 
 use super::error::{FitError, refuse};
-use crate::tracking::{Track, centred, median, median_gap, robust_deviation};
+use crate::tracking::{Track, median, median_gap, robust_deviation};
 
 /// Largest absolute value of a coordinate, in the unit of the data, and of an entry of a camera matrix.
 const LARGEST: f64 = 1e9;
@@ -195,7 +195,8 @@ impl Series {
 
     /// Whether another series has the same data and the same noise.
     pub(super) fn equals(&self, other: &Self) -> bool {
-        Self { scale: other.scale.clone(), offset: other.offset.clone(), ..self.clone() } == *other
+        (&self.times, &self.frames, self.is_angle, &self.view, self.noise)
+            == (&other.times, &other.frames, other.is_angle, &other.view, other.noise)
     }
 
     /// Number of residuals: all coordinates of a tip, and one fewer for any other point of a centre line, whose
@@ -215,13 +216,6 @@ impl Series {
         let (points, count) = ((0..self.frames.len()).map(|k| self.last_point(k)), self.frames.len() as f64);
         let mean = points.clone().sum::<Vector3<f64>>() / count;
         (points.map(|point| (point - mean).norm_squared()).sum::<f64>() / (count * self.dimension() as f64)).sqrt()
-    }
-
-    /// Robust standard deviation of the coordinates of the last points from their medians, in the unit of the data, or
-    /// rad.
-    pub(super) fn typical_deviation(&self) -> f64 {
-        let coordinate = |k: usize| (0..self.frames.len()).map(|frame| self.last_point(frame)[k]).collect();
-        robust_deviation((0..self.dimension()).flat_map(|k| centred(coordinate(k))))
     }
 
     /// Number of residuals without those of coordinates of the tip that are zero in all frames, as those across the

@@ -54,6 +54,9 @@ pub struct Fit {
     /// Largest standard error of an identifiable parameter; 0.5 by default. It is relative for a logarithmic parameter,
     /// otherwise it is divided by the distance of the bounds.
     pub widest: f64,
+    /// Largest work of all simulations of a [`run`](Self::run), in evaluations of the forces in an element; 100 million
+    /// by default, which take three minutes on one core. Times in a wrong unit exceed it.
+    pub max_work: usize,
     /// Number of threads; that of the machine by default.
     pub threads: usize,
 }
@@ -67,6 +70,7 @@ impl Default for Fit {
             iterations: 200,
             windows: vec![0.25, 0.5, 1.0],
             widest: 0.5,
+            max_work: 100_000_000,
             threads: ensemble::cores(),
         }
     }

@@ -33,7 +33,7 @@ const MOST_OUTLIERS: f64 = 0.15;
 const MOTION: f64 = 3.0;
 
 /// Smallest number of frames whose motion is distinguished from their noise.
-pub(super) const FEW: usize = 20;
+const FEW: usize = 20;
 
 /// Largest number of frames that a message lists.
 const LISTED: usize = 8;
@@ -56,7 +56,8 @@ pub enum Warning {
     /// search has ended in a local minimum, or the noise is slow.
     #[error(
         "the residuals of series {series}, {residuals:.2e}, are {:.1} times the scatter of successive frames: the \
-         model is wrong, the search has ended in a local minimum (use more starts), or the noise is slow",
+         model, a given value or the unit of the times is wrong, the search has ended in a local minimum (use more \
+         starts), or the noise is slow",
         residuals / scatter
     )]
     Unexplained {
@@ -128,11 +129,12 @@ pub enum Warning {
         /// Standard deviation of errors of the times that would explain the increase, s.
         deviation: f64,
     },
-    /// A constant explains the data almost as well as the model: the shoot hardly moves, or the model is wrong.
+    /// A constant explains the data almost as well as the model, or better: the plant hardly moves, or the model, a
+    /// given value or the unit of the times is wrong.
     #[error(
         "a constant explains series {series} almost as well as the model: the standard deviation of the data is \
-         {ratio:.1} times that of the residuals, because the shoot hardly moves or the model is wrong, and errors of \
-         the estimates are larger than stated"
+         {ratio:.1} times that of the residuals, because the plant hardly moves, or the model, a given value or the \
+         unit of the times is wrong; errors of the estimates are larger than stated"
     )]
     NoMotion {
         /// Index of the series, from 0.
@@ -141,7 +143,10 @@ pub enum Warning {
         ratio: f64,
     },
     /// The estimate of a parameter is at a bound: the values that explain the data best may be beyond it.
-    #[error("{name} is at a bound: its value and those of the other parameters depend on the bound")]
+    #[error(
+        "{name} is at a bound: its value and those of the other parameters depend on the bound, which the model, a \
+         given value or the unit of the times may contradict"
+    )]
     AtBound {
         /// Name of the parameter.
         name: String,

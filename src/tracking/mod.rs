@@ -64,5 +64,5 @@ pub use pattern::Pattern;
 pub(crate) use red_noise::RedNoise;
 pub use scalogram::{RidgePoint, Scalogram};
 pub use search::Search;
-pub(crate) use statistics::{centred, median, median_gap, normal_deviate, robust_deviation, root_mean_square};
+pub(crate) use statistics::{median, median_gap, normal_deviate, robust_deviation, root_mean_square};
 pub use track::Track;

@@ -18,12 +18,6 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// Differences of values from their median.
-pub(crate) fn centred(values: Vec<f64>) -> impl Iterator<Item = f64> {
-    let middle = median(values.clone());
-    values.into_iter().map(move |value| value - middle)
-}
-
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const MAD: f64 = 1.482_602_218_505_602;
 

@@ -77,8 +77,19 @@ fn times_in_hours_and_in_milliseconds_are_recognised() {
     let data = [Series::tips(times.iter().map(|time| 1e3 * time).collect(), &positions)];
     let family = Family { parameters: vec![Parameter::positive("alpha", [0.01, 1.0])], build: growing };
     // Longer steps, so that the data end within the permitted number of them.
-    let found = Fit { step: 600.0, ..Fit::default() }.run(&family, &data).unwrap_err();
+    let fit = Fit { step: 600.0, ..Fit::default() };
+    let found = fit.run(&family, &data).unwrap_err();
     assert!(matches!(found, FitError::Unit { .. }) && found.to_string().contains("of their times s"), "{found}");
+    // Tips from above do not show the length.
+    let track = positions.iter().map(|p| Vector2::new(p.x, p.y)).collect();
+    let track = Track::new(data[0].times().to_vec(), track).unwrap();
+    let fit = Fit { max_work: 1_000_000, ..fit };
+    let found = fit.run(&family, &[Series::track(&track, View::above())]).unwrap_err();
+    let FitError::WorkLimit { limit: 1_000_000, duration, lengths } = found else { panic!("{found}") };
+    // The zone is full at once, and 0.04 m grow in each growth time.
+    let length = 0.05 + 0.04 * duration / 72e3;
+    assert!((lengths[1] / length - 1.0).abs() < 1e-9 && duration > 1e6, "{found}");
+    assert!(found.to_string().contains("are the times of the data and those of the laws in s?"), "{found}");
 }
 
 #[test]

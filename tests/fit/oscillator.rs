@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use super::plants::{NOISE, TRUTH, family, measured_of, oscillating};
 use crate::fixtures::random::number;
 use approx::{assert_abs_diff_eq, assert_relative_eq};
-use morphorod::fit::{Estimates, Fit, Scan, Series, Verdict};
+use morphorod::fit::{Estimates, Fit, Loss, Scan, Series, Verdict, Warning};
 use morphorod::tropism::{Handedness, Oscillator};
+use nalgebra::Vector3;
 
 /// Fit without an oscillator to the tip of a shoot that has an oscillator of the given sensitivity.
 fn null(sensitivity: f64, handedness: Handedness, seed: u64) -> (Fit, Estimates) {
@@ -87,6 +88,32 @@ fn a_strong_oscillator_makes_no_other_parameter_structurally_unidentifiable() {
     // The estimated noise includes the oscillation.
     assert!(null.noise[0] > 3.0 * NOISE, "{}", null.noise[0]);
     assert!(null.parameters.iter().all(|estimate| estimate.verdict != Verdict::StructurallyNot), "{null}");
+}
+
+/// Every twelfth frame is an outlier of 5 mm.
+#[test]
+fn outliers_neither_create_an_oscillator_nor_hide_it_from_the_robust_loss() {
+    let scan = |sensitivity: f64, loss: Loss| {
+        let truth = Oscillator { sensitivity, period: 1500.0, phase: 1.0, handedness: Handedness::Clockwise };
+        let (times, frames) = measured_of(oscillating(&TRUTH, truth).unwrap(), 1, NOISE, 2);
+        let mut tips: Vec<_> = frames.iter().map(|frame| frame[0]).collect();
+        for (k, outlier) in [(5, 3e-3), (17, -3e-3), (29, 3e-3)] {
+            tips[k] += Vector3::new(outlier, outlier, -outlier);
+        }
+        let fit = Fit { step: 300.0, starts: 1, loss, windows: vec![1.0], ..Fit::default() };
+        let null = fit.run(&family(&["beta", "eta", "tau_r"], 1.0), &[Series::tips(times, &tips)]).unwrap();
+        fit.scan_oscillator(oscillating, &null, [1260.0, 3600.0]).unwrap()
+    };
+    let found = scan(0.05, Loss::ROBUST);
+    assert!(found.false_alarm < 1e-3, "{found}");
+    // Near this period T the periods of the scan differ by T²/(2 · 6 h) = 52 s.
+    assert_abs_diff_eq!(found.best.oscillator.period, 1500.0, epsilon = 60.0);
+    for loss in [Loss::Squares, Loss::ROBUST] {
+        let none = scan(0.0, loss);
+        assert!(none.false_alarm > 0.01, "{none}");
+        let is_named = none.warnings.iter().any(|one| matches!(one, Warning::Outliers { .. }));
+        assert!(is_named == (loss == Loss::Squares), "{none}");
+    }
 }
 
 /// In frames every 10 min, periods of 1500 s and of 1000 s in the opposite sense cannot be distinguished.
