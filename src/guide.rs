@@ -41,7 +41,7 @@ macro_rules! chapter {
                 ["crate::equilibrium": "EquilibriumSolver" "EquilibriumSolver::hold" "EquilibriumSolver::is_trusted"
                     "NewtonSolver" "NewtonSolver::solve_held" "RodEnergy" "Unloaded"]
                 ["crate::fit": "Estimates::compare" "Estimates::resolved_periods" "Estimates::singular_values"
-                    "Estimates::warnings" "Fit::dependences" "Fit::profile" "Fit::run_showing"
+                    "Estimates::warnings" "Fit::dependences" "Fit::max_work" "Fit::profile" "Fit::run_showing"
                     "Fit::scan_oscillator" "Fit::starts" "Fit::widest" "Scan::periods" "Series" "Warning::NotConverged"]
                 ["crate::growth": "GrowthLaw" "Ongoing"]
                 ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "TimeStepper"]
