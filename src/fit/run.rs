@@ -34,8 +34,8 @@ impl Fit {
     ///
     /// # Errors
     /// Settings, parameters or data that are invalid; the error of the family or of a simulation at the initial values,
-    /// or where such errors prevent any further step. A search that does not converge is a
-    /// [`Warning`](super::Warning::NotConverged).
+    /// or where such errors prevent any further step; work beyond [`max_work`](Self::max_work). A search that does not
+    /// converge is a [`Warning`](super::Warning::NotConverged).
     pub fn run<M: Model, E: Display>(
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
