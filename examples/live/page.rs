@@ -1,5 +1,5 @@
-//! HTML page that simulates a shoot, with sliders for its parameters. The user can tilt the base and
-//! apply a force to the tip.
+//! HTML page that simulates a shoot, with sliders for its parameters. The user can tilt the base, apply a
+//! force to the tip, and drag a pole into the way of the shoot.
 //!
 //! The shoot of `examples/live/shoot.rs` is compiled to WebAssembly and embedded in one HTML file, which
 //! needs no network.
@@ -15,7 +15,9 @@
 //! two pulses decays. At 6.5 cm, it persists. The critical length with statoliths is 6.46 cm; the orange
 //! line of the scale shows it.
 
-// This program uses only the part of the module that is needed for the option `--tip`.
+// This program uses only the part of the modules that is needed for the option `--tip`.
+#[allow(dead_code)]
+mod pole;
 #[allow(dead_code)]
 mod shoot;
 
@@ -59,6 +61,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             ("wasm", &base64(&wasm)),
             ("scene", SCENE),
             ("hand", include_str!("hand.js")),
+            ("pole", include_str!("pole.js")),
             ("panel", include_str!("panel.js")),
             ("live", include_str!("live.js")),
         ],
