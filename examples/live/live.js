@@ -15,7 +15,28 @@ let core = null, view = null, frame = null, critical = [Infinity, Infinity];
 let [playing, drawnAt, trace, reading, readAt] = [false, null, [], [0, 0, 0], 0];
 
 function bytesOfModule() {
-  return Uint8Array.from(atob($("wasm").textContent), (c) => c.charCodeAt(0));
+  return expand(Uint8Array.from(atob($("wasm").textContent), (c) => c.charCodeAt(0)), Number($("wasm").dataset.size));
+}
+
+// Inverse of `compressed` in compress.rs, for a result of a known size.
+function expand(from, size) {
+  const to = new Uint8Array(size);
+  let [i, at] = [0, 0];
+  const length = (short) => {
+    let sum = short;
+    for (let more = short === 15; more; i++) { sum += from[i]; more = from[i] === 255; }
+    return sum;
+  };
+  while (i < from.length) {
+    const token = from[i++], count = length(token >> 4);
+    to.set(from.subarray(i, i + count), at);
+    [i, at] = [i + count, at + count];
+    if (i >= from.length) break;
+    const distance = from[i] + 256 * from[i + 1];
+    i += 2;
+    for (let left = length(token & 15) + 4; left > 0; left--, at++) to[at] = to[at - distance];
+  }
+  return to;
 }
 
 // Calls the module. If it fails, the message is shown, the simulation is stopped, and false is returned.

@@ -15,6 +15,7 @@
 //! two pulses decays. At 6.5 cm, it persists. The critical length with statoliths is 6.46 cm; the orange
 //! line of the scale shows it.
 
+mod compress;
 // This program uses only the part of the modules that is needed for the option `--tip`.
 #[allow(dead_code)]
 mod pole;
@@ -25,6 +26,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use compress::compressed;
 use morphorod_plot::file::write_whole;
 use morphorod_plot::film::{SCENE, STYLE, base64, fill};
 use morphorod_plot::{Opt, Options, println};
@@ -58,7 +60,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         include_str!("page.html"),
         &[
             ("css", STYLE),
-            ("wasm", &base64(&wasm)),
+            ("size", &wasm.len().to_string()),
+            ("wasm", &base64(&compressed(&wasm))),
             ("scene", SCENE),
             ("hand", include_str!("hand.js")),
             ("pole", include_str!("pole.js")),

@@ -34,7 +34,7 @@ impl Motion {
         self.from.lerp(&self.to, share)
     }
 
-    /// Returns the motion to another place (m) from a time (s) on, which lasts for so many seconds.
+    /// Returns the motion to another place (m), which begins at a time (s) and has a duration (s).
     pub fn then(&self, to: Vector3<f64>, begin: f64, seconds: f64) -> Self {
         Self { from: self.at(begin), to, begin, end: begin + seconds }
     }

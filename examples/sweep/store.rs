@@ -44,7 +44,7 @@ impl Store {
     /// grow with the number of the others.
     ///
     /// # Errors
-    /// Those of [`Self::read`].
+    /// Returns the first file of the part that is not a valid row of this sweep, with the reason.
     pub fn missing(&self, part: Shard) -> io::Result<Vec<usize>> {
         let mut missing = Vec::new();
         for row in (0..self.grid.etas.count).filter(|row| part.contains(*row)) {

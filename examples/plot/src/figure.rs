@@ -31,8 +31,8 @@ use std::path::PathBuf;
 
 use canvas::{Canvas, Label};
 
-/// Widths in pixels of figures with one column of panels and with several, unless another one is chosen. Letters of
-/// `TICK_SIZE` are 5.1 and 7.2 points high if the figures are printed in one and two columns of a journal, 85 and 178 mm.
+/// Widths in pixels of figures with one column of panels and with several, unless another one is chosen. In print, on
+/// one column of a journal (85 mm) and on two (178 mm), letters of `TICK_SIZE` have 5.1 and 7.2 points.
 const WIDTHS: [f64; 2] = [800.0, 1200.0];
 /// Height of panels relative to the width of the figure.
 const ASPECT: f64 = 0.625;
@@ -97,7 +97,7 @@ impl Figure {
         Self { scale: points * PIXELS_PER_POINT / TICK_SIZE, ..self }
     }
 
-    /// Width of a figure with so many columns of panels, in pixels of the constants.
+    /// Width of a figure with a number of columns of panels, in pixels of the constants.
     fn wide(&self, columns: usize) -> f64 {
         self.width.unwrap_or(WIDTHS[usize::from(columns > 1)]) / self.scale
     }
@@ -112,7 +112,7 @@ impl Figure {
         TITLE_BAND[usize::from(self.title.is_empty())]
     }
 
-    /// Draws the title and the content of a figure with so many columns of panels, and writes the file.
+    /// Draws the title and the content of a figure with a number of columns of panels, and writes the file.
     fn draw(&self, columns: usize, height: f64, content: impl FnOnce(&mut Canvas)) -> io::Result<()> {
         let (wide, least) = (self.wide(columns), LEAST * columns.min(2) as f64);
         // The negated comparison rejects sizes that are not numbers.

@@ -108,8 +108,7 @@ pub fn draw_marker(canvas: &mut Canvas, centre: Point, series: &Series) {
     match series.colour % 8 {
         0 => canvas.dot(centre, 5.0, paint),
         4 => canvas.ring(centre, 4.4, paint, 1.8),
-        5 => canvas.area(&polygon(&[(0.0, 6.2), (5.8, -4.2), (-5.8, -4.2)]), paint),
-        1 => {
+        1 | 5 => {
             let square = [(-4.4, -4.4), (4.4, -4.4), (4.4, 4.4), (-4.4, 4.4)];
             canvas.area(&polygon(&square), paint);
         }
