@@ -33,8 +33,8 @@ const LIVE: u64 = 2_500_000;
 const HOURS: f64 = 2.0;
 const SAME_TIP: f64 = 1e-9;
 const SPEED: f64 = 10.0;
-/// Largest gap and largest overlap (m) of a pole and a shoot that touch: 1e-5 of the length, as in the tests of contacts.
-/// A shoot that passes through the pole has an overlap of millimetres.
+/// Largest gap and largest overlap (m) of a pole and a shoot that touch: 1e-5 of the length, as in the tests of
+/// contacts. A shoot that passes through the pole has an overlap of millimetres.
 const GAP: f64 = 1e-6;
 /// Script of a simulated user who catches the tip, the smallest number of tries, and the smallest number
 /// of successes.

@@ -54,8 +54,8 @@ function numbers() {
 
 function look() {
   if (!call("live_look")) return;
-  const all = numbers(), [time, length, zone] = all, tip = all.slice(3, 6), [points, stations, piles] = all.slice(9, 12);
-  const [x, y, radius] = all.slice(6, 9);
+  const all = numbers(), [time, length, zone] = all, tip = all.slice(3, 6);
+  const [x, y, radius, points, stations, piles] = all.slice(6, 12);
   let at = 12;
   const vector = () => all.slice(at, at += 3), many = (n, make) => Array.from({ length: n }, make);
   frame = {

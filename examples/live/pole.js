@@ -12,15 +12,17 @@ function onPole([x, y]) {
   const [a, b] = view.box[2].map((z) => view.at([px, py, z]).map((v) => v / view.ratio));
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]], square = Math.max(1e-9, dx * dx + dy * dy);
   const share = Math.min(1, Math.max(0, ((x - a[0]) * dx + (y - a[1]) * dy) / square));
-  return Math.hypot(x - a[0] - share * dx, y - a[1] - share * dy) < Math.max(NEAR_POLE, view.scale * radius / view.ratio);
+  const far = Math.hypot(x - a[0] - share * dx, y - a[1] - share * dy);
+  return far < Math.max(NEAR_POLE, view.scale * radius / view.ratio);
 }
 
 // Requests the place under the pointer. Motion across the view is along its horizontal axis, and motion upwards is away
 // from the eye; at low elevations a limit keeps it finite.
 function movePole(at) {
-  const scale = view.ratio / view.scale, [a, e] = [view.azimuth, view.elevation].map((degrees) => degrees * Math.PI / 180);
-  const [across, away] = [scale * (at[0] - drag.from[0]), scale * (drag.from[1] - at[1]) / Math.max(0.25, Math.sin(e))];
-  const place = [drag.place[0] - across * Math.sin(a) - away * Math.cos(a), drag.place[1] + across * Math.cos(a) - away * Math.sin(a)];
+  const scale = view.ratio / view.scale, [a, e] = [view.azimuth, view.elevation].map((angle) => angle * Math.PI / 180);
+  const across = scale * (at[0] - drag.from[0]), away = scale * (drag.from[1] - at[1]) / Math.max(0.25, Math.sin(e));
+  const move = [-across * Math.sin(a) - away * Math.cos(a), across * Math.cos(a) - away * Math.sin(a)];
+  const place = move.map((by, k) => drag.place[k] + by);
   place.forEach((x, k) => set(POLE + k, Math.min(FAR, Math.max(-FAR, Math.round(1e4 * x) / 10))));
 }
 

@@ -136,7 +136,8 @@ impl Film {
         let mut out = String::new();
         let _ = write!(
             out,
-            "{{\"poles\":[{}],\"measured\":[{}],\"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\
+            "{{\"poles\":[{}],\"measured\":[{}],\
+             \"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\
              \"piles\":{piles},\"times\":[{}],\"lengths\":[{}],\"zones\":[{}],\"data\":\"{}\"}}",
             poles.join(","),
             measured.collect::<Vec<_>>().join(","),

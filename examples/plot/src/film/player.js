@@ -1,7 +1,9 @@
 // Player of a film. The suffix `#t=2.5` of the address opens the film at 2.5 h and pauses it.
 const film = JSON.parse(document.getElementById("data").textContent);
 const frames = unpack(film);
-const view = new View(document.getElementById("view"), boxAround([...frames.flatMap((frame) => frame.line), ...besidePoles(film.poles), ...film.measured.flatMap(([, places]) => places)]));
+const measured = film.measured.flatMap(([, places]) => places);
+const all = [...frames.flatMap((frame) => frame.line), ...besidePoles(film.poles), ...measured];
+const view = new View(document.getElementById("view"), boxAround(all));
 const tips = frames.map((frame) => frame.line[frame.line.length - 1]);
 const [play, scrub, read, speed] = ["play", "scrub", "read", "speed"].map((id) => document.getElementById(id));
 const last = frames.length - 1;
