@@ -246,9 +246,9 @@ fn twisted_ring(tissue: LinearElastic, out: &Path) -> Result<(), Box<dyn Error>>
     let series = [
         Series::new("circle, stable", shown(stable), Style::Line, 0),
         Series::new("circle, unstable", shown(unstable), Style::Dashed, 0),
-        Series::new("buckled ring, unstable", buckled, Style::Dashed, 1),
+        Series::new("buckled ring, unstable", buckled, Style::DashDot, 1),
         Series::new(format!("critical twist, {critical:.4} turns"), vec![(critical, 0.0)], Style::Points, 6),
-        Series::new("", vec![(critical, -0.05 * top), (critical, top)], Style::Dashed, 6),
+        Series::new("", vec![(critical, -0.05 * top), (critical, top)], Style::Dotted, 6),
     ];
     let title = "Elastic energy of a twisted ring relative to that of the circle";
     let label = "energy difference × ℓ/B (1)";

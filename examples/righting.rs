@@ -109,9 +109,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     let stationary = |value: f64| vec![(0.0, 1e3 * value), (end / HOUR / 3.0, 1e3 * value)];
     let series = [
         Series::new("height z", height, Style::Line, 0),
-        Series::new("horizontal distance x", across, Style::Line, 1),
-        Series::new("stationary, closed form", stationary(z), Style::Dashed, 6),
-        Series::new("", stationary(x), Style::Dashed, 6),
+        Series::new("horizontal distance x", across, Style::Dashed, 1),
+        Series::new("stationary, closed form", stationary(z), Style::Dotted, 6),
+        Series::new("", stationary(x), Style::Dotted, 6),
     ];
     let title = "Righting of a horizontal shoot: position of the tip";
     Figure::new(out.join("tip.svg"), title).lines("time (h)", "position of the tip (mm)", &series, Axes::Linear)?;

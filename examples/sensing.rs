@@ -92,8 +92,8 @@ fn set_angle(out: &Path) -> Result<(), Box<dyn Error>> {
             worst = worst.max((angle(&shoot) - closed(ratio)).abs());
             found.push((ratio, angle(&shoot)));
         }
-        series.push(Series::new(format!("light at {light}° from the vertical"), line, Style::Line, index));
-        series.push(Series::new("", found, Style::Points, index));
+        series.push(Series::new("", line, Style::Line, index));
+        series.push(Series::new(format!("light at {light}° from the vertical"), found, Style::Points, index));
     }
     table.finish()?;
     println!("set angle: largest difference from the closed form {:.1e} rad", worst.to_radians());
@@ -124,9 +124,9 @@ fn pulses(out: &Path, lobe: f64) -> Result<(), Box<dyn Error>> {
     let exponential = MemoryKernel::from(Memory { time: 24.0 * MINUTE, delay: 0.0 });
     let mut table = Table::create(out.join("pulses.csv"), &["negative_lobe", "gap_min", "t_s", "angle_deg"])?;
     let mut series = Vec::new();
-    for (style, (name, kernel)) in
-        [(Style::Dashed, ("exponential", exponential)), (Style::Line, ("negative lobe", kernel))]
-    {
+    // Lines for pulses that are 20 and 60 min apart.
+    let lines = [[Style::Dotted, Style::DashDot], [Style::Line, Style::Dashed]];
+    for (kind, (name, kernel)) in [("exponential", exponential), ("negative lobe", kernel)].into_iter().enumerate() {
         for (colour, gap) in [20.0, 60.0].into_iter().enumerate() {
             // Delays of half a step and more need no iteration.
             let kernel = MemoryKernel { delay: 2.0 * MINUTE, ..kernel.clone() };
@@ -139,10 +139,10 @@ fn pulses(out: &Path, lobe: f64) -> Result<(), Box<dyn Error>> {
             for i in 0..=120 {
                 let t = 2.0 * MINUTE * f64::from(i);
                 run.advance(&mut shoot, t)?;
-                table.row(&[f64::from(u8::from(style == Style::Line)), gap, t, angle(&shoot)])?;
+                table.row(&[kind as f64, gap, t, angle(&shoot)])?;
                 line.push((hours(t), angle(&shoot)));
             }
-            series.push(Series::new(format!("{name}, pulses {gap} min apart"), line, style, colour));
+            series.push(Series::new(format!("{name}, pulses {gap} min apart"), line, lines[kind][colour], colour));
         }
     }
     table.finish()?;
@@ -206,7 +206,7 @@ fn random(out: &Path, seed: u64) -> Result<(), Box<dyn Error>> {
             table.row(&[seed as f64, shoot.time(), tip.x, tip.y])?;
             line.push((tip.x, tip.y));
         }
-        series.push(Series::new(format!("seed {seed}"), line, Style::Line, colour));
+        series.push(Series::new(format!("seed {seed}"), line, Style::Line, 0).ordered(colour, 3));
     }
     table.finish()?;
     let figure = Figure::new(out.join("random.svg"), "Paths of the tip in 24 h under a stochastic drive");

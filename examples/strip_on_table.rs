@@ -156,22 +156,22 @@ fn run() -> Result<(), Box<dyn Error>> {
         place.push((1e3 * height, 1e3 * touch.place));
     }
     table.finish()?;
-    let mark = |height: f64, top: f64, label: &str, colour| {
-        Series::new(label, vec![(1e3 * height, 0.0), (1e3 * height, top)], Style::Dashed, colour)
+    let mark = |height: f64, top: f64, label: &str, style, colour| {
+        Series::new(label, vec![(1e3 * height, 0.0), (1e3 * height, top)], style, colour)
     };
     let largest = force.iter().map(|(_, value)| *value).fold(0.0, f64::max);
     let forces = [
         Series::new("whole force of the table", force, Style::Line, 0),
         Series::new("concentrated force", concentrated, Style::Dashed, 1),
-        mark(flat, largest, "a part lies flat | tip contact", 2),
-        mark(drop, largest, "tip contact | no contact", 3),
+        mark(flat, largest, "a part lies flat | tip contact", Style::Dotted, 2),
+        mark(drop, largest, "tip contact | no contact", Style::DashDot, 3),
     ];
     let title = "Force of the table on the rod";
     Figure::new(out.join("force.svg"), title).lines("height of the clamp (mm)", "force (µN)", &forces, Axes::Linear)?;
     let places = [
         Series::new("begin of the contact", place, Style::Line, 0),
-        mark(flat, 1e3 * strip.length, "a part lies flat | tip contact", 2),
-        mark(drop, 1e3 * strip.length, "tip contact | no contact", 3),
+        mark(flat, 1e3 * strip.length, "a part lies flat | tip contact", Style::Dotted, 2),
+        mark(drop, 1e3 * strip.length, "tip contact | no contact", Style::DashDot, 3),
     ];
     let title = "Place at which contact with the table begins";
     let y = "arc length from the clamp (mm)";

@@ -29,6 +29,7 @@ macro_rules! chapter {
                 "method": "method",
                 "own laws": "own_laws",
                 "own methods": "own_methods",
+                "performance": "performance",
                 "stability": "stability",
                 "supports": "supports",
                 ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::growth_power" "Shoot::reactions"

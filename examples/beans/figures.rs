@@ -35,7 +35,7 @@ pub fn draw(
     let panels = [("whole stem", &panels[0][..]), ("rigid upright part", &panels[1][..])];
     Figure::new(out.join("force.svg"), "Force of beans on a hanging support").panels(
         "measured peak force (mN)",
-        "predicted (mN)",
+        "predicted peak force (mN)",
         &panels,
         Axes::LogLog,
     )?;
@@ -43,13 +43,18 @@ pub fn draw(
     let mut series = Vec::new();
     for (k, name) in names.iter().enumerate() {
         let mut shares: Vec<f64> = grips[k].iter().flatten().map(|force| force.contact).collect();
-        series.push(cumulative(name, &mut shares, k));
+        let one = cumulative(name, &mut shares, Style::Line);
+        // The first case has no slip, and the others are ordered by their friction.
+        series.push(match k {
+            0 => Series { style: Style::Dotted, ..one },
+            _ => one.ordered(k - 1, names.len() - 1),
+        });
     }
     let mut measured: Vec<f64> = events.iter().map(|event| event.fitted / event.period).collect();
-    series.push(cumulative("measured", &mut measured, 6));
+    series.push(Series { colour: 6, ..cumulative("measured", &mut measured, Style::Dashed) });
     Figure::new(out.join("contact.svg"), "Time in contact with the support").lines(
-        "time in contact over the period",
-        "share of events with less",
+        "time in contact over the period (1)",
+        "share of events with less (1)",
         &series,
         Axes::Linear,
     )?;
@@ -67,8 +72,8 @@ pub fn draw(
         Series::new("no slip", predicted.collect(), Style::Points, 2),
     ];
     Figure::new(out.join("frequency.svg"), "Frequency of the force").lines(
-        "duration of the measured fit over the period",
-        "frequency over ω/2",
+        "duration of the measured fit over the period (1)",
+        "frequency over ω/2 (1)",
         &series,
         Axes::LogY,
     )?;
@@ -88,9 +93,9 @@ pub fn draw(
 }
 
 /// Distribution of values over the events.
-fn cumulative(name: &str, values: &mut [f64], colour: usize) -> Series {
+fn cumulative(name: &str, values: &mut [f64], style: Style) -> Series {
     values.sort_by(f64::total_cmp);
     let number = values.len() as f64;
     let points = values.iter().enumerate().map(|(i, value)| (*value, (i as f64 + 0.5) / number)).collect();
-    Series::new(name, points, Style::Line, colour)
+    Series::new(name, points, style, 0)
 }

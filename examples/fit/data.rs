@@ -41,10 +41,12 @@ pub struct Points {
     /// Whether the data are centre lines.
     pub lines: bool,
     shown: Shown,
+    // Whether the data have all three coordinates.
+    space: bool,
 }
 
 impl Points {
-    fn new(series: &Series, shown: Shown, lines: bool) -> Self {
+    fn new(series: &Series, shown: Shown, lines: bool, space: bool) -> Self {
         let name = |index: usize| ["x (mm)", "y (mm)", "z (mm)"][index];
         let axes = match shown {
             Shown::Plane([a, b], _) => [name(a), name(b)],
@@ -52,7 +54,7 @@ impl Points {
             Shown::Angle => ["time (h)", "angle (degrees)"],
         };
         let times = series.times().to_vec();
-        let mut points = Self { times, points: Vec::new(), axes, lines, shown };
+        let mut points = Self { times, points: Vec::new(), axes, lines, shown, space };
         for (index, (time, frame)) in series.times().iter().zip(series.frames()).enumerate() {
             // The data of a view with fewer than three coordinates are the first coordinates of a point.
             let point = |p: &Vector3<f64>| match shown {
@@ -65,6 +67,22 @@ impl Points {
             }
         }
         points
+    }
+
+    /// Place in space (m) of a measured point. Coordinates that the view does not show are those of the fitted place.
+    /// `None` for angles.
+    pub fn place(&self, measured: &Vector3<f64>, fitted: Vector3<f64>, found: &Estimates) -> Option<Vector3<f64>> {
+        let (axes, columns): (&[usize], &[usize]) = match &self.shown {
+            _ if self.space => (&[0, 1, 2], &[0, 1, 2]),
+            Shown::Plane(axes, columns) => (axes, columns),
+            Shown::Along(axis) => (std::slice::from_ref(axis), &[0]),
+            Shown::Angle => return None,
+        };
+        let mut place = fitted;
+        for (axis, column) in axes.iter().zip(columns) {
+            place[*axis] = measured[*column] - offset(found, *column);
+        }
+        Some(place)
     }
 
     /// Whether both axes are directions in space.
@@ -84,10 +102,11 @@ impl Points {
 
     /// Image of a position (m, fixed frame) in the units of the axes. For one direction, the first component is zero.
     pub fn image(&self, p: &Vector3<f64>, found: &Estimates) -> [f64; 2] {
-        let offset = |index: usize| found.get(ORIGIN[index]).map_or(0.0, |estimate| estimate.value);
         match self.shown {
-            Shown::Plane([a, b], [i, j]) => [MM_PER_M * (p[a] + offset(i)), MM_PER_M * (p[b] + offset(j))],
-            Shown::Along(a) => [0.0, MM_PER_M * (p[a] + offset(0))],
+            Shown::Plane([a, b], [i, j]) => {
+                [MM_PER_M * (p[a] + offset(found, i)), MM_PER_M * (p[b] + offset(found, j))]
+            }
+            Shown::Along(a) => [0.0, MM_PER_M * (p[a] + offset(found, 0))],
             Shown::Angle => [0.0; 2],
         }
     }
@@ -107,6 +126,11 @@ impl Points {
 /// Names of the coordinates of the base in the view.
 const ORIGIN: [&str; 3] = ["x_0", "y_0", "z_0"];
 
+/// Coordinate of the base in the view, m.
+fn offset(found: &Estimates, index: usize) -> f64 {
+    found.get(ORIGIN[index]).map_or(0.0, |estimate| estimate.value)
+}
+
 /// Data, their points in the figures, and the parameters of the camera.
 type Data = (Series, Points, Vec<Parameter>);
 
@@ -122,7 +146,7 @@ pub fn synthetic(
 ) -> Result<Data, Box<dyn Error>> {
     let series = plant.measured(values, setting, seen, noise, draw)?;
     let shown = if seen == Seen::Above { [0, 1] } else { [0, 2] };
-    let points = Points::new(&series, Shown::Plane(shown, shown), seen == Seen::Lines);
+    let points = Points::new(&series, Shown::Plane(shown, shown), seen == Seen::Lines, seen != Seen::Above);
     Ok((series, points, Vec::new()))
 }
 
@@ -170,7 +194,7 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
             Series::centre_lines(times, frames.iter().map(space).collect())
         }
     };
-    let points = Points::new(&series, shown, lines);
+    let points = Points::new(&series, shown, lines, layout.coordinates.len() == 3);
     if !options.flag("origin") {
         return Ok((series, points, Vec::new()));
     }

@@ -17,6 +17,7 @@
 //! oscillator.
 //!
 //! # Options to try
+//! - `--film`: an animation of the fitted shoot with the data.
 //! - `--case circumnutation`: the tip of a growing shoot from above.
 //! - `--case circumnutation --hours 10 --alpha 0.05`: an internal oscillator, which the scan finds.
 //! - `--noise 1`: noise of 1 mm.
@@ -36,6 +37,7 @@ mod analysis;
 mod data;
 mod design;
 mod figures;
+mod film;
 mod plants;
 mod setting;
 
@@ -94,6 +96,7 @@ fn options() -> Options {
         Opt::value("alpha", "A", "0", "sensitivity of the internal oscillator of synthetic data"),
         Opt::value("noise", "MM", "0.1", "noise of synthetic data, mm"),
         Opt::value("hours", "H", "6", "duration of synthetic data, h"),
+        Opt::flag("film", "also write film.html, an animation of the fitted shoot with the data, for the browser"),
         Opt::flag("table", "only print standard errors of several experiments"),
     ]);
     Options::parse("fit", "estimation of the parameters of a shoot from a tracked tip or centre lines", &all)
@@ -111,6 +114,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     let (plant, found) = analysis.run(&options)?;
     let paths = paths(plant, &found, &points, analysis.fit.step)?;
     figures::draw(&out, &points, &paths, &found)?;
+    if options.flag("film") {
+        let shoot = plant.build(&found.values(), plant.oscillator(&found.values()))?;
+        film::write(&out.join("film.html"), shoot, (&analysis.series[0], &points), &found, analysis.fit.step)?;
+    }
     println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());
     Ok(())
 }

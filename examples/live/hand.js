@@ -67,7 +67,8 @@ function pace() {
 function drawHand() {
   const [x, y] = tipOnCanvas(), c = view.context, hit = Boolean(hand.from) || catches();
   hand.drawn = [...seen(), [performance.now(), x, y]];
-  view.canvas.style.cursor = hand.from ? "grabbing" : hit ? "grab" : "";
+  const held = hand.from || drag.from, near = hit || hand.at && onPole(hand.at);
+  view.canvas.style.cursor = held ? "grabbing" : near ? "grab" : "";
   c.beginPath();
   c.arc(view.ratio * x, view.ratio * y, view.ratio * (hit ? 18 : 12), 0, 2 * Math.PI);
   c.strokeStyle = COLOURS.force;

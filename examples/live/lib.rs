@@ -4,6 +4,7 @@
 //! Each thread has one shoot. Calls that may fail return 0 on success and 1 on failure; [`live_message`]
 //! then returns the address of the error message.
 
+mod pole;
 mod shoot;
 
 use std::cell::RefCell;
@@ -66,7 +67,8 @@ pub extern "C" fn live_advance(seconds: f64) -> i32 {
 }
 
 /// Writes a description of the shoot to the numbers: time (s), length (m), relative start of the growth
-/// zone, tip (m), three counts, and all positions (m) and unit vectors of the frame.
+/// zone, tip (m), place and radius of the pole (m; the radius is zero without a pole), three counts, and all positions
+/// (m) and unit vectors of the frame.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_look() -> i32 {
     with(|live, numbers| {
@@ -74,6 +76,7 @@ pub extern "C" fn live_look() -> i32 {
         let counts = [frame.line.len(), frame.directors.len(), frame.piles.len()].map(|count| count as f64);
         *numbers = vec![frame.time, frame.length, frame.zone];
         numbers.extend(live.tip().iter());
+        numbers.extend(live.pole());
         numbers.extend(counts);
         numbers.extend(frame.line.as_flattened());
         numbers.extend(frame.directors.as_flattened().as_flattened());

@@ -7,13 +7,36 @@ const [LONGEST, SPACING] = [4000, 30];
 const REST = 1e-5;
 // Longest part of a frame between two points of the trace, s.
 const PART = 60;
+// Radius of the shoot, and gap below which it touches the pole in the check, m.
+const [SHOOT, TOUCH] = [5e-4, 1e-6];
 
 const $ = (id) => document.getElementById(id);
 let core = null, view = null, frame = null, critical = [Infinity, Infinity];
 let [playing, drawnAt, trace, reading, readAt] = [false, null, [], [0, 0, 0], 0];
 
 function bytesOfModule() {
-  return Uint8Array.from(atob($("wasm").textContent), (c) => c.charCodeAt(0));
+  return expand(Uint8Array.from(atob($("wasm").textContent), (c) => c.charCodeAt(0)), Number($("wasm").dataset.size));
+}
+
+// Inverse of `compressed` in compress.rs, for a result of a known size.
+function expand(from, size) {
+  const to = new Uint8Array(size);
+  let [i, at] = [0, 0];
+  const length = (short) => {
+    let sum = short;
+    for (let more = short === 15; more; i++) { sum += from[i]; more = from[i] === 255; }
+    return sum;
+  };
+  while (i < from.length) {
+    const token = from[i++], count = length(token >> 4);
+    to.set(from.subarray(i, i + count), at);
+    [i, at] = [i + count, at + count];
+    if (i >= from.length) break;
+    const distance = from[i] + 256 * from[i + 1];
+    i += 2;
+    for (let left = length(token & 15) + 4; left > 0; left--, at++) to[at] = to[at - distance];
+  }
+  return to;
 }
 
 // Calls the module. If it fails, the message is shown, the simulation is stopped, and false is returned.
@@ -31,11 +54,13 @@ function numbers() {
 
 function look() {
   if (!call("live_look")) return;
-  const all = numbers(), [time, length, zone] = all, tip = all.slice(3, 6), [points, stations, piles] = all.slice(6, 9);
-  let at = 9;
+  const all = numbers(), [time, length, zone] = all, tip = all.slice(3, 6);
+  const [x, y, radius, points, stations, piles] = all.slice(6, 12);
+  let at = 12;
   const vector = () => all.slice(at, at += 3), many = (n, make) => Array.from({ length: n }, make);
   frame = {
     time, length, zone, tip,
+    poles: radius > 0 ? [[[x, y, 0], [0, 0, 1], radius]] : [],
     line: many(points, vector),
     directors: many(stations, () => [vector(), vector(), vector()]),
     piles: many(piles, () => [vector(), vector()]),
@@ -66,7 +91,7 @@ function restart() {
   look();
   if (!done || !frame) return;
   const reach = frame.length * (value(GROWS) > 0 ? 1.4 : 1.02);
-  view.setBox(boxAround([[0.62 * reach, 0, reach], [0, 0, value(TILT) === 0 ? 0 : -0.4 * reach]]));
+  view.setBox(boxAround([...besidePoles(frame.poles), [0.62 * reach, 0, reach], [0, 0, value(TILT) === 0 ? 0 : -0.4 * reach]]));
   drawScale();
 }
 
@@ -96,7 +121,7 @@ function advance(seconds) {
 
 // Enlarges the box where the shoot would leave it.
 function follow() {
-  const needed = boxAround(frame.line), box = view.box.map(([lo, hi], k) => [Math.min(lo, needed[k][0]), Math.max(hi, needed[k][1])]);
+  const needed = boxAround([...frame.line, ...besidePoles(frame.poles)]), box = view.box.map(([lo, hi], k) => [Math.min(lo, needed[k][0]), Math.max(hi, needed[k][1])]);
   if (box.flat().some((x, i) => x !== view.box.flat()[i])) view.setBox(box);
 }
 
@@ -125,7 +150,7 @@ function draw() {
   view.begin();
   const spacing = view.room(), path = [...trace.map(([tip]) => tip), frame.tip];
   view.trace(path, Math.max(0, trace.findIndex(([, time]) => time >= frame.time - 3600 * RECENT)));
-  view.shoot(frame);
+  view.shoot(frame, frame.poles);
   drawHand();
   const parts = [`${(frame.time / 3600).toFixed(1)} h`, `length ${(100 * frame.length).toFixed(2)} cm`, motion(), `grid ${distance(spacing)}`];
   $("read").textContent = parts.join(" · ");
@@ -160,11 +185,29 @@ function begin() {
     run(!playing);
     event.preventDefault();
   });
-  // The hand receives events before the view, and may take them.
+  // The hand and the pole receive events before the view, and may take them.
   listenToHand($("view"));
+  listenToPole($("view"));
   view = new View($("view"), boxAround([[0.05, 0, 0.1]]));
   view.onchange = draw;
   choose(Object.values(PRESETS)[0]);
+}
+
+// Smallest gap between the pole and 41 places of the shoot, m.
+function gap() {
+  const [[[x, y], , radius]] = frame.poles;
+  return Math.min(...frame.line.map((p) => Math.hypot(p[0] - x, p[1] - y))) - radius - SHOOT;
+}
+
+// Lets a shoot grow beside the pole until they touch. Returns the smallest gap in the following hour (m), and the number
+// of frames of one minute that are simulated and drawn in a second.
+function meetPole() {
+  choose({ ...PRESETS["Growing shoot and a pole"], [POLE]: 5 });
+  for (let i = 0; i < 1440 && gap() > TOUCH; i++) advance(60);
+  const began = performance.now();
+  let least = gap();
+  for (let i = 0; i < 60; i++) { advance(60); draw(); least = Math.min(least, gap()); }
+  return { gap: least, framesPerSecond: 60000 / (performance.now() - began), metAt: frame.time / 3600 - 1 };
 }
 
 // Writes the tip after so many hours, for a comparison with the same run outside a browser, and the speed.
@@ -183,7 +226,7 @@ function check(hours) {
   const perSecond = 20 / ((performance.now() - began) / 1000);
   const found = document.createElement("pre");
   found.id = "found";
-  found.textContent = JSON.stringify({ tip, moved, perSecond, message: $("message").textContent });
+  found.textContent = JSON.stringify({ tip, moved, perSecond, ...meetPole(), message: $("message").textContent });
   document.body.append(found);
 }
 

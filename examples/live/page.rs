@@ -1,5 +1,5 @@
-//! HTML page that simulates a shoot, with sliders for its parameters. The user can tilt the base and
-//! apply a force to the tip.
+//! HTML page that simulates a shoot, with sliders for its parameters. The user can tilt the base, apply a
+//! force to the tip, and drag a pole into the way of the shoot.
 //!
 //! The shoot of `examples/live/shoot.rs` is compiled to WebAssembly and embedded in one HTML file, which
 //! needs no network.
@@ -15,7 +15,10 @@
 //! two pulses decays. At 6.5 cm, it persists. The critical length with statoliths is 6.46 cm; the orange
 //! line of the scale shows it.
 
-// This program uses only the part of the module that is needed for the option `--tip`.
+mod compress;
+// This program uses only the part of the modules that is needed for the option `--tip`.
+#[allow(dead_code)]
+mod pole;
 #[allow(dead_code)]
 mod shoot;
 
@@ -23,6 +26,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use compress::compressed;
 use morphorod_plot::file::write_whole;
 use morphorod_plot::film::{SCENE, STYLE, base64, fill};
 use morphorod_plot::{Opt, Options, println};
@@ -56,9 +60,11 @@ fn run() -> Result<(), Box<dyn Error>> {
         include_str!("page.html"),
         &[
             ("css", STYLE),
-            ("wasm", &base64(&wasm)),
+            ("size", &wasm.len().to_string()),
+            ("wasm", &base64(&compressed(&wasm))),
             ("scene", SCENE),
             ("hand", include_str!("hand.js")),
+            ("pole", include_str!("pole.js")),
             ("panel", include_str!("panel.js")),
             ("live", include_str!("live.js")),
         ],

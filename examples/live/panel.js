@@ -12,9 +12,12 @@ const SLIDERS = [
   [7, "Young's modulus E", "MPa", 2, 50, 0.5],
   [6, "gravity g", "m/s²", 0, 30, 0.01],
   [8, "tilt of the base", "°", -90, 90, 1],
+  [19, "pole: radius, 0 for none", "mm", 0, 5, 0.25],
+  [17, "pole: x", "mm", -60, 60, 0.1],
+  [18, "pole: y", "mm", -60, 60, 0.1],
 ];
-const [TILT, SENSE, PUSH, LENGTH, GROWS, KICK] = [8, 10, 11, 14, 15, 16];
-const USUAL = { 0: 0, 1: 0.8, 2: 20, 3: 20, 4: 12, 5: 12, 6: 9.81, 7: 10, 8: 0, 9: 24, [SENSE]: 1, [LENGTH]: 6.59, [GROWS]: 0, [KICK]: 0 };
+const [TILT, SENSE, PUSH, LENGTH, GROWS, KICK, POLE] = [8, 10, 11, 14, 15, 16, 17];
+const USUAL = { 0: 0, 1: 0.8, 2: 20, 3: 20, 4: 12, 5: 12, 6: 9.81, 7: 10, 8: 0, 9: 24, [SENSE]: 1, [LENGTH]: 6.59, [GROWS]: 0, [KICK]: 0, [POLE]: 20, [POLE + 1]: 0, [POLE + 2]: 0 };
 const PRESETS = {
   "Video 2: growing shoot": { 0: 0.2, 3: 40, [LENGTH]: 6.8, [GROWS]: 1 },
   "Video 3: weak oscillator": { 0: 0.01, 3: 40, [LENGTH]: 6.8, [GROWS]: 1 },
@@ -22,6 +25,7 @@ const PRESETS = {
   "Video 5: epitrochoid": { 0: 0.3, 9: 20, [LENGTH]: 6.565, [KICK]: 2 },
   "Video 6: hypotrochoid": { 0: 0.3, 9: 20, [LENGTH]: 6.565, [SENSE]: -1, [KICK]: 2 },
   "Weightless, no gravitropism": { 0: 0.2, 1: 0, 6: 0, [LENGTH]: 6.8 },
+  "Growing shoot and a pole": { 0: 0.2, 3: 40, [LENGTH]: 6.8, [GROWS]: 1, [POLE + 2]: 2 },
   "Horizontal base": { [LENGTH]: 5, 8: 90 },
 };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20], USUAL_SPEED = 1;

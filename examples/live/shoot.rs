@@ -1,8 +1,10 @@
 //! Shoot of the live page: numbered parameters, their change during the simulation, and the data that the
 //! page draws.
 
+use std::cell::Cell;
 use std::error::Error;
 use std::f64::consts::PI;
+use std::rc::Rc;
 
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
@@ -10,6 +12,7 @@ use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{Cut, Load, Pulse, Weight, Whirl};
 use morphorod::nalgebra::Vector3;
 use morphorod::stability::{Linearisation, onset};
+use morphorod::support::Contact;
 use morphorod::tracking::{Search, Track};
 use morphorod::tropism::{
     Gravitropism, Handedness, Memory, Oscillator, Proprioception, Remembered, Response, Statoliths,
@@ -17,6 +20,8 @@ use morphorod::tropism::{
 use morphorod::{Environment, Laws, Shoot, Still};
 
 use morphorod_plot::Frame;
+
+use super::pole::{Motion, Pole};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -36,6 +41,10 @@ const RECENT: f64 = 12.0;
 const MOST_READ: usize = 240;
 /// Largest time step, s.
 const STEP: f64 = MINUTE;
+/// Largest speed of the pole, m/s: less than its radius in a step.
+const SPEED: f64 = 1e-3 / MINUTE;
+/// Smallest gap between the pole and the base, m.
+const GAP: f64 = 1e-3;
 
 /// Parameters that the page can change, in the units of the page. The page refers to them by their
 /// indices.
@@ -77,19 +86,25 @@ pub enum Parameter {
     /// Initial perturbation: 0 for none, 1 for the two pulses of the fourth video, 2 for the rotating
     /// force of the fifth and sixth videos.
     Kick,
+    /// Component of the place of the pole along e1, mm.
+    PoleX,
+    /// Component of the place of the pole along e2, mm.
+    PoleY,
+    /// Radius of the pole, mm; zero without a pole.
+    PoleRadius,
 }
 use Parameter as P;
 
 /// Number of parameters.
-pub const PARAMETERS: usize = P::Kick as usize + 1;
+pub const PARAMETERS: usize = P::PoleRadius as usize + 1;
 
 /// Parameters of the shoot of the second video.
 const DEFAULTS: [f64; PARAMETERS] =
-    [0.2, 0.8, 20.0, 40.0, 12.0, 12.0, 9.81, 10.0, 0.0, 24.0, 1.0, 0.0, 0.0, 0.0, 6.8, 1.0, 0.0];
+    [0.2, 0.8, 20.0, 40.0, 12.0, 12.0, 9.81, 10.0, 0.0, 24.0, 1.0, 0.0, 0.0, 0.0, 6.8, 1.0, 0.0, 20.0, 0.0, 0.0];
 
 type Steering = (Remembered<Gravitropism<Statoliths>>, Remembered<Proprioception>, Oscillator);
 type Loads = (Weight, Hand, Option<(Pulse, Pulse)>, Option<Whirl>);
-type Model = Laws<Lignifying, Box<dyn GrowthLaw + Send + Sync>, Steering, Loads, Still>;
+type Model = Laws<Lignifying, Box<dyn GrowthLaw + Send + Sync>, Steering, Loads, Still, Option<Contact<Pole>>>;
 type Failure = Box<dyn Error>;
 
 /// Constant force on the apex, N, in the fixed frame.
@@ -114,6 +129,7 @@ pub struct Reading {
 /// Simulation of a shoot with its parameters and its stored tip track.
 pub struct Live {
     values: [f64; PARAMETERS],
+    motion: Rc<Cell<Motion>>,
     shoot: Shoot<Model>,
     tips: Vec<(f64, Vector3<f64>)>,
 }
@@ -121,8 +137,9 @@ pub struct Live {
 impl Live {
     /// Returns the shoot of the second video at t = 0.
     pub fn new() -> Result<Self, Failure> {
-        let shoot = build(&DEFAULTS)?;
-        let mut live = Self { values: DEFAULTS, shoot, tips: Vec::new() };
+        let motion = Rc::new(Cell::new(Motion::at_rest(requested(&DEFAULTS))));
+        let shoot = build(&DEFAULTS, &motion)?;
+        let mut live = Self { values: DEFAULTS, motion, shoot, tips: Vec::new() };
         live.restart()?;
         Ok(live)
     }
@@ -133,15 +150,20 @@ impl Live {
     }
 
     /// Changes a parameter during the simulation. Initial length, growth and perturbation take effect at
-    /// the next restart.
+    /// the next restart. The pole moves to another place while the simulation advances.
     pub fn set(&mut self, number: usize, value: f64) -> Result<(), Failure> {
         let mut values = self.values;
         *values.get_mut(number).ok_or_else(|| format!("there is no parameter {number}"))? = value;
-        if number < P::Length as usize {
+        if number == P::PoleRadius as usize {
+            // A thicker pole must not contain the base.
+            let place = self.motion.get().at(self.shoot.time());
+            self.motion.set(Motion::at_rest(beside_base(place, &values)));
+        }
+        if number < P::Length as usize || number == P::PoleRadius as usize {
             // The change fails if a new delay is longer than the history. The shoot is then restarted
             // with the stimuli of its first equilibrium at all earlier times.
-            self.shoot = self.shoot.with_model(model(&values)).or_else(|_| {
-                let mut shoot = self.shoot.with_model_restarted(model(&values))?;
+            self.shoot = self.shoot.with_model(model(&values, &self.motion)).or_else(|_| {
+                let mut shoot = self.shoot.with_model_restarted(model(&values, &self.motion))?;
                 integrator(&values).start(&mut shoot, &ConstantHistory::Steady)?;
                 Ok::<_, Failure>(shoot)
             })?;
@@ -152,7 +174,8 @@ impl Live {
 
     /// Restarts the simulation at t = 0 with the current parameters.
     pub fn restart(&mut self) -> Result<(), Failure> {
-        let mut shoot = build(&self.values)?;
+        self.motion.set(Motion::at_rest(beside_base(requested(&self.values), &self.values)));
+        let mut shoot = build(&self.values, &self.motion)?;
         integrator(&self.values).start(&mut shoot, &ConstantHistory::Empty)?;
         self.tips = vec![(0.0, shoot.tip())];
         self.shoot = shoot;
@@ -162,6 +185,7 @@ impl Live {
     /// Advances the simulation by a number of seconds.
     pub fn advance(&mut self, seconds: f64) -> Result<(), Failure> {
         let (until, mut integrator) = (self.shoot.time() + seconds, integrator(&self.values));
+        self.move_pole(seconds);
         loop {
             let next = self.tips.last().map_or(0.0, |(time, _)| time + EVERY);
             integrator.advance(&mut self.shoot, next.min(until))?;
@@ -176,6 +200,14 @@ impl Live {
         Ok(())
     }
 
+    /// Moves the pole towards the requested place during the next seconds, round the base.
+    fn move_pole(&self, seconds: f64) {
+        let (motion, time) = (self.motion.get(), self.shoot.time());
+        let now = motion.at(time);
+        let step = (requested(&self.values) - now).cap_magnitude(SPEED * seconds);
+        self.motion.set(motion.then(beside_base(now + step, &self.values), time, seconds));
+    }
+
     /// Current shape of the shoot for a drawing.
     pub fn look(&self) -> Frame {
         Frame::of(&self.shoot, Some(0))
@@ -184,6 +216,12 @@ impl Live {
     /// Tip position, m.
     pub fn tip(&self) -> Vector3<f64> {
         self.shoot.tip()
+    }
+
+    /// Place of the pole on the floor and its radius, m. The radius is zero without a pole.
+    pub fn pole(&self) -> [f64; 3] {
+        let place = self.motion.get().at(self.shoot.time());
+        [place.x, place.y, 1e-3 * self.values[P::PoleRadius as usize]]
     }
 
     /// Largest oscillation in the stored tip track, viewed from above. `None` if no oscillation is
@@ -209,7 +247,7 @@ impl Live {
     /// whole length. `None` if there is no such length or no steady state.
     pub fn critical_length(&self) -> Option<f64> {
         let longest = self.buckling_length();
-        let laws = model(&self.values);
+        let laws = model(&self.values, &self.motion);
         let elastic = laws.constitutive.young;
         let (gravitropism, bending, _) = laws.tropism;
         let at = |length: f64| {
@@ -238,7 +276,18 @@ fn integrator(values: &[f64; PARAMETERS]) -> MethodOfSteps {
     MethodOfSteps::new(STEP.min(MINUTE * values[P::ReactionTime as usize]))
 }
 
-fn model(values: &[f64; PARAMETERS]) -> Model {
+/// Requested place of the pole, m.
+fn requested(values: &[f64; PARAMETERS]) -> Vector3<f64> {
+    1e-3 * Vector3::new(values[P::PoleX as usize], values[P::PoleY as usize], 0.0)
+}
+
+/// Returns the place nearest to another one (m) at which there is a gap between pole and base.
+fn beside_base(place: Vector3<f64>, values: &[f64; PARAMETERS]) -> Vector3<f64> {
+    let (far, least) = (place.norm(), 1e-3 * values[P::PoleRadius as usize] + RADIUS + GAP);
+    if far > 0.0 { place * (least / far).max(1.0) } else { least * Vector3::x() }
+}
+
+fn model(values: &[f64; PARAMETERS], motion: &Rc<Cell<Motion>>) -> Model {
     let of = |parameter: Parameter| values[parameter as usize];
     let memory = Memory { time: MINUTE * of(P::MemoryTime), delay: MINUTE * of(P::ReactionTime) };
     let young = LinearElastic { youngs_modulus: 1e6 * of(P::Stiffness), poissons_ratio: 0.5 };
@@ -272,14 +321,17 @@ fn model(values: &[f64; PARAMETERS]) -> Model {
             (of(P::Kick) == 2.0).then_some(Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 }),
         ),
         scene: Still { gravity: Vector3::new(0.0, 0.0, -of(P::Gravity)), ..upright },
-        support: (),
+        support: (of(P::PoleRadius) > 0.0).then(|| {
+            let obstacle = Pole { radius: 1e-3 * of(P::PoleRadius), motion: motion.clone() };
+            Contact { obstacle, radius: RADIUS, friction: 0.0 }
+        }),
     }
 }
 
-fn build(values: &[f64; PARAMETERS]) -> Result<Shoot<Model>, Failure> {
+fn build(values: &[f64; PARAMETERS], motion: &Rc<Cell<Motion>>) -> Result<Shoot<Model>, Failure> {
     let elements = if values[P::Grows as usize] > 0.0 { 8 } else { 6 };
     let length = 0.01 * values[P::Length as usize];
-    let mut builder = Shoot::of(model(values)).length(length).radius(RADIUS).elements(elements);
+    let mut builder = Shoot::of(model(values, motion)).length(length).radius(RADIUS).elements(elements);
     if values[P::Grows as usize] == 0.0 {
         // The growth zone is longer than the shoot. The nodes are equally spaced along the shoot.
         let nodes: Vec<f64> = (0..=elements).map(|i| length * i as f64 / elements as f64).collect();

@@ -114,7 +114,8 @@ pub fn grow(out: &Path, growth_time: f64, end: f64, step: f64) -> Result<(), Box
         let line = root.rod().centre_line_at(400).into_iter();
         let line = line.map(|p| (1e3 * p.dot(&across) + shift, -1e3 * p.dot(&down))).collect();
         let label = ["left-handed twist, −1 /mm", "no twist", "right-handed twist, 1 /mm"][colour];
-        series.push(Series::new(label, line, Style::Line, colour));
+        let style = [Style::Dashed, Style::Line, Style::DashDot][colour];
+        series.push(Series::new(label, line, style, colour));
     }
     progress.finish();
     table.finish()?;

@@ -125,10 +125,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     let out = options.out_dir();
     let store = Store::open(&out, grid)?;
-    let rows = store.read()?;
     if !merge {
-        let missing: Vec<usize> = (0..rows.len()).filter(|row| part.contains(*row) && rows[*row].is_none()).collect();
-        let wanted = (0..rows.len()).filter(|row| part.contains(*row)).count();
+        let missing = store.missing(part)?;
+        let wanted = (0..grid.etas.count).filter(|row| part.contains(*row)).count();
         println!("{} of {wanted} rows are there already", wanted - missing.len());
         compute(&grid, &store, &missing, cores).map_err(|error| -> Box<dyn Error> { error })?;
     }

@@ -83,7 +83,7 @@ pub fn map(base: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
     let series: Vec<Series> = all.filter(|series| !series.points.is_empty()).collect();
     Figure::new(out.join("map.svg"), "Shoots that meet a pole").lines(
         "radius of the pole (mm)",
-        "coefficient of friction",
+        "coefficient of friction (1)",
         &series,
         Axes::Linear,
     )?;

@@ -118,8 +118,8 @@ impl Record {
     fn draw_force(&self, out: &Path) -> Result<(), Box<dyn Error>> {
         let line = |of: &dyn Fn(&[f64; 9]) -> f64| self.rows.iter().map(|row| (row[0] / HOUR, 1e3 * of(row))).collect();
         let series = [
-            Series::new("towards the base", line(&|row| -row[7]), Style::Line, 0),
-            Series::new("across", line(&|row| row[8]), Style::Line, 1),
+            Series::new("towards the base", line(&|row| -row[7]), Style::Dashed, 0),
+            Series::new("across", line(&|row| row[8]), Style::DashDot, 1),
             Series::new("magnitude", line(&|row| row[7].hypot(row[8])), Style::Line, 6),
         ];
         let figure = Figure::new(out.join("force.svg"), "Horizontal force of the shoot on the pole");

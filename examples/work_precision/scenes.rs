@@ -29,9 +29,9 @@ const TOLERANCES: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 /// Number of compared points of a centre line, both ends included. Several are in each of the shortest elements.
 const PLACES: usize = 1001;
 /// Label of errors of the tip.
-const TIP: &str = "distance of the tip from the reference / length";
+const TIP: &str = "error of the tip / length (1)";
 /// Label of errors of the centre line.
-const LINE: &str = "largest distance of the centre line from the reference / length";
+const LINE: &str = "largest error of the centre line / length (1)";
 
 type Measured = Result<Scene, Box<dyn Error>>;
 /// Computes a scene. If the argument is true, few settings are run once.

@@ -56,3 +56,19 @@ fn series_with_times_have_a_colour_bar_and_different_colours() {
         .collect();
     assert_eq!(colours.len(), 3, "{colours:?}");
 }
+
+#[test]
+fn line_styles_differ_without_colour() {
+    let [solid, dashed, dotted, dash_dot] = [Style::Line, Style::Dashed, Style::Dotted, Style::DashDot].map(|style| {
+        let line = Series::new("", vec![(0.0, 0.0), (1.0, 1.0)], style, 0);
+        Figure::new(file("style.svg"), "").lines("x (1)", "y (1)", &[line], Axes::Linear).unwrap();
+        let text = fs::read_to_string(file("style.svg")).unwrap();
+        // Each dash is a line of its own. Lines of axes have other widths.
+        text.lines().filter(|line| line.starts_with("<polyline") && line.contains("stroke-width=\"24\"")).count() as f64
+    });
+    assert_eq!(solid, 1.0);
+    // Widths of the line from one dash or dot to the next. The patterns end with the line, within one pattern.
+    let length = 7.5 * dashed;
+    assert!(dashed > 20.0 && (3.0 * dotted - length).abs() < 7.5, "{dashed} dashes, {dotted} dots");
+    assert!((6.15 * dash_dot - length).abs() < 12.3, "{dashed} dashes, {dash_dot} dashes and dots");
+}

@@ -31,8 +31,9 @@ use std::path::PathBuf;
 
 use canvas::{Canvas, Label};
 
-/// Width of a figure in pixels, unless another one is chosen.
-const WIDTH: f64 = 1200.0;
+/// Widths in pixels of figures with one column of panels and with several, unless another one is chosen. In print, on
+/// one column of a journal (85 mm) and on two (178 mm), letters of `TICK_SIZE` have 5.1 and 7.2 points.
+const WIDTHS: [f64; 2] = [800.0, 1200.0];
 /// Height of panels relative to the width of the figure.
 const ASPECT: f64 = 0.625;
 /// Smallest width of a column of panels.
@@ -65,7 +66,7 @@ const PIXELS_PER_POINT: f64 = 96.0 / 72.0;
 pub struct Figure {
     file: PathBuf,
     title: String,
-    width: f64,
+    width: Option<f64>,
     height: Option<f64>,
     // Pixels of the figure per pixel of the constants above, which are for letters of `TICK_SIZE`.
     scale: f64,
@@ -75,12 +76,13 @@ impl Figure {
     /// Returns a figure that is written to a file with the ending `svg`, or `png` with 300 dots per inch. An empty
     /// title takes no space.
     pub fn new(file: impl Into<PathBuf>, title: impl Into<String>) -> Self {
-        Self { file: file.into(), title: title.into(), width: WIDTH, height: None, scale: 1.0 }
+        Self { file: file.into(), title: title.into(), width: None, height: None, scale: 1.0 }
     }
 
-    /// Sets the width, mm. The default, 317.5 mm, is 1200 pixels on a screen.
+    /// Sets the width, mm. The default is 800 pixels on a screen, 212 mm, for one column of panels, and 1200 pixels,
+    /// 317 mm, for several.
     pub fn width(self, mm: f64) -> Self {
-        Self { width: mm * PIXELS_PER_MM, ..self }
+        Self { width: Some(mm * PIXELS_PER_MM), ..self }
     }
 
     /// Sets the height without a legend below the panels, mm. It has no effect on figures whose height results from
@@ -95,14 +97,14 @@ impl Figure {
         Self { scale: points * PIXELS_PER_POINT / TICK_SIZE, ..self }
     }
 
-    /// Width in pixels of the constants.
-    fn wide(&self) -> f64 {
-        self.width / self.scale
+    /// Width of a figure with a number of columns of panels, in pixels of the constants.
+    fn wide(&self, columns: usize) -> f64 {
+        self.width.unwrap_or(WIDTHS[usize::from(columns > 1)]) / self.scale
     }
 
     /// Lower edge of panels with their labels.
-    fn tall(&self) -> f64 {
-        self.height.map_or(ASPECT * self.wide(), |height| height / self.scale)
+    fn tall(&self, wide: f64) -> f64 {
+        self.height.map_or(ASPECT * wide, |height| height / self.scale)
     }
 
     /// Height of the band at the top.
@@ -110,13 +112,12 @@ impl Figure {
         TITLE_BAND[usize::from(self.title.is_empty())]
     }
 
-    /// Draws the title and the content of a figure with one or two columns of panels, and writes the file.
+    /// Draws the title and the content of a figure with a number of columns of panels, and writes the file.
     fn draw(&self, columns: usize, height: f64, content: impl FnOnce(&mut Canvas)) -> io::Result<()> {
-        let least = LEAST * columns as f64;
+        let (wide, least) = (self.wide(columns), LEAST * columns.min(2) as f64);
         // The negated comparison rejects sizes that are not numbers.
-        if !(self.scale > 0.0 && self.wide() >= least && height >= LEAST && self.wide().max(height) < 1e5) {
-            let [width, height, least] =
-                [self.width, height * self.scale, least * self.scale].map(|x| x / PIXELS_PER_MM);
+        if !(self.scale > 0.0 && wide >= least && height >= LEAST && wide.max(height) < 1e5) {
+            let [width, height, least] = [wide, height, least].map(|x| x * self.scale / PIXELS_PER_MM);
             let message = format!(
                 "{}: a figure of {width:.0} mm by {height:.0} mm has no room for letters of {:.1} points: \
                  it needs a width of {least:.0} mm",
@@ -125,7 +126,6 @@ impl Figure {
             );
             return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
         }
-        let wide = self.wide();
         canvas::write(&self.file, [wide, height], self.scale, |canvas| {
             let label = Label { size: TITLE_SIZE, ..Label::new(wide / 2.0, self.band() / 2.0) };
             canvas.text(&self.title, label.fitted(&self.title, wide - 40.0));

@@ -147,11 +147,14 @@ impl Canvas<'_> {
         self.keep(result);
     }
 
-    /// Draws a dashed line through the points.
-    pub fn dashed(&mut self, path: &[Point], colour: RGBColor, width: f64) {
-        let (on, off) = (4.0 * width, 3.5 * width);
-        let mut dash: Vec<Point> = path.first().copied().into_iter().collect();
-        let (mut drawing, mut left) = (true, on);
+    /// Draws a line through the points with a pattern: lengths of dashes and gaps in turn, in widths of the line. The
+    /// line is solid without a pattern.
+    pub fn dashed(&mut self, path: &[Point], colour: RGBColor, width: f64, pattern: &[f64]) {
+        if pattern.is_empty() || path.len() < 2 {
+            return self.line(path, colour, width);
+        }
+        let mut dash = vec![path[0]];
+        let (mut piece, mut left) = (0, pattern[0] * width);
         for pair in path.windows(2) {
             let (mut from, to) = (pair[0], pair[1]);
             loop {
@@ -164,15 +167,15 @@ impl Canvas<'_> {
                 let s = left / length;
                 from = (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1));
                 dash.push(from);
-                if drawing {
+                if piece % 2 == 0 {
                     self.line(&dash, colour, width);
                 }
                 dash = vec![from];
-                drawing = !drawing;
-                left = if drawing { on } else { off };
+                piece = (piece + 1) % pattern.len();
+                left = pattern[piece] * width;
             }
         }
-        if drawing && !dash.is_empty() {
+        if piece % 2 == 0 && dash.len() > 1 {
             self.line(&dash, colour, width);
         }
     }

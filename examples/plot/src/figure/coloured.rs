@@ -30,7 +30,8 @@ impl Figure {
     /// Draws curves, whose points have a time (s) and two coordinates.
     fn coloured(&self, labels: [&str; 2], curves: &[Vec<[f64; 3]>]) -> io::Result<()> {
         let range = |k: usize| Range::of(curves.iter().flatten().map(move |point| point[k])).not_empty().padded(0.04);
-        let (wide, bottom) = (self.wide(), self.tall());
+        let wide = self.wide(1);
+        let bottom = self.tall(wide);
         let cell = Rect { left: 0.0, top: self.band() - ABOVE, right: wide - BAR_COLUMN, bottom };
         let panel = Panel::new(cell, Axis::linear(labels[0], range(1)), Axis::linear(labels[1], range(2)), false);
         let time = ColourScale::time(curves.iter().flatten().map(|point| point[0] / S_PER_H));

@@ -7,6 +7,7 @@ use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Label, Point};
 use super::colour::{ColourScale, palette};
+use super::lines::Style;
 use super::panel::{ABOVE, BELOW, Rect};
 use super::path::{NAMES, space_ranges};
 use super::view::{View, extent};
@@ -14,6 +15,8 @@ use super::{BAR_COLUMN, Figure, MM_PER_M, TICK_SIZE};
 
 /// Length of a director in the figure, relative to the largest extent of the shapes.
 const LENGTH: f64 = 0.11;
+/// Lines of the directors d1 and d2.
+const DIRECTORS: [Style; 2] = [Style::Line, Style::Dotted];
 /// Colours of the tip track and of its projection onto the floor.
 const TRACK: [RGBColor; 2] = [RGBColor(0x77, 0x77, 0x77), RGBColor(0xCC, 0xCC, 0xCC)];
 
@@ -42,7 +45,7 @@ impl Figure {
     /// Draws shapes with their directors, coloured by time, and tip tracks. The panels are side by
     /// side.
     pub fn frames(&self, panels: &[FramedPanel]) -> io::Result<()> {
-        let (wide, band) = (self.wide(), self.band());
+        let (wide, band) = (self.wide(2), self.band());
         let all = || panels.iter().flat_map(|panel| panel.shapes.iter());
         let mm = |p: &[f64; 3]| p.map(|c| c * MM_PER_M);
         let points = all().flat_map(|shape| shape.line.iter().map(|p| p.map(|c| c * MM_PER_M)));
@@ -71,7 +74,7 @@ impl Figure {
                         for (d, colour) in directors.iter().zip([0, 1]) {
                             let to = [0, 1, 2].map(|axis| from[axis] + director * d[axis]);
                             if let (Some(from), Some(to)) = (view.at(from), view.at(to)) {
-                                canvas.line(&[from, to], palette(colour), 2.2);
+                                canvas.dashed(&[from, to], palette(colour), 2.2, DIRECTORS[colour].pattern());
                             }
                         }
                     }
@@ -81,14 +84,14 @@ impl Figure {
             let y = band + row + 14.0;
             let projection = "its projection onto the floor";
             let samples = [
-                ("director d1", palette(0)),
-                ("director d2", palette(1)),
-                ("tip track", TRACK[0]),
-                (projection, TRACK[1]),
+                ("director d1", palette(0), DIRECTORS[0]),
+                ("director d2", palette(1), DIRECTORS[1]),
+                ("tip track", TRACK[0], Style::Line),
+                (projection, TRACK[1], Style::Line),
             ];
-            for (i, (name, colour)) in samples.into_iter().enumerate() {
+            for (i, (name, colour, style)) in samples.into_iter().enumerate() {
                 let x = 92.0 + 190.0 * i as f64;
-                canvas.line(&[(x, y), (x + 34.0, y)], colour, 2.4);
+                canvas.dashed(&[(x, y), (x + 34.0, y)], colour, 2.4, style.pattern());
                 canvas.text(name, Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(x + 44.0, y) });
             }
         })

@@ -21,6 +21,22 @@ const MARGIN: f64 = 60.0;
 /// Space between two entries.
 const GAP: f64 = 7.0;
 
+/// Returns the series with an entry in the legend. Series with equal labels have one entry.
+pub fn listed<'a>(all: &[&'a Series]) -> Vec<&'a Series> {
+    let mut listed: Vec<&Series> = Vec::new();
+    for one in all {
+        if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
+            listed.push(one);
+        }
+    }
+    listed
+}
+
+/// Whether a legend is at the right of a panel. In a narrow figure it would leave no room for the panel.
+pub fn is_beside(listed: &[&Series], wide: f64) -> bool {
+    legend_width(listed) < 0.3 * wide
+}
+
 /// Returns the columns of a legend below the panels, each with its left edge.
 fn columns<'a, 'b>(series: &'a [&'b Series], wide: f64) -> impl Iterator<Item = (f64, &'a [&'b Series])> {
     let count = ((wide / COLUMN) as usize).max(1);
@@ -57,8 +73,9 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
         let ends = [(left, y), (left + SAMPLE, y)];
         let colour = one.paint();
         match one.style {
-            Style::Line => canvas.line(&ends, colour, 2.4),
-            Style::Dashed => canvas.dashed(&ends, colour, 2.4),
+            Style::Line | Style::Dashed | Style::Dotted | Style::DashDot => {
+                canvas.dashed(&ends, colour, 2.4, one.style.pattern());
+            }
             Style::Marked => canvas.line(&ends, colour, 1.4),
             Style::Area => {
                 let (right, above, under) = (left + SAMPLE, y - 9.0, y + 9.0);
@@ -88,13 +105,14 @@ pub fn draw_marker(canvas: &mut Canvas, centre: Point, series: &Series) {
         corners.iter().map(place).collect()
     };
     let paint = series.paint();
-    match series.colour % 4 {
+    match series.colour % 8 {
         0 => canvas.dot(centre, 5.0, paint),
-        1 => {
+        4 => canvas.ring(centre, 4.4, paint, 1.8),
+        1 | 5 => {
             let square = [(-4.4, -4.4), (4.4, -4.4), (4.4, 4.4), (-4.4, 4.4)];
             canvas.area(&polygon(&square), paint);
         }
-        2 => canvas.area(&polygon(&[(0.0, -6.2), (5.8, 4.2), (-5.8, 4.2)]), paint),
+        2 | 6 => canvas.area(&polygon(&[(0.0, -6.2), (5.8, 4.2), (-5.8, 4.2)]), paint),
         _ => {
             let diamond = [(0.0, -6.4), (6.4, 0.0), (0.0, 6.4), (-6.4, 0.0)];
             canvas.area(&polygon(&diamond), paint);

@@ -7,7 +7,7 @@ use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Canvas, Label, Point};
 use super::colour::{AREA, ColourScale, ordered, palette};
-use super::legend::{draw_badge, draw_below, draw_legend, draw_marker, height_below, legend_width};
+use super::legend::{draw_badge, draw_below, draw_legend, draw_marker, height_below, is_beside, legend_width, listed};
 use super::panel::{ABOVE, Axis, Panel, Rect};
 use super::range::Range;
 use super::{BAR_COLUMN, Figure, MERGED, TICK_SIZE};
@@ -19,6 +19,10 @@ pub enum Style {
     Line,
     /// A dashed line.
     Dashed,
+    /// A dotted line.
+    Dotted,
+    /// A line of dashes and dots in turn.
+    DashDot,
     /// Markers only.
     Points,
     /// Markers joined by a thin line, in the order of the points.
@@ -32,6 +36,19 @@ pub enum Style {
     Text,
     /// The text of the series, right of each point.
     Beside,
+}
+
+impl Style {
+    /// Lengths of the dashes and gaps of a line in widths of the line; empty for a solid line. Round ends lengthen
+    /// dashes by one width.
+    pub(super) fn pattern(self) -> &'static [f64] {
+        match self {
+            Self::Dashed => &[4.0, 3.5],
+            Self::Dotted => &[0.3, 2.7],
+            Self::DashDot => &[6.0, 3.0, 0.3, 3.0],
+            _ => &[],
+        }
+    }
 }
 
 /// Scales of the two axes.
@@ -125,7 +142,8 @@ impl Figure {
 
     /// Draws panels with names and labels, and legend or colour bar.
     fn draw_panels(&self, panels: &[(&str, [&str; 2], &[Series])], axes: Axes, own_ranges: bool) -> io::Result<()> {
-        let (wide, band) = (self.wide(), self.band());
+        let (wide, band) = (self.wide(panels.len()), self.band());
+        let tall = self.tall(wide);
         let times = || panels.iter().flat_map(|(.., series)| *series).filter_map(|one| one.time);
         let time = times().next().map(|_| ColourScale::time(times()));
         let coloured = |one: &Series| match (&time, one.time) {
@@ -135,29 +153,21 @@ impl Figure {
         let panels: Vec<(&str, [&str; 2], Vec<Series>)> =
             panels.iter().map(|(name, labels, all)| (*name, *labels, all.iter().map(coloured).collect())).collect();
         let all: Vec<&Series> = panels.iter().flat_map(|(.., series)| series).collect();
-        // Series with equal labels have one entry.
-        let mut listed: Vec<&Series> = Vec::new();
-        for one in &all {
-            if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
-                listed.push(one);
-            }
-        }
-        let single = panels.len() == 1;
-        // In a narrow figure a legend at the right would leave no room for the panel.
-        let right = single && time.is_none() && legend_width(&listed) < 0.4 * wide;
+        let listed = listed(&all);
+        let right = panels.len() == 1 && time.is_none() && is_beside(&listed, wide);
         let beside = if right { legend_width(&listed) } else { time.as_ref().map_or(0.0, |_| BAR_COLUMN) };
         let columns = if panels.len() > 3 { 2 } else { panels.len().max(1) };
         let width = (wide - beside) / columns as f64;
         // A panel without a name needs no space for it.
         let top = if panels.iter().all(|(name, ..)| name.is_empty()) { band - ABOVE } else { band };
-        let row = self.tall() - top;
-        let bottom = self.tall() + row * panels.len().div_ceil(columns).saturating_sub(1) as f64;
+        let row = tall - top;
+        let bottom = tall + row * panels.len().div_ceil(columns).saturating_sub(1) as f64;
         let height = bottom + 10.0 + if right { 0.0 } else { height_below(&listed, wide) };
-        self.draw(panels.len().min(2), height, |canvas| {
+        self.draw(panels.len(), height, |canvas| {
             let mut frame = Rect { left: 0.0, top, right: wide, bottom };
             for (i, (name, labels, series)) in panels.iter().enumerate() {
                 let (left, down) = (width * (i % columns) as f64, row * (i / columns) as f64);
-                let cell = Rect { left, top: top + down, right: left + width, bottom: self.tall() + down };
+                let cell = Rect { left, top: top + down, right: left + width, bottom: tall + down };
                 let shown = if own_ranges { series.iter().collect() } else { all.clone() };
                 let (x, y) = fitted_axes(labels[0], labels[1], &shown, axes);
                 let panel = Panel::new(cell, x, y, axes == Axes::Equal);
@@ -229,8 +239,9 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
     let colour = series.paint();
     for run in &runs(panel, series) {
         match series.style {
-            Style::Line => canvas.line(&thinned(run), colour, 2.4),
-            Style::Dashed => canvas.dashed(&thinned(run), colour, 2.4),
+            Style::Line | Style::Dashed | Style::Dotted | Style::DashDot => {
+                canvas.dashed(&thinned(run), colour, 2.4, series.style.pattern());
+            }
             Style::Marked if run.len() > 1 => canvas.line(&thinned(run), colour, 1.4),
             Style::Area => canvas.area(run, AREA),
             _ => {}
@@ -244,7 +255,7 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
                     let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(point.0 + 9.0, point.1) };
                     canvas.text(&series.text, label);
                 }
-                Style::Line | Style::Dashed | Style::Area => {}
+                Style::Line | Style::Dashed | Style::Dotted | Style::DashDot | Style::Area => {}
             }
         }
     }

@@ -39,13 +39,13 @@ pub struct Map<'a> {
 impl Figure {
     /// Draws a map with a colour bar, series on top of it, and a legend below.
     pub fn map(&self, map: &Map, over: &[Series]) -> io::Result<()> {
-        let (wide, band) = (self.wide(), self.band());
+        let (wide, band) = (self.wide(1), self.band());
         let x = Axis::linear(map.axes[0], cells(&map.points[0]));
         let upwards: Vec<f64> =
             map.points[1].iter().map(|value| if map.log { value.log10() } else { *value }).collect();
         let y = Axis { log: map.log, ..Axis::linear(map.axes[1], cells(&upwards)) };
         let listed: Vec<&Series> = over.iter().filter(|one| !one.label.is_empty()).collect();
-        let tall = self.tall() + BEYOND;
+        let tall = self.tall(wide) + BEYOND;
         let cell = Rect { left: 0.0, top: band - ABOVE, right: wide - BAR_COLUMN, bottom: tall };
         let panel = Panel::new(cell, x, y, false);
         let scale = ColourScale::logarithmic(map.label, map.limits[0], map.limits[1]);

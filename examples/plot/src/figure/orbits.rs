@@ -33,7 +33,7 @@ impl Figure {
     /// Draws tracks in panels of the same scale, two in a row, coloured by the share of the time of each. Cubic Hermite
     /// interpolation connects the samples.
     pub fn orbits(&self, orbits: &[Orbit]) -> io::Result<()> {
-        let (wide, band) = (self.wide(), self.band());
+        let (wide, band) = (self.wide(2), self.band());
         let points = || orbits.iter().flat_map(|orbit| orbit.path.iter().chain(&orbit.behind));
         let [x, y] = [0, 1].map(|axis| Range::of(points().map(move |p| MM_PER_M * p.1[axis])));
         let side = x.length().max(y.length()).max(1e-6);

@@ -22,7 +22,7 @@ impl Figure {
     ///
     /// Each place consists of a time (s) and a position (m). Places that are not finite are gaps.
     pub fn path(&self, path: &[(f64, impl Into<[f64; 3]> + Copy)], strips: &[Strip]) -> io::Result<()> {
-        let (wide, band) = (self.wide(), self.band());
+        let (wide, band) = (self.wide(2), self.band());
         let path: Vec<(f64, [f64; 3])> =
             path.iter().map(|(time, p)| (time / S_PER_H, (*p).into().map(|c| c * MM_PER_M))).collect();
         let usable = |p: &&(f64, [f64; 3])| p.0.is_finite() && p.1.iter().all(|c| c.is_finite());
@@ -53,7 +53,7 @@ impl Figure {
             (cell(0, split, height), 0, x.at_least(side), 2, z, "front view"),
             (cell(1, split, height), 1, y.at_least(side), 2, z, "side view"),
         ];
-        self.draw(2, height + strips_height(strips.len()), |canvas| {
+        self.draw(2, height + strips_height(strips, wide), |canvas| {
             draw_strips(canvas, wide, height, "time (h)", strips);
             view.draw(canvas, NAMES);
             let shadow: Vec<Point> = path.iter().filter_map(|p| view.foot(p.1)).collect();

@@ -13,7 +13,7 @@ impl Figure {
     ///
     /// Each shape consists of a time (s) and the points of the centre line (m).
     pub fn shapes(&self, shapes: &[(f64, Vec<impl Into<[f64; 3]> + Copy>)]) -> io::Result<()> {
-        let (wide, band) = (self.wide(), self.band());
+        let (wide, band) = (self.wide(2), self.band());
         let shapes: Vec<(f64, Vec<[f64; 3]>)> = shapes
             .iter()
             .filter(|(time, _)| time.is_finite())

@@ -4,7 +4,7 @@ use std::io;
 
 use super::Figure;
 use super::canvas::Canvas;
-use super::legend::{draw_legend, legend_width};
+use super::legend::{draw_below, draw_legend, height_below, is_beside, legend_width, listed};
 use super::lines::{Axes, Series, draw_series, fitted_axes};
 use super::panel::{ABOVE, BELOW, Panel, Rect};
 
@@ -18,7 +18,7 @@ const BETWEEN: f64 = 44.0;
 pub struct Strip<'a> {
     /// Quantity and unit.
     pub label: &'a str,
-    /// Series of the strip; their labels are in a legend at the right.
+    /// Series of the strip; their labels are in a legend at the right, or below all strips if it is wide.
     pub series: &'a [Series],
 }
 
@@ -26,28 +26,37 @@ impl Figure {
     /// Draws strips one below the other.
     pub fn strips(&self, x_label: &str, strips: &[Strip]) -> io::Result<()> {
         let band = self.band();
-        let top = band - ABOVE;
-        self.draw(1, top + strips_height(strips.len()), |canvas| {
-            draw_strips(canvas, self.wide(), top, x_label, strips);
+        let (wide, top) = (self.wide(1), band - ABOVE);
+        self.draw(1, top + strips_height(strips, wide), |canvas| {
+            draw_strips(canvas, wide, top, x_label, strips);
         })
     }
 }
 
-/// Returns the height of `count` strips with their labels.
-pub fn strips_height(count: usize) -> f64 {
-    match count {
-        0 => 0.0,
-        _ => ABOVE + (FRAME + BETWEEN) * count as f64 - BETWEEN + BELOW + 10.0,
-    }
+/// Returns the height of strips with their labels and legend.
+pub fn strips_height(strips: &[Strip], wide: f64) -> f64 {
+    let listed = entries(strips);
+    let below = if is_beside(&listed, wide) { 0.0 } else { height_below(&listed, wide) };
+    if strips.is_empty() { 0.0 } else { frames_height(strips) + below + 10.0 }
+}
+
+/// Returns the height of strips with their labels.
+fn frames_height(strips: &[Strip]) -> f64 {
+    ABOVE + (FRAME + BETWEEN) * strips.len() as f64 - BETWEEN + BELOW
+}
+
+/// Returns the entries of the legend.
+fn entries<'a>(strips: &[Strip<'a>]) -> Vec<&'a Series> {
+    listed(&strips.iter().flat_map(|strip| strip.series).collect::<Vec<_>>())
 }
 
 /// Draws strips over the whole width, from `top` downwards.
 pub fn draw_strips(canvas: &mut Canvas, wide: f64, top: f64, x_label: &str, strips: &[Strip]) {
     let all: Vec<&Series> = strips.iter().flat_map(|strip| strip.series).collect();
     let (x, _) = fitted_axes("", "", &all, Axes::Linear);
-    let right = wide - legend_width(&all);
-    // Series with equal labels have one entry.
-    let mut entered: Vec<&str> = vec![""];
+    let mut listed = entries(strips);
+    let beside = is_beside(&listed, wide);
+    let right = if beside { wide - legend_width(&listed) } else { wide };
     for (i, strip) in strips.iter().enumerate() {
         let shown: Vec<&Series> = strip.series.iter().collect();
         let (_, y) = fitted_axes("", strip.label, &shown, Axes::Linear);
@@ -59,8 +68,15 @@ pub fn draw_strips(canvas: &mut Canvas, wide: f64, top: f64, x_label: &str, stri
         let panel = Panel::new(Rect { left: 0.0, top, right, bottom: top + ABOVE + FRAME + BELOW }, x, y, false);
         panel.draw(canvas, "");
         shown.iter().for_each(|one| draw_series(canvas, &panel, one));
-        let listed: Vec<&Series> = shown.into_iter().filter(|one| !entered.contains(&one.label.as_str())).collect();
-        entered.extend(listed.iter().map(|one| one.label.as_str()));
-        draw_legend(canvas, &listed, right, panel.frame().top);
+        if beside {
+            // Each entry is next to the first strip with such a series.
+            let here = |one: &&Series| strip.series.iter().any(|other| other.label == one.label);
+            let (own, rest): (Vec<&Series>, _) = listed.into_iter().partition(here);
+            draw_legend(canvas, &own, right, panel.frame().top);
+            listed = rest;
+        }
+    }
+    if !beside {
+        draw_below(canvas, &listed, wide, top + frames_height(strips));
     }
 }

@@ -24,13 +24,21 @@ pub struct Film {
     speed: f64,
     frames: Vec<Frame>,
     poles: Vec<Cylinder>,
+    measured: Vec<(f64, Vec<[f64; 3]>)>,
 }
 
 impl Film {
     /// Returns a film without frames. `speed` is one of the values of the player: 0.1, 0.25, 0.5,
     /// 1, 2, 4 or 8 h per second.
     pub fn new(title: &str, about: &str, speed: f64) -> Self {
-        Self { title: title.into(), about: about.into(), speed, frames: Vec::new(), poles: Vec::new() }
+        Self {
+            title: title.into(),
+            about: about.into(),
+            speed,
+            frames: Vec::new(),
+            poles: Vec::new(),
+            measured: Vec::new(),
+        }
     }
 
     /// Adds a frame. Its time is later than that of the last frame, and its number of points is the
@@ -42,6 +50,12 @@ impl Film {
     /// Adds a pole at rest, which is drawn in all frames.
     pub fn add_pole(&mut self, pole: Cylinder) {
         self.poles.push(pole);
+    }
+
+    /// Adds measured places (m) of a time (s), later than those before. They are drawn until the next ones; if there is
+    /// one at each time, as on the track of a tip, all of them remain.
+    pub fn add_measured(&mut self, time: f64, places: Vec<[f64; 3]>) {
+        self.measured.push((time, places));
     }
 
     /// Writes the page.
@@ -114,12 +128,19 @@ impl Film {
                 format!("[[{x},{y},{z}],[{a},{b},{c}],{}]", pole.radius)
             })
             .collect();
+        let place = |p: &[f64; 3]| format!("[{:.6},{:.6},{:.6}]", p[0], p[1], p[2]);
+        let measured = self.measured.iter().map(|(time, places)| {
+            let places: Vec<String> = places.iter().map(place).collect();
+            format!("[{:.4},[{}]]", time / 3600.0, places.join(","))
+        });
         let mut out = String::new();
         let _ = write!(
             out,
-            "{{\"poles\":[{}],\"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\
+            "{{\"poles\":[{}],\"measured\":[{}],\
+             \"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\
              \"piles\":{piles},\"times\":[{}],\"lengths\":[{}],\"zones\":[{}],\"data\":\"{}\"}}",
             poles.join(","),
+            measured.collect::<Vec<_>>().join(","),
             self.speed,
             list(&|frame| frame.time / 3600.0, 4),
             list(&|frame| frame.length, 6),

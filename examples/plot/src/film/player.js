@@ -1,12 +1,9 @@
 // Player of a film. The suffix `#t=2.5` of the address opens the film at 2.5 h and pauses it.
 const film = JSON.parse(document.getElementById("data").textContent);
 const frames = unpack(film);
-const beside = film.poles.flatMap(([point, axis, radius]) => {
-  // The point of the axis next to the base, and the width of the pole there.
-  const along = dot(point, axis), at = point.map((x, k) => x - along * axis[k]);
-  return [-radius, radius].map((r) => [at[0] + r, at[1] + r, at[2]]);
-});
-const view = new View(document.getElementById("view"), boxAround([...frames.flatMap((frame) => frame.line), ...beside]));
+const measured = film.measured.flatMap(([, places]) => places);
+const all = [...frames.flatMap((frame) => frame.line), ...besidePoles(film.poles), ...measured];
+const view = new View(document.getElementById("view"), boxAround(all));
 const tips = frames.map((frame) => frame.line[frame.line.length - 1]);
 const [play, scrub, read, speed] = ["play", "scrub", "read", "speed"].map((id) => document.getElementById(id));
 const last = frames.length - 1;
@@ -23,6 +20,7 @@ for (const [name, words] of Object.entries(NAMES)) {
   if (name === "pole" && !film.poles.length) continue;
   document.getElementById("legend").append(legendItem(name, words));
 }
+if (film.measured.length) document.getElementById("legend").append(legendItem("text", "measured"));
 
 // Decodes the frames. Vectors are 16-bit numbers: positions in units of film.unit (m), unit vectors in units of
 // 1/32767.
@@ -49,12 +47,19 @@ function frameAt(hours) {
   return low;
 }
 
+// Returns the measured places of the last time, or those of all times until now if there is one at each time.
+function measuredAt(hours) {
+  const past = film.measured.filter(([time]) => time <= hours + 1e-9);
+  return (past.some(([, places]) => places.length > 1) ? past.slice(-1) : past).flatMap(([, places]) => places);
+}
+
 function draw() {
   const i = frameAt(time), frame = frames[i];
   view.begin();
   const spacing = view.room();
   view.trace(tips.slice(0, i + 1), frameAt(frame.time - RECENT));
   view.shoot(frame, film.poles);
+  for (const place of measuredAt(frame.time)) view.dot(place, COLOURS.text, 2.5);
   scrub.value = i;
   scrub.setAttribute("aria-valuetext", `${frame.time.toFixed(2)} hours`);
   const length = (100 * frame.length).toFixed(2);

@@ -298,6 +298,14 @@ class View {
   }
 }
 
+// Returns places on both sides of each pole, next to the base.
+function besidePoles(poles) {
+  return poles.flatMap(([point, axis, radius]) => {
+    const along = dot(point, axis), at = point.map((x, k) => x - along * axis[k]);
+    return [-radius, radius].map((r) => [at[0] + r, at[1] + r, at[2]]);
+  });
+}
+
 function dot(a, b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
