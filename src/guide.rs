@@ -23,7 +23,6 @@ macro_rules! chapter {
             definitions! {
                 "accuracy": "accuracy",
                 "cycles": "cycles",
-                "extremes": "extremes",
                 "fit": "fit",
                 "laws": "laws",
                 "method": "method",
@@ -47,8 +46,7 @@ macro_rules! chapter {
                 ["crate::growth": "GrowthLaw" "Ongoing"]
                 ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "TimeStepper"]
                 ["crate::load": "InternalForce" "Load::force" "Weight::GREENHILL"]
-                ["crate::profile": "Profile" "Profile::of"]
-                ["crate::rod": "Rod::node_arc_lengths" "Rod::node_frames" "Rod::reactions" "Rod::set_shape"]
+                ["crate::rod": "Rod::node_arc_lengths" "Rod::node_frames" "Rod::set_shape"]
                 ["crate::stability": "Crossing::with_error" "Linearisation::refined" "Linearisation::resolved"
                     "Linearisation::unstable" "Refinement" "Root::with_error" "boundary" "onset"
                     "solve_steady_state"]

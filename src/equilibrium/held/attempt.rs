@@ -87,7 +87,9 @@ impl HeldSearch<'_> {
             }
             if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
-                    return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
+                    let negative = self.found.inertia.negative;
+                    let neutral = || self.not_found(turn);
+                    return Err(if negative > 0 { EquilibriumError::Unstable { negative } } else { neutral() });
                 }
                 self.leave_saddle(rod, &start, &trial.linear, course.saddles);
                 course.saddles += 1;

@@ -59,10 +59,9 @@ impl HeldSearch<'_> {
     /// nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
-        for _ in 0..SETTINGS.iterations[usize::from(course.reach == Reach::Far)] {
-            if self.found.iterations >= self.bound {
-                break;
-            }
+        let most = if course.reach == Reach::Far { self.bound } else { SETTINGS.iterations };
+        let end = self.bound.min(self.found.iterations.saturating_add(most));
+        while self.found.iterations < end {
             self.found.iterations += 1;
             self.drop_candidates();
             if self.add_candidates(rod, -SETTINGS.rounding * self.length) {

@@ -8,9 +8,9 @@ pub(super) struct Settings {
     /// is the largest displacement relative to the sum of gap and radius. The linear model of the gap holds within it,
     /// and a rod does not pass through a thin pole.
     pub approach: f64,
-    /// Largest number of iterations of Newton's method or a descent nearby, and of a descent to any equilibrium. Nearly
-    /// all searches that succeed take fewer.
-    pub iterations: [usize; 2],
+    /// Largest number of iterations of Newton's method or a descent nearby. Nearly all searches that succeed take fewer.
+    /// The bound of the whole search limits a descent to any equilibrium.
+    pub iterations: usize,
     /// Largest displacement of the centre line from the initial guess in a descent nearby, relative to the length. It
     /// exceeds the motions that follow failures of Newton's method next to an equilibrium.
     pub nearby: f64,
@@ -92,7 +92,7 @@ pub(super) struct Settings {
 pub(super) const SETTINGS: Settings = Settings {
     largest_turn: 0.5,
     approach: 0.5,
-    iterations: [60, 300],
+    iterations: 60,
     nearby: 1e-3,
     halvings: 5,
     shift: (0.1, 4.0),

@@ -26,7 +26,8 @@ const STALLED: f64 = 1e-12;
 /// Rounding of a place, two units in the last digit of its coordinates, relative to `SOLVED`. A contact that bears
 /// almost no force is not solved to a part of this force.
 const PLACED: f64 = 0.05;
-/// Residual with which the forces are of use.
+/// Residual with which the forces are of use. Where rounding hides smaller ones, a second guess may lead to a solution
+/// far away.
 const USEFUL: f64 = 1e-9;
 /// Smallest and largest compliance that is added to loaded contacts in the iteration, relative to that of the contact.
 /// It selects the forces closest to the present ones where the rod does not determine them, and does not change the
@@ -40,15 +41,6 @@ const RAISE: f64 = 30.0;
 const POLISHES: usize = 3;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
-
-/// How Newton's iteration ends.
-enum Outcome {
-    /// The laws are satisfied.
-    Solved,
-    /// The laws are satisfied to [`USEFUL`].
-    Useful,
-    Failed,
-}
 
 /// A step of the iteration: changes of the force (N) and of the displacement along the rod (m) of each contact.
 type Steps = [(Vector3<f64>, f64)];
@@ -73,21 +65,12 @@ impl Reduced<'_> {
         for &with_rigid in scales {
             let mut scaled = contacts.clone();
             self.scale(&mut scaled, with_rigid);
-            let mut useful = None;
             for pressed in [false, true] {
                 let Some(mut trial) = self.initial(&scaled, near, pressed) else { continue };
-                match self.newton(&mut trial) {
-                    Outcome::Solved => {
-                        *contacts = trial;
-                        return true;
-                    }
-                    Outcome::Useful => _ = useful.get_or_insert(trial),
-                    Outcome::Failed => {}
+                if self.newton(&mut trial) {
+                    *contacts = trial;
+                    return true;
                 }
-            }
-            if let Some(useful) = useful {
-                *contacts = useful;
-                return true;
             }
         }
         false
@@ -157,8 +140,9 @@ impl Reduced<'_> {
         moved
     }
 
-    /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases.
-    fn newton(&self, contacts: &mut Vec<Contact>) -> Outcome {
+    /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases. Returns whether
+    /// the laws are satisfied, at least to [`USEFUL`].
+    fn newton(&self, contacts: &mut Vec<Contact>) -> bool {
         let mut all = self.follow(contacts);
         let mut merit = Self::merit(contacts, &all);
         let (mut extra, mut stalls) = (0.0_f64, 0);
@@ -167,14 +151,14 @@ impl Reduced<'_> {
             let (largest, size) = (self.largest(contacts), merit.sqrt());
             if self.relative(contacts, &all) <= SOLVED {
                 self.polish(contacts, all);
-                return Outcome::Solved;
+                return true;
             }
             merits.push(merit);
             if merits.iter().rev().nth(PROGRESS.0).is_some_and(|before| merit > PROGRESS.1 * before) {
                 break;
             }
             let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL.0).max(extra);
-            let Some(steps) = self.step(contacts, &all, proximal) else { return Outcome::Failed };
+            let Some(steps) = self.step(contacts, &all, proximal) else { return false };
             let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
             let falls = (0..FRACTIONS).any(|halvings| {
                 let fraction = 0.5_f64.powi(halvings as i32);
@@ -186,11 +170,11 @@ impl Reduced<'_> {
                 }
                 value < merit * (1.0 - DECREASE * fraction)
             });
-            let Some((value, trial, at)) = best else { return Outcome::Failed };
+            let Some((value, trial, at)) = best else { return false };
             if value >= 0.25 * merit && self.relative(&trial, &at) <= STALLED {
                 *contacts = trial;
                 self.polish(contacts, at);
-                return Outcome::Solved;
+                return true;
             }
             if !falls {
                 if proximal < PROXIMAL.1 {
@@ -211,10 +195,10 @@ impl Reduced<'_> {
             merit = Self::merit(contacts, &all);
         }
         if !(self.relative(contacts, &all) <= USEFUL) {
-            return Outcome::Failed;
+            return false;
         }
         self.polish(contacts, all);
-        Outcome::Useful
+        true
     }
 
     /// Improves the solution by further steps as long as the contacts keep their states and the largest residual over
