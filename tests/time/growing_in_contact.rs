@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::{HOUR, MEMORY};
@@ -145,6 +146,7 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
     // `MORPHOROD_SEED` is the first seed, and `MORPHOROD_CASES` the number of seeds.
     let first = number("MORPHOROD_SEED", 96);
     let (mut failures, mut ratios, mut deepest, mut excess) = (Vec::new(), Vec::new(), 0.0_f64, 0.0_f64);
+    let (mut scenes, mut fast) = (0, 0);
     for seed in first..first + number("MORPHOROD_CASES", 20) {
         let Some(scene) = scene(seed) else { continue };
         let mut nearest = f64::INFINITY;
@@ -156,14 +158,12 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
             continue;
         }
         let mut shoot = scene.shoot.clone();
+        let (mut depth, start) = (0.0_f64, Instant::now());
         let result = advance(&mut shoot, scene.end, |shoot, step| {
             let length = shoot.rod().length();
-            let depth = -scene.least_gap(shoot) / length;
-            deepest = deepest.max(depth);
-            excess = excess.max(depth / step.equilibrium_error);
-            // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is
-            // 1.5e-8 with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.
-            assert!(depth < 2e-6, "{} at {} s: penetration {depth:e}", scene.name, shoot.time());
+            let present = -scene.least_gap(shoot) / length;
+            depth = depth.max(present);
+            excess = excess.max(present / step.equilibrium_error);
             let largest = shoot.reactions().iter().map(|at| at.normal).fold(0.0, f64::max);
             for at in shoot.reactions() {
                 let obstacle = &scene.obstacles[at.obstacle.unwrap()];
@@ -173,6 +173,13 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
                 assert!(at.normal >= 0.0 && within, "{} at {} s: {at:?}", scene.name, shoot.time());
             }
         });
+        (scenes, deepest) = (scenes + 1, deepest.max(depth));
+        // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is 1.5e-8
+        // with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.
+        if depth >= 2e-6 {
+            failures.push(format!("{}: penetration {depth:e}", scene.name));
+        }
+        fast += usize::from(result.is_ok() && start.elapsed().as_secs() < 10);
         match result {
             Ok(statistics) => ratios.push(statistics.factorisations as f64 / steps.factorisations as f64),
             Err(error) => failures.push(format!("{}: {error}", scene.name)),
@@ -180,6 +187,7 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
     }
     ratios.sort_by(f64::total_cmp);
     println!("factorisations relative to the shoot without obstacles: {ratios:.1?}, failures {failures:?}");
+    println!("{fast} of {scenes} reach their end within 10 s");
     println!("the largest penetration is {deepest:e} of the length, and at most {excess:.3} times the reported error");
     assert!(failures.is_empty(), "{failures:?}");
     assert!(!ratios.is_empty());
