@@ -12,13 +12,18 @@ const LENGTH: f64 = 0.05;
 
 /// An upright weightless rod that bends towards a pole of a radius (m) across it.
 fn bent_towards_a_pole(radius: f64, elements: usize) -> Result<Held, EquilibriumError> {
+    bent(NewtonSolver::default(), radius, elements)
+}
+
+/// As [`bent_towards_a_pole`], with any solver.
+fn bent(mut solver: NewtonSolver, radius: f64, elements: usize) -> Result<Held, EquilibriumError> {
     let still = Still { base: Still::tilted(0.0).base, ..Still::weightless() };
     let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
     let mut rod = Rod::uniform(LENGTH, RADIUS, still.base, elements, Order::Eight).unwrap();
     rod.set_intrinsic(|_| Vector3::y() * 30.0);
     let pole = Cylinder { through: Vector3::new(0.08, 0.0, 0.6) * LENGTH, along: Vector3::y(), radius };
     let support = Contact { obstacle: pole, radius: 0.0, friction: 0.0 };
-    NewtonSolver::default().solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0))
+    solver.solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0))
 }
 
 #[test]
@@ -43,12 +48,11 @@ fn rod_never_passes_through_a_thin_pole() {
             assert!(held.rod.tip().x < 0.4 * LENGTH, "{radius} {elements}");
         }
     }
-    for elements in [4, 8, 32] {
-        if let Ok(held) = bent_towards_a_pole(2e-5 * LENGTH, elements) {
-            assert!(held.rod.tip().x < 0.4 * LENGTH, "{elements}");
-        }
-    }
+    // A radius of 2e-5 takes 450 iterations.
+    let held = bent_towards_a_pole(2e-5 * LENGTH, 8).unwrap();
+    assert!(held.rod.tip().x < 0.4 * LENGTH);
     // The search does not reach the thinnest pole in the permitted number of iterations.
-    let thinnest = bent_towards_a_pole(2e-5 * LENGTH, 8);
+    let solver = NewtonSolver { max_iterations: 100, ..NewtonSolver::default() };
+    let thinnest = bent(solver, 2e-5 * LENGTH, 8);
     assert!(thinnest.is_err_and(|error| matches!(error, EquilibriumError::NoConvergence { .. })));
 }

@@ -34,7 +34,7 @@ impl HeldSearch<'_> {
     /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, it
     /// continues once from the shape before the last move, and nodes then stay.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
-        let line = if reach == Reach::Near { rod.centre_line_at(COMPARED) } else { Vec::new() };
+        let line = if reach == Reach::Newton { Vec::new() } else { rod.centre_line_at(COMPARED) };
         let (last, shift, next, saddles, negative) = (f64::INFINITY, 0.0, 0.0, 0, None);
         let (bowed, placements, answer, distance, ends) = (false, 0, None, f64::INFINITY, Vec::new());
         let mut course =
@@ -74,7 +74,8 @@ impl HeldSearch<'_> {
             };
             let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
             let ends = step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)?;
-            if course.reach == Reach::Near && displacement(rod, &course.line) > SETTINGS.nearby * self.length {
+            let farthest = if course.reach == Reach::Near { SETTINGS.nearby } else { SETTINGS.away };
+            if course.is_guarded() && displacement(rod, &course.line) > farthest * self.length {
                 break;
             }
             if ends {

@@ -8,12 +8,14 @@ pub(super) struct Settings {
     /// is the largest displacement relative to the sum of gap and radius. The linear model of the gap holds within it,
     /// and a rod does not pass through a thin pole.
     pub approach: f64,
-    /// Largest number of iterations of Newton's method or a descent nearby. Nearly all searches that succeed take fewer.
-    /// The bound of the whole search limits a descent to any equilibrium.
+    /// Largest number of iterations of Newton's method or a descent nearby, which nearly all searches that succeed do
+    /// not reach. The bound of the whole search limits a descent to any equilibrium.
     pub iterations: usize,
     /// Largest displacement of the centre line from the initial guess in a descent nearby, relative to the length. It
     /// exceeds the motions that follow failures of Newton's method next to an equilibrium.
     pub nearby: f64,
+    /// As `nearby`, in a descent to any equilibrium: a rod that moves farther is not held.
+    pub away: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
     /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases after a
@@ -94,6 +96,7 @@ pub(super) const SETTINGS: Settings = Settings {
     approach: 0.5,
     iterations: 60,
     nearby: 1e-3,
+    away: 1e3,
     halvings: 5,
     shift: (0.1, 4.0),
     least_shift: 1e-6,

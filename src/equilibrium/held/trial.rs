@@ -30,7 +30,7 @@ pub(super) enum Reach {
 /// What an iteration needs to know of those before it.
 pub(super) struct Course {
     pub reach: Reach,
-    /// Places of the centre line at the initial guess, m; empty unless the reach is `Near`, which alone uses them.
+    /// Places of the centre line at the initial guess, m; empty in Newton's method, which does not use them.
     pub line: Vec<Vector3<f64>>,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
     pub last: f64,
