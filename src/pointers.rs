@@ -1,4 +1,17 @@
-//! Implementation of the law traits for boxed, shared and borrowed laws.
+//! Implementation of the law traits for boxed, shared and borrowed laws, and by forwarding to a part.
+
+/// Implements methods of a trait by forwarding to a part of `self`, which implements the same or another trait:
+/// `forward_methods!(self, Trait of part => methods)`.
+macro_rules! forward_methods {
+    ($self:ident, $Trait:ident of $part:expr => $(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $answer:ty)?;)*) => {
+        $(
+            #[inline]
+            fn $name(&$self $(, $arg: $ty)*) $(-> $answer)? {
+                $Trait::$name(&$part $(, $arg)*)
+            }
+        )*
+    };
+}
 
 /// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by forwarding to `T`. The arguments are the associated
 /// types and then the methods of the trait.
@@ -9,12 +22,7 @@ macro_rules! forward_pointers {
     }) => {
         impl<T: $Trait + ?Sized> $Trait for $Pointer {
             $(type $Type = T::$Type;)*
-            $(
-                #[inline]
-                fn $name(&self $(, $arg: $ty)*) $(-> $answer)? {
-                    (**self).$name($($arg),*)
-                }
-            )*
+            $crate::pointers::forward_methods!(self, $Trait of **self => $(fn $name($($arg: $ty),*) $(-> $answer)?;)*);
         }
     };
     ($Trait:ident $methods:tt) => {
@@ -24,4 +32,4 @@ macro_rules! forward_pointers {
     };
 }
 
-pub(crate) use forward_pointers;
+pub(crate) use {forward_methods, forward_pointers};

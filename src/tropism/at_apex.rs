@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Declaration, Perception, Site, Source};
 use crate::error::ParameterError;
+use crate::pointers::forward_methods;
 
 /// Perception of the apex in place of the tissue that responds: all points receive the signal of the apex at the same
 /// time, as components along its directors. The delay of a [`Memory`](super::Memory) is the time in which the signal
@@ -38,31 +39,13 @@ impl<P: Perception> Perception for AtApex<P> {
         self.0.sense(&apex, stimuli);
     }
 
-    fn signal(&self, variables: &[f64], stimuli: &[f64]) -> P::Signal {
-        self.0.signal(variables, stimuli)
-    }
-
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        self.0.rates(variables, stimuli, rates);
-    }
-
-    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.0.steady(stimuli, variables);
-    }
-
-    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.0.initial(stimuli, variables);
-    }
-
-    fn delay(&self) -> f64 {
-        self.0.delay()
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.0.next_discontinuity(t)
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        self.0.check()
-    }
+    forward_methods!(self, Perception of self.0 =>
+        fn signal(variables: &[f64], stimuli: &[f64]) -> P::Signal;
+        fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+        fn steady(stimuli: &[f64], variables: &mut [f64]);
+        fn initial(stimuli: &[f64], variables: &mut [f64]);
+        fn delay() -> f64;
+        fn next_discontinuity(t: f64) -> f64;
+        fn check() -> Result<(), ParameterError>;
+    );
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Declaration, Growing, Site, Size, TropismLaw};
-use crate::compositions::compositions;
+use crate::compositions::{combined, compositions};
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
@@ -64,18 +64,10 @@ macro_rules! composition {
         composition!(@state steady $self: $($laws),*);
         composition!(@state initial $self: $($laws),*);
         fn next_discontinuity(&$self, t: f64) -> f64 {
-            let mut first = f64::INFINITY;
-            $(for law in $laws {
-                first = earlier(first, law.next_discontinuity(t));
-            })*
-            first
+            combined!(f64::INFINITY, |first, law| first = earlier(first, law.next_discontinuity(t)); $($laws),*)
         }
         fn shortest_period(&$self) -> f64 {
-            let mut shortest = f64::INFINITY;
-            $(for law in $laws {
-                shortest = earlier(shortest, law.shortest_period());
-            })*
-            shortest
+            combined!(f64::INFINITY, |shortest, law| shortest = earlier(shortest, law.shortest_period()); $($laws),*)
         }
         fn name_of_undefined(&$self, at: &Growing, mut past: &[f64], mut now: &[f64]) -> &'static str {
             let present = !now.is_empty();
