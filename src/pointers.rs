@@ -14,21 +14,22 @@ macro_rules! forward_methods {
 }
 
 /// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by forwarding to `T`. The arguments are the associated
-/// types and then the methods of the trait.
+/// types and then the methods of the trait. A macro that forwards further methods may precede them.
 macro_rules! forward_pointers {
-    (@ $Trait:ident, $Pointer:ty, {
+    (@ $Trait:ident $($more:ident)?, $Pointer:ty, {
         $(type $Type:ident;)*
         $(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $answer:ty)?;)*
     }) => {
         impl<T: $Trait + ?Sized> $Trait for $Pointer {
             $(type $Type = T::$Type;)*
             $crate::pointers::forward_methods!(self, $Trait of **self => $(fn $name($($arg: $ty),*) $(-> $answer)?;)*);
+            $($more!(self, **self);)?
         }
     };
-    ($Trait:ident $methods:tt) => {
-        forward_pointers!(@ $Trait, Box<T>, $methods);
-        forward_pointers!(@ $Trait, std::sync::Arc<T>, $methods);
-        forward_pointers!(@ $Trait, &T, $methods);
+    ($Trait:ident $($more:ident)? { $($methods:tt)* }) => {
+        forward_pointers!(@ $Trait $($more)?, Box<T>, { $($methods)* });
+        forward_pointers!(@ $Trait $($more)?, std::sync::Arc<T>, { $($methods)* });
+        forward_pointers!(@ $Trait $($more)?, &T, { $($methods)* });
     };
 }
 

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
+use super::perception::forward_signal;
 use super::{Declaration, Perception, Site, Source};
 use crate::error::ParameterError;
-use crate::pointers::forward_methods;
 
 /// Perception of the apex in place of the tissue that responds: all points receive the signal of the apex at the same
 /// time, as components along its directors. The delay of a [`Memory`](super::Memory) is the time in which the signal
@@ -39,13 +39,5 @@ impl<P: Perception> Perception for AtApex<P> {
         self.0.sense(&apex, stimuli);
     }
 
-    forward_methods!(self, Perception of self.0 =>
-        fn signal(variables: &[f64], stimuli: &[f64]) -> P::Signal;
-        fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-        fn steady(stimuli: &[f64], variables: &mut [f64]);
-        fn initial(stimuli: &[f64], variables: &mut [f64]);
-        fn delay() -> f64;
-        fn next_discontinuity(t: f64) -> f64;
-        fn check() -> Result<(), ParameterError>;
-    );
+    forward_signal!(self, self.0);
 }

@@ -8,19 +8,29 @@ use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
 
-forward_pointers!(TropismLaw {
+/// Forwards all methods of a law to a part, except its declaration, its gradient and its check.
+macro_rules! forward_state {
+    ($self:ident, $part:expr) => {
+        $crate::pointers::forward_methods!($self, TropismLaw of $part =>
+            fn sense(site: &Site, stimuli: &mut [f64]);
+            fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+            fn coupled_rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+            fn steady(stimuli: &[f64], variables: &mut [f64]);
+            fn initial(stimuli: &[f64], variables: &mut [f64]);
+            fn next_discontinuity(t: f64) -> f64;
+            fn shortest_period() -> f64;
+            fn name_of_undefined(at: &Growing, past: &[f64], now: &[f64]) -> &'static str;
+            fn name_of(variable: usize) -> &'static str;
+        );
+    };
+}
+
+pub(super) use forward_state;
+
+forward_pointers!(TropismLaw forward_state {
     fn gradient(at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
     fn declare(to: &mut Declaration);
     fn size() -> Size;
-    fn sense(site: &Site, stimuli: &mut [f64]);
-    fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-    fn coupled_rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-    fn steady(stimuli: &[f64], variables: &mut [f64]);
-    fn initial(stimuli: &[f64], variables: &mut [f64]);
-    fn next_discontinuity(t: f64) -> f64;
-    fn shortest_period() -> f64;
-    fn name_of_undefined(at: &Growing, past: &[f64], now: &[f64]) -> &'static str;
-    fn name_of(variable: usize) -> &'static str;
     fn check() -> Result<(), ParameterError>;
 });
 

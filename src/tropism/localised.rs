@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
+use super::compose::forward_state;
 use super::{Declaration, Growing, Site, TropismLaw};
 use crate::error::ParameterError;
-use crate::pointers::forward_methods;
 
 /// A law that acts only between two distances from the apex. The part of the zone stays at these distances while the
 /// tissue grows through it.
@@ -78,17 +78,7 @@ impl<L: TropismLaw> TropismLaw for Localised<L> {
         self.law.declare(to);
     }
 
-    forward_methods!(self, TropismLaw of self.law =>
-        fn sense(site: &Site, stimuli: &mut [f64]);
-        fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-        fn coupled_rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-        fn steady(stimuli: &[f64], variables: &mut [f64]);
-        fn initial(stimuli: &[f64], variables: &mut [f64]);
-        fn next_discontinuity(t: f64) -> f64;
-        fn shortest_period() -> f64;
-        fn name_of_undefined(at: &Growing, past: &[f64], now: &[f64]) -> &'static str;
-        fn name_of(variable: usize) -> &'static str;
-    );
+    forward_state!(self, self.law);
 
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("distance from the apex at which a law begins", self.from, "m")?;
