@@ -154,9 +154,20 @@ impl Rod {
     }
 }
 
-/// Whether no node of an element is rotated against the first one.
-fn is_straight(rotations: &[Vector3<f64>]) -> bool {
-    rotations.iter().all(|theta| *theta == Vector3::zeros())
+/// Replaces the rotation vectors of some successive elements, from index `first` on, by those of `nodes` nodes, in lists
+/// of rotation vectors. `new` computes them from the old ones, unless no node is rotated.
+fn replace_rotations<'a>(
+    lists: impl IntoIterator<Item = &'a mut Vec<Vector3<f64>>>,
+    (first, old): (usize, usize),
+    nodes: usize,
+    new: impl Fn(&[Vector3<f64>]) -> [Vector3<f64>; 2 * MAX_POINTS],
+) {
+    for rotations in lists {
+        let known = &rotations[first..first + old];
+        let straight = known.iter().all(|theta| *theta == Vector3::zeros());
+        let new = if straight { [Vector3::zeros(); 2 * MAX_POINTS] } else { new(known) };
+        rotations.splice(first..first + old, new[..nodes].iter().copied());
+    }
 }
 
 /// Divides element `e` at `x` in lists of rotation vectors.
@@ -171,21 +182,15 @@ pub(crate) fn split_rotations<'a>(
     let parts = [(0.0, x), (x, 1.0 - x)].map(|(from, share)| {
         std::array::from_fn::<_, MAX_POINTS, _>(|k| reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)]))
     });
-    for rotations in lists {
-        if is_straight(&rotations[e * p..(e + 1) * p]) {
-            rotations.splice(e * p..e * p, [Vector3::zeros(); MAX_POINTS].into_iter().take(p));
-            continue;
-        }
-        let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
-        let at = |weights: &[f64; MAX_POINTS]| weighted(&old[..p], weights);
-        let back = so3::exp(&at(&middle)).inverse();
+    replace_rotations(lists, (e * p, p), 2 * p, |old| {
+        let back = so3::exp(&weighted(old, &middle)).inverse();
         let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
         for k in 0..p {
-            new[k] = at(&parts[0][k]);
-            new[p + k] = so3::log(&(back * so3::exp(&at(&parts[1][k]))));
+            new[k] = weighted(old, &parts[0][k]);
+            new[p + k] = so3::log(&(back * so3::exp(&weighted(old, &parts[1][k]))));
         }
-        rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
-    }
+        new
+    });
 }
 
 /// Merges elements `e` and `e` + 1 in lists of rotation vectors. The first one is a `share` of the merged element.
@@ -200,21 +205,17 @@ pub(crate) fn merge_rotations<'a>(
         let x = reference.nodes[(k + 1).min(p)];
         reference.at_nodes(if x <= share { x / share } else { (x - share) / (1.0 - share) })
     });
-    for rotations in lists {
-        if is_straight(&rotations[e * p..(e + 2) * p]) {
-            rotations.drain(e * p..(e + 1) * p);
-            continue;
-        }
-        let middle = so3::exp(&rotations[(e + 1) * p - 1]);
-        let mut new = [Vector3::zeros(); MAX_POINTS];
+    replace_rotations(lists, (e * p, 2 * p), p, |old| {
+        let (first, second) = old.split_at(p);
+        let middle = so3::exp(&first[p - 1]);
+        let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
         for k in 0..p {
             new[k] = if reference.nodes[k + 1] <= share {
-                weighted(&rotations[e * p..(e + 1) * p], &weights[k])
+                weighted(first, &weights[k])
             } else {
-                let second = weighted(&rotations[(e + 1) * p..(e + 2) * p], &weights[k]);
-                so3::log(&(middle * so3::exp(&second)))
+                so3::log(&(middle * so3::exp(&weighted(second, &weights[k]))))
             };
         }
-        rotations.splice(e * p..(e + 2) * p, new[..p].iter().copied());
-    }
+        new
+    });
 }
