@@ -9,9 +9,8 @@ use super::exponents::{Bifurcation, growing, kind, lists};
 use super::{BranchPoint, BranchState, Continuation, OrbitSolver, observe};
 use crate::cycle::corrector::Corrected;
 use crate::cycle::error::CycleError;
-use crate::cycle::maximum::maximum;
 use crate::model::Model;
-use crate::numerics::scalar::bracketed_root;
+use crate::numerics::scalar::{bracketed_root, maximum};
 use crate::shoot::Shoot;
 
 /// Accuracy of a bifurcation: modulus of the real part of its exponent times the period, relative difference

@@ -9,18 +9,16 @@ use super::linear::{check_not_circular, flow, symmetries};
 use super::orbit::PeriodicOrbit;
 use super::resolution::error_of;
 use crate::cycle::corrector::STATIONARY;
-use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, Observation};
+use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, OBSERVED, Observation, Residual};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{BorderedSystem, ExtraConditions, OrbitUnknowns, Symmetry};
-use crate::cycle::map::grid::TimeGrid;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::past;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::{Monodromy, ReturnMap, TimeGrid, Trajectory, kept};
 use crate::cycle::symmetry::{check_autonomous, check_axis};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::stability::Root;
+use crate::tropism::Declaration;
 
 /// Largest number of intervals in a period that is chosen automatically. More take minutes.
 pub(crate) const MAX_INTERVALS: usize = 256;
@@ -46,25 +44,26 @@ impl Equations for PeriodicSolver {
     }
 
     fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
-        let (period, angle) = (self.return_of(root), self.angle.unwrap_or(0.0));
+        let (share, angle) = (if self.half() { 0.5 } else { 1.0 }, self.angle.unwrap_or(0.0));
+        let period = share * root.period();
         let start = state_of_mode(&mut self.return_map(shoot, period)?, root, amplitude, period)?;
         Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<OrbitUnknowns, CycleError> {
-        let (period, angle) = (self.return_after(orbit), self.angle_of(orbit));
+        // A whole orbit becomes half a swing, or the reverse.
+        let (period, angle) = match orbit.settings.angle {
+            None => (if self.half() { 0.5 } else { 1.0 } * orbit.period, self.angle.unwrap_or(0.0)),
+            Some(_) if self.angle.is_none() && orbit.angle.cos() < 0.0 => (2.0 * orbit.period, orbit.angle),
+            Some(_) => (orbit.period, orbit.angle),
+        };
         let start = state_of_orbit(&self.return_map(shoot, period)?, orbit, period)?;
         Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
-    fn evaluate<'a, M: Model>(
-        &self,
-        shoot: &'a Shoot<M>,
-        at: &OrbitUnknowns,
-        rods: Vec<Rod>,
-    ) -> Result<Mapped<'a, M>, CycleError> {
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Residual<'a, Self, M> {
         let mut return_map = self.return_map(shoot, at.clock)?;
-        at.start.check(return_map.places.len(), return_map.variables)?;
+        at.start.check(return_map.places.len(), return_map.laws.size().variables)?;
         (return_map.kept, return_map.guesses) = (at.start.slopes.len(), rods);
         return_map.set_angle(at.angle);
         let path = return_map.run(&at.start, at.clock)?;
@@ -76,14 +75,9 @@ impl Equations for PeriodicSolver {
         Ok(Mapped { solver: *self, at: at.clone(), return_map, path })
     }
 
-    fn observe<M: Model>(
-        &self,
-        orbit: &PeriodicOrbit,
-        shoot: &Shoot<M>,
-        count: usize,
-    ) -> Result<Observation, CycleError> {
+    fn observe<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>) -> Result<Observation, CycleError> {
         let (mut return_map, path) = orbit.retrace(shoot)?;
-        let found = orbit.multipliers_on(&return_map, &path, count)?;
+        let found = orbit.multipliers_on(&return_map, &path, OBSERVED)?;
         let (excursion, _) = orbit.largest_excursion_on(&mut return_map, &path)?;
         // The logarithm of a multiplier determines λ up to multiples of 2πi/T; that with the smallest |Im λ| is
         // returned.
@@ -92,7 +86,13 @@ impl Equations for PeriodicSolver {
     }
 
     fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut OrbitUnknowns) -> Result<bool, CycleError> {
-        past::extend_past(shoot.model.tropism(), &mut at.start, self.intervals, at.clock)
+        let (longest, own) = (Declaration::of(shoot.model.tropism()).longest_delay(), at.start.slopes.len());
+        // Differences by the period change the delay by far less than a tenth of an interval.
+        let short = longest * self.intervals as f64 / at.clock + 0.1 > own as f64;
+        if short {
+            at.start.keep(own.max(kept(longest, self.intervals, at.clock)?));
+        }
+        Ok(short)
     }
 
     fn check_resolution(&self, orbit: &PeriodicOrbit) -> Result<(), CycleError> {

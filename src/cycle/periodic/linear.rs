@@ -4,10 +4,7 @@ use nalgebra::DVector;
 
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Border, DIFFERENCE, StateJacobian, Symmetry};
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::polynomials::carried;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
-use crate::cycle::map::rotation::StateRotation;
+use crate::cycle::map::{Monodromy, ReturnMap, StateRotation, Trajectory, carried};
 use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::krylov::gmres;

@@ -9,15 +9,12 @@ use super::orbit::PeriodicOrbit;
 use super::plane::OrbitPlane;
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
-use crate::cycle::map::rotation::StateRotation;
+use crate::cycle::map::{Monodromy, ReturnMap, StateRotation, Trajectory};
 use crate::cycle::sensitivity::ASYMMETRY;
 use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tropism::Declaration;
 
 /// Largest number of trivial multipliers: of a shift in time, and of a rotation.
 const TRIVIAL: usize = 2;
@@ -134,7 +131,7 @@ impl PeriodicOrbit {
         path: &Trajectory,
         monodromy: &Monodromy,
     ) -> Result<Option<bool>, CycleError> {
-        let Ok(turn) = StateRotation::new(&Declaration::of(return_map.shoot.model.tropism()), 0.0) else {
+        let Ok(turn) = StateRotation::new(&return_map.laws, 0.0) else {
             return Ok(None);
         };
         let tangent = turn.rate(&self.start).flat();

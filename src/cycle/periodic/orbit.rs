@@ -4,13 +4,11 @@
 use super::PeriodicSolver;
 use crate::cycle::corrector::check_residual;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::phase_state::PhaseState;
-use crate::cycle::map::polynomials::carried;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
-use crate::cycle::maximum::maximum;
+use crate::cycle::map::{PhaseState, ReturnMap, Trajectory, carried};
 use crate::cycle::rotated::excursion;
 use crate::cycle::symmetry::{check_autonomous, check_periodic};
 use crate::model::Model;
+use crate::numerics::scalar::maximum;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
@@ -49,7 +47,7 @@ impl PeriodicOrbit {
         shoot: &'a Shoot<M>,
     ) -> Result<(ReturnMap<'a, M>, Trajectory), CycleError> {
         let mut return_map = self.settings.return_map(shoot, self.period)?;
-        self.start.check(return_map.places.len(), return_map.variables)?;
+        self.start.check(return_map.places.len(), return_map.laws.size().variables)?;
         return_map.kept = self.start.slopes.len();
         return_map.set_angle(self.angle);
         let path = return_map.run(&self.start, self.period)?;

@@ -7,12 +7,10 @@
 use nalgebra::{DVector, Vector2};
 
 use crate::cycle::error::CycleError;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::phase_state::PhaseState;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::{Monodromy, PhaseState, ReturnMap, Trajectory};
 use crate::cycle::sensitivity::ASYMMETRY;
 use crate::model::Model;
-use crate::tropism::{Declaration, Rotation, Source};
+use crate::tropism::{Rotation, Source};
 
 /// Largest relative component of an image in the other subspace: ten times the error of differences of equilibria.
 const MIXED: f64 = 1e-5;
@@ -59,7 +57,7 @@ impl OrbitPlane {
                 return Ok(None);
             }
         }
-        let (laws, v) = (Declaration::of(return_map.shoot.model.tropism()), return_map.variables);
+        let (laws, v) = (&return_map.laws, return_map.laws.size().variables);
         let variables = (0..v).map(|k| match laws.rotation(Source::Variable(k)) {
             Rotation::First if k + 1 < v => pair(&ends, v, k),
             Rotation::Invariant => one(&ends, v, k),

@@ -2,9 +2,7 @@
 
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{BorderedSystem, OrbitUnknowns};
-use crate::cycle::map::grid::TimeGrid;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::{Monodromy, ReturnMap, TimeGrid, Trajectory};
 use crate::model::Model;
 
 /// Estimates the relative error of period and shape due to the grid.

@@ -2,12 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::corotating::{Corotating, rotation_tangent};
+use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver, unknowns_of_mode};
 use crate::cycle::disturbances::Disturbances;
-use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, Observation};
+use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, OBSERVED, Observation, Residual};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Border, BorderedSystem, OrbitUnknowns, StateJacobian, Symmetry};
+use crate::cycle::symmetry::check_autonomous;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -33,24 +34,12 @@ impl Equations for RotatingWaveSolver {
         Ok(orbit.unknowns())
     }
 
-    fn evaluate<'a, M: Model>(
-        &self,
-        shoot: &'a Shoot<M>,
-        at: &OrbitUnknowns,
-        rods: Vec<Rod>,
-    ) -> Result<Corotating<'a, M>, CycleError> {
-        let mut here = Corotating::new(shoot, &at.start.strain, at.clock, rods.first())?;
-        here.evaluate()?;
-        Ok(here)
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Residual<'a, Self, M> {
+        Corotating::new(shoot, &at.start.strain, at.clock, rods.first())
     }
 
-    fn observe<M: Model>(
-        &self,
-        orbit: &RotatingWave,
-        shoot: &Shoot<M>,
-        count: usize,
-    ) -> Result<Observation, CycleError> {
-        let found = orbit.roots(shoot, count)?;
+    fn observe<M: Model>(&self, orbit: &RotatingWave, shoot: &Shoot<M>) -> Result<Observation, CycleError> {
+        let found = orbit.roots(shoot, OBSERVED)?;
         let pairs = found.roots.iter().flat_map(|root| {
             let conjugate = (root.value.im > 0.0).then(|| root.value.conj());
             [Some(root.value), conjugate].into_iter().flatten()
@@ -74,13 +63,13 @@ impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
     }
 
     fn check(&self) -> Result<(), CycleError> {
-        self.check_autonomous()?;
+        check_autonomous(self.shoot, &self.rod)?;
         self.check_axis()
     }
 
     fn linearise(&mut self) -> Result<Option<(DMatrix<f64>, Vec<Symmetry>)>, CycleError> {
         // A shift in time is a rotation.
-        let tangent = rotation_tangent(&self.strain());
+        let tangent = self.turning();
         Ok(self.derivatives()?.map(|(by_strain, column)| (by_strain, vec![Symmetry { tangent, column }])))
     }
 
@@ -90,7 +79,7 @@ impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
         effort: Effort,
     ) -> Result<(RotatingWave, Vec<DVector<f64>>), CycleError> {
         self.check_axis()?;
-        let symmetry_tangents = vec![rotation_tangent(&self.strain())];
+        let symmetry_tangents = vec![self.turning()];
         let Effort { iterations, residual, .. } = effort;
         Ok((RotatingWave { rate: self.rate, rod: self.rod, iterations, residual }, symmetry_tangents))
     }

@@ -20,7 +20,7 @@ use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{ExtraConditions, OrbitUnknowns};
-use super::map::phase_state::PhaseState;
+use super::map::PhaseState;
 use super::rotated::excursion;
 use crate::error::ParameterError;
 use crate::model::Model;

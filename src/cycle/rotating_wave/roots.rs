@@ -13,8 +13,9 @@ use nalgebra::{Complex, DMatrix};
 use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver};
 use crate::cycle::corrector::check_residual;
+use crate::cycle::equations::Evaluation;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::monodromy::Monodromy;
+use crate::cycle::map::Monodromy;
 use crate::cycle::periodic::guess::state_of_waves;
 use crate::cycle::periodic::{MAX_INTERVALS, PeriodicSolver};
 use crate::cycle::sensitivity::ASYMMETRY;
@@ -157,11 +158,8 @@ impl<'a, M: Model> Characteristic<'a, M> {
         let what = "length of the shoot of the orbit";
         // The sum of the lengths of elements has rounding errors.
         ParameterError::unless((length - own).abs() <= 1e-12 * own, what, length, "that of the shoot (m)")?;
-        let mut problem = Corotating::new(shoot, &orbit.unknowns().start.strain, orbit.rate, None)?;
-        problem.rod = orbit.rod.clone();
-        problem.evaluate()?;
-        problem.check_autonomous()?;
-        problem.check_axis()?;
+        let problem = Corotating::new(shoot, &orbit.unknowns().start.strain, orbit.rate, Some(&orbit.rod))?;
+        problem.check()?;
         let tolerance = orbit.residual.max(RotatingWaveSolver::default().tolerance);
         check_residual(problem.relative_residual(), tolerance)?;
         let responses = problem.responses()?;
