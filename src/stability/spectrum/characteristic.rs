@@ -1,12 +1,12 @@
 //! The characteristic matrix of small disturbances about a steady state.
 
-use faer::MatRef;
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::transfer::TransferFunction;
 use crate::equilibrium::NewtonSolver;
 use crate::linearisation::{
-    AnalyticMatrix, StabilityError, SteadyLaws, rigid_conditions, stimulus_derivatives, visit_bends, visit_stimuli,
+    AnalyticMatrix, StabilityError, SteadyLaws, eigenvalues, rigid_conditions, stimulus_derivatives, visit_bends,
+    visit_stimuli,
 };
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
@@ -182,10 +182,7 @@ impl CharacteristicMatrix {
         let quotient = derivative.map(|z| z.re).lu().solve(&value.map(|z| -z.re));
         let quotient = quotient.filter(|quotient| quotient.iter().all(|x| x.is_finite()));
         let quotient = quotient.ok_or(StabilityError::NotFinite { what: "characteristic matrix at zero" })?;
-        let matrix = MatRef::from_column_major_slice(quotient.as_slice(), unknowns.len(), unknowns.len());
-        let what = "roots next to zero";
-        let failed = |_| StabilityError::NoConvergence { what, residual: quotient.amax() };
-        let mut roots = matrix.eigenvalues().map_err(failed)?;
+        let mut roots = eigenvalues(&quotient, "roots next to zero")?;
         roots.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         roots.truncate(self.conditions);
         roots.retain(|root| root.norm() < NEUTRAL * self.slowest_rate());
