@@ -25,16 +25,9 @@ const LIMIT: f64 = 0.9;
 /// Residual of a converged eigenvector of norm one, relative to the eigenvalue. The error of the eigenvalue is
 /// larger by its condition number, which is about 30 for return maps.
 const TOLERANCE: f64 = 1e-10;
-/// Relative residual of the largest remaining eigenvalue at which it bounds the modulus of all remaining ones.
-const BOUND: f64 = 0.01;
-/// Factor between that eigenvalue and the bound. Within a cluster the largest one is approximated from below.
-const MARGIN: f64 = 1.1;
 /// Norm of a vector after deflation that is rounding, relative to the norm before: the root of the machine
 /// precision, and a factor of ten.
 const NEGLIGIBLE: f64 = 1e-7;
-/// Smallest number of vectors for a bound. The largest eigenvalue then dominates a first vector without symmetry.
-const FEWEST: usize = 8;
-
 /// A Floquet multiplier of a periodic orbit, or a characteristic root of a rotating wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -100,7 +93,8 @@ impl LeadingSpectrum {
             let most = MOST.min(size - locked.len());
             let (krylov, found) = Krylov::of(&begin, most, CONVERGED, deflated, |hessenberg, last| {
                 let vectors = hessenberg.ncols();
-                let due = last || vectors >= FEWEST && vectors.is_multiple_of((vectors / 8).max(2));
+                // The largest eigenvalue then dominates a first vector without symmetry.
+                let due = last || vectors >= 8 && vectors.is_multiple_of((vectors / 8).max(2));
                 if due { decide(hessenberg, missing, below).transpose() } else { None }
             })?;
             match found.transpose()? {
@@ -128,6 +122,10 @@ impl LeadingSpectrum {
 /// Returns the leading eigenvalues if `missing` of them have converged, a bound on all eigenvalues if it is smaller
 /// than `below`, or none if more vectors are needed.
 fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Option<Leading>, CycleError> {
+    /// Relative residual of the largest remaining eigenvalue at which it bounds the modulus of all remaining ones.
+    const BOUND: f64 = 0.01;
+    /// Factor between that eigenvalue and the bound. Within a cluster the largest one is approximated from below.
+    const MARGIN: f64 = 1.1;
     let rounding = CONVERGED * hessenberg.norm();
     let converged =
         |one: &Ritz| one.residual <= (TOLERANCE * one.value.norm()).max(rounding) && one.value.norm() > SMALLEST;

@@ -42,6 +42,17 @@ pub enum Rotation {
     Second,
 }
 
+impl Rotation {
+    /// The index of the other component of a vector, if number `k` is a component along d1 or d2 without it.
+    pub(crate) fn missing_partner(all: &[Self], k: usize) -> Option<usize> {
+        match all[k] {
+            Self::First if all.get(k + 1) != Some(&Self::Second) => Some(k + 1),
+            Self::Second if k == 0 || all[k - 1] != Self::First => Some(k.wrapping_sub(1)),
+            _ => None,
+        }
+    }
+}
+
 /// Variable of a law at every material point of the growth zone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variable {

@@ -1,9 +1,9 @@
 //! The equations of a rotating wave as an extended system: the unknowns are the strain and the rate of rotation.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::corotating::Corotating;
-use super::{RotatingWave, RotatingWaveSolver, unknowns_of_mode};
+use super::{RotatingWave, RotatingWaveSolver, unknowns};
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, OBSERVED, Observation, Residual};
 use crate::cycle::error::CycleError;
@@ -27,7 +27,12 @@ impl Equations for RotatingWaveSolver {
     }
 
     fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
-        Ok(unknowns_of_mode(root, amplitude))
+        // The strain in one plane is Re[ψ exp(iωt)], that in the other one is a quarter of a period later.
+        let pair = |psi: &Vector3<Complex<f64>>| {
+            let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
+            [psi.re * amplitude, psi.im * amplitude]
+        };
+        Ok(unknowns(root.strain.iter().map(pair), root.value.im))
     }
 
     fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Result<OrbitUnknowns, CycleError> {

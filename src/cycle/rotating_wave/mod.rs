@@ -14,7 +14,7 @@ pub use roots::WaveRoots;
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 
 use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
@@ -139,14 +139,4 @@ fn unknowns(pairs: impl Iterator<Item = [f64; 2]>, rate: f64) -> OrbitUnknowns {
 /// The unknowns of a rod that rotates at a rate (rad/s, counterclockwise positive).
 fn unknowns_of_rod(rod: &Rod, rate: f64) -> OrbitUnknowns {
     unknowns(rod.points()[rod.zone()].iter().map(|point| [point.intrinsic.x, point.intrinsic.y]), rate)
-}
-
-/// The unknowns of a mode, rotating counterclockwise with the tip at about a radius (m). The strain in one plane is
-/// Re[ψ exp(iωt)], that in the other one is a quarter of a period later.
-fn unknowns_of_mode(root: &Root, radius: f64) -> OrbitUnknowns {
-    let pair = |psi: &Vector3<Complex<f64>>| {
-        let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
-        [psi.re * radius, psi.im * radius]
-    };
-    unknowns(root.strain.iter().map(pair), root.value.im)
 }
