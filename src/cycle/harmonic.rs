@@ -107,16 +107,17 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         periodic
     }
 
-    /// The growth gradient at a phase.
-    pub fn gradient(
+    /// The growth gradients of several points at a phase.
+    pub fn gradients(
         &self,
-        at: &Growing,
-        periodic: &HarmonicVariables,
-        stimuli: &DMatrix<f64>,
+        places: &[Growing],
+        periodic: &[HarmonicVariables],
+        stimuli: &[DMatrix<f64>],
         phase: usize,
-    ) -> Vector3<f64> {
-        let now = stimuli.column(phase);
-        self.law.gradient(at, &self.past(periodic, phase), self.laws.size().present(now.as_slice()))
+    ) -> Vec<Vector3<f64>> {
+        let all = places.iter().zip(periodic).zip(stimuli.iter().map(|stimuli| stimuli.column(phase)));
+        let size = self.laws.size();
+        all.map(|((at, y), x)| self.law.gradient(at, &self.past(y, phase), size.present(x.as_slice()))).collect()
     }
 
     /// The delayed variables at a phase.

@@ -6,8 +6,7 @@
 use nalgebra::Complex;
 
 use super::exponents::{Bifurcation, growing, kind, lists};
-use super::{BranchPoint, BranchState, Continuation, OrbitSolver, observe};
-use crate::cycle::corrector::Corrected;
+use super::{BranchPoint, BranchState, Continuation, OnBranch, OrbitSolver, observe};
 use crate::cycle::error::CycleError;
 use crate::model::Model;
 use crate::numerics::scalar::{bracketed_root, maximum};
@@ -77,7 +76,7 @@ where
     }
 
     /// The orbit at a share of the secant from the last point to the next one.
-    fn between(&mut self, to: &BranchState, share: f64) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+    fn between(&mut self, to: &BranchState, share: f64) -> Result<OnBranch<S, M>, CycleError> {
         let from = self.last.unknowns.clone().with_past_of(&to.unknowns);
         let secant = from.to(&to.unknowns);
         let guess = from.along(&secant, share);

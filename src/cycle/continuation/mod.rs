@@ -81,6 +81,9 @@ impl<O> BranchPoint<O> {
     }
 }
 
+/// A corrected orbit with its shoot.
+type OnBranch<S, M> = Corrected<<S as Equations>::Orbit, Shoot<M>>;
+
 /// The last point of a branch: its unknowns, symmetry tangents and exponents.
 #[derive(Debug, Clone)]
 struct BranchState {
@@ -194,7 +197,7 @@ where
         within: RangeInclusive<f64>,
         (inner, length): (InnerProduct, f64),
         tangent: Difference,
-        found: Corrected<S::Orbit, Shoot<M>>,
+        found: OnBranch<S, M>,
     ) -> Result<Self, CycleError> {
         let (point, last) = observe(&solver, found)?;
         let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetry_tangents));
@@ -311,18 +314,14 @@ where
         from: &OrbitUnknowns,
         secant: &Difference,
         bound: f64,
-    ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+    ) -> Result<OnBranch<S, M>, CycleError> {
         let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
         guess.parameter = bound;
         self.correct(guess, self.inner.at_fixed_parameter())
     }
 
     /// The orbit near a guess. It has the phases of the last point, unless the direction is a guess.
-    fn correct(
-        &mut self,
-        guess: OrbitUnknowns,
-        mut conditions: ExtraConditions,
-    ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+    fn correct(&mut self, guess: OrbitUnknowns, mut conditions: ExtraConditions) -> Result<OnBranch<S, M>, CycleError> {
         if !self.rough {
             let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
             conditions = conditions.with_phases_of(unknowns, symmetry_tangents, &self.inner.weights);
@@ -360,7 +359,7 @@ where
 /// The point of a branch at an orbit, with its exponents.
 fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
-    found: Corrected<S::Orbit, Shoot<M>>,
+    found: OnBranch<S, M>,
 ) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
     let Corrected { orbit, unknowns, symmetry_tangents, shoot } = found;
     let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot)?;

@@ -137,11 +137,6 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         self.turn.as_ref().map_or(0.0, |turn| turn.angle)
     }
 
-    /// Sets this angle if there is a rotation.
-    pub fn set_angle(&mut self, angle: f64) {
-        self.turn.iter_mut().for_each(|turn| turn.angle = angle);
-    }
-
     /// The delayed values that the equations of an interval read.
     pub fn readings(&self, period: f64) -> Readings {
         let length = period / self.grid.intervals as f64;

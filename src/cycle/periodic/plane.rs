@@ -6,8 +6,9 @@
 
 use nalgebra::{DVector, Vector2};
 
+use super::linear::Traced;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::{Monodromy, PhaseState, ReturnMap, Trajectory};
+use crate::cycle::map::{Monodromy, PhaseState};
 use crate::cycle::sensitivity::ASYMMETRY;
 use crate::model::Model;
 use crate::tropism::{Rotation, Source};
@@ -38,11 +39,8 @@ enum Subspace {
 
 impl OrbitPlane {
     /// The plane of a trajectory; none if it is not planar, or if the two kinds of disturbances are coupled.
-    pub fn of(
-        return_map: &ReturnMap<impl Model>,
-        path: &Trajectory,
-        monodromy: &Monodromy,
-    ) -> Result<Option<Self>, CycleError> {
+    pub fn of(traced: &Traced<impl Model>, monodromy: &Monodromy) -> Result<Option<Self>, CycleError> {
+        let Traced { return_map, path } = traced;
         let strains = || path.strains.iter().flat_map(|strain| pairs(strain.as_slice()));
         let bend = direction(strains);
         let largest = |direction| strains().map(|u| u.dot(&direction).abs()).fold(0.0, f64::max);

@@ -78,11 +78,11 @@ impl<'a, M: Model> Corotating<'a, M> {
             let rod = rotated(&rod, *phase);
             visit_stimuli(shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
         }
-        let periodic = HarmonicBalance::new(law, &phases, rate).solve_all(&places, &stimuli)?;
-        let mut out = Self { shoot, phases, rod, rate, regr, places, stimuli, periodic, gradients: Vec::new() };
-        out.gradients = out.gradients_at(&out.balance(), &out.periodic, 0);
-        check_gradients(out.gradients.iter())?;
-        Ok(out)
+        let balance = HarmonicBalance::new(law, &phases, rate);
+        let periodic = balance.solve_all(&places, &stimuli)?;
+        let gradients = balance.gradients(&places, &periodic, &stimuli, 0);
+        check_gradients(gradients.iter())?;
+        Ok(Self { shoot, phases, rod, rate, regr, places, stimuli, periodic, gradients })
     }
 
     /// Harmonic balance at a rate of rotation (rad/s).
@@ -103,17 +103,6 @@ impl<'a, M: Model> Corotating<'a, M> {
     /// ẑ × u*: derivative of the strain by the angle of rotation.
     pub fn turning(&self) -> DVector<f64> {
         rotation_tangent(&self.strain())
-    }
-
-    /// Growth gradients of all points at a phase.
-    fn gradients_at(
-        &self,
-        balance: &HarmonicBalance<M::Tropism>,
-        periodic: &[HarmonicVariables],
-        phase: usize,
-    ) -> Vec<Vector3<f64>> {
-        let all = self.places.iter().zip(periodic).zip(&self.stimuli);
-        all.map(|((at, periodic), stimuli)| balance.gradient(at, periodic, stimuli, phase)).collect()
     }
 
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
@@ -140,7 +129,7 @@ impl<'a, M: Model> Corotating<'a, M> {
         for sign in [1.0, -1.0] {
             let balance = self.balance_at(self.rate + sign * change);
             let periodic = balance.solve_all(&self.places, &self.stimuli)?;
-            for (i, gradient) in self.gradients_at(&balance, &periodic, 0).iter().enumerate() {
+            for (i, gradient) in balance.gradients(&self.places, &periodic, &self.stimuli, 0).iter().enumerate() {
                 for c in 0..2 {
                     by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }
@@ -197,7 +186,9 @@ impl<'a, M: Model> Corotating<'a, M> {
             let (sine, cosine) = phase.sin_cos();
             let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
-            for (then, now) in self.gradients_at(&balance, &self.periodic, j).iter().zip(&self.gradients) {
+            for (then, now) in
+                balance.gradients(&self.places, &self.periodic, &self.stimuli, j).iter().zip(&self.gradients)
+            {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
                 check_tropism((then - expected).norm() / largest)?;
             }
