@@ -115,8 +115,7 @@ fn iterate(
             return Err(failed);
         }
         // The gradients must vanish at points with a REGR of zero, too: all have a REGR of one here.
-        let (at, mut linear) = ((&steady, &force), precise_solver());
-        let matrix = CharacteristicMatrix::about(shoot, rod, (load, support), |_| 1.0, at, &mut linear)?;
+        let matrix = CharacteristicMatrix::about(shoot, rod, (load, support), |_| 1.0, (&steady, &force))?;
         let step = matrix.steady_step(&steady).ok_or(failed.clone())?;
         let mut fraction = 1.0;
         (*rod, (force, steady)) = loop {
