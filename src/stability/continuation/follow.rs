@@ -11,7 +11,8 @@ use crate::stability::spectrum::{Linearisation, PartRoot, SpectrumPart};
 const JUMP: f64 = 0.1;
 
 /// A family of linearisations along N parameters.
-pub(super) type Family<'a, const N: usize> = dyn FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError> + 'a;
+pub(super) type LinearFamily<'a, const N: usize> =
+    dyn FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError> + 'a;
 
 /// A root of a part of the spectrum at N parameters, with approximate derivatives with respect to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +105,7 @@ impl<const N: usize> Follower<N> {
     ///
     /// # Errors
     /// Errors of `family`, or a root that is not where it is expected.
-    pub fn differentiate(&mut self, family: &mut Family<N>) -> Result<(), StabilityError> {
+    pub fn differentiate(&mut self, family: &mut LinearFamily<N>) -> Result<(), StabilityError> {
         for k in 0..N {
             let mut to = self.at;
             // Parameters are measured in units of their ranges. The relative rounding error of the root is
@@ -123,7 +124,7 @@ impl<const N: usize> Follower<N> {
         &mut self,
         free: &SVector<f64, N>,
         close: f64,
-        family: &mut Family<N>,
+        family: &mut LinearFamily<N>,
     ) -> Result<(), StabilityError> {
         let mut last = f64::INFINITY;
         for _ in 0..8 {

@@ -3,7 +3,7 @@
 use nalgebra::Vector1;
 
 use super::crossing::Crossing;
-use super::follow::{Family, Follower};
+use super::follow::{Follower, LinearFamily};
 use crate::error::ParameterError;
 use crate::linearisation::StabilityError;
 use crate::stability::spectrum::Linearisation;
@@ -131,7 +131,7 @@ pub(super) fn beyond(crossing: f64, direction: f64, from: f64, to: f64) -> f64 {
 /// Follows an unstable root to the axis by the secant method for its real part, between its parameter and
 /// `end`; none if the root is lost or does not reach the axis.
 fn follow_to_axis(
-    family: &mut Family<1>,
+    family: &mut LinearFamily<1>,
     mut root: Follower<1>,
     end: f64,
 ) -> Result<Option<Follower<1>>, StabilityError> {
