@@ -84,11 +84,6 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// A change of the parameter alone.
-    pub fn of_parameter(from: &OrbitUnknowns, change: f64) -> Self {
-        Self { parameter: change, ..from.to(from) }
-    }
-
     /// Change of strain and variables.
     pub fn present(&self) -> DVector<f64> {
         self.state.rows(0, self.present).clone_owned()

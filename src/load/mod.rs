@@ -168,7 +168,7 @@ macro_rules! sum_of_loads {
         }
 
         fn shortest_period(&$self, t: f64) -> f64 {
-            combined!(f64::INFINITY, |shortest, load| shortest = earlier(shortest, load.shortest_period(t)); $($loads),*)
+            combined!(f64::INFINITY, |least, load| least = earlier(least, load.shortest_period(t)); $($loads),*)
         }
 
         fn jumps(&$self) -> Vec<f64> {

@@ -52,8 +52,8 @@ impl Krylov {
     }
 }
 
-/// Makes a vector orthogonal to an orthonormal basis up to rounding, by two passes of the Gram–Schmidt process (Giraud et
-/// al. 2005). Calls `removed` with the index of each basis vector and the component along it in each pass.
+/// Makes a vector orthogonal to an orthonormal basis up to rounding, by two passes of the Gram–Schmidt process (Giraud
+/// et al. 2005). Calls `removed` with the index of each basis vector and the component along it in each pass.
 pub(crate) fn orthogonalise(basis: &[DVector<f64>], vector: &mut DVector<f64>, mut removed: impl FnMut(usize, f64)) {
     for _ in 0..2 {
         for (i, known) in basis.iter().enumerate() {
@@ -74,6 +74,20 @@ pub(crate) struct Ritz {
     pub weights: DVector<Complex<f64>>,
 }
 
+/// The null vector of a nearly singular matrix, of norm one, by inverse iteration.
+pub(crate) fn null_vector(matrix: DMatrix<Complex<f64>>) -> DVector<Complex<f64>> {
+    // Entries without a pattern: no null vector is orthogonal to this vector.
+    let start = |i: usize, _| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos());
+    let mut vector = DVector::from_fn(matrix.nrows(), start);
+    let lu = matrix.lu();
+    for _ in 0..3 {
+        if let Some(next) = lu.solve(&vector).filter(|next| next.norm().is_normal()) {
+            vector = next.normalize();
+        }
+    }
+    vector
+}
+
 /// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the
 /// first one that `more` rejects. `None` for a matrix that is not finite, or whose Schur form is not found.
 pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> bool) -> Option<Vec<Ritz>> {
@@ -91,15 +105,9 @@ pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> boo
     let complex = square.map(Complex::from);
     let mut out = Vec::new();
     for value in values {
-        // Inverse iteration with a shift close to the eigenvalue, so that the matrix is nonsingular.
+        // The shift is close to the eigenvalue, so that the matrix is nonsingular.
         let shift = value + Complex::from(1e-12 * value.norm().max(1e-12));
-        let lu = (&complex - DMatrix::from_diagonal_element(k, k, shift)).lu();
-        let mut weights = DVector::from_fn(k, |i, _| Complex::new(1.0, 0.1 * (i as f64).sin()));
-        for _ in 0..3 {
-            if let Some(next) = lu.solve(&weights).filter(|next| next.norm().is_normal()) {
-                weights = next.normalize();
-            }
-        }
+        let weights = null_vector(&complex - DMatrix::from_diagonal_element(k, k, shift));
         let residual = (&complex * &weights - &weights * value).norm() + last * weights[k - 1].norm();
         let one = Ritz { value, residual, weights };
         let ends = !more(&one);

@@ -154,8 +154,8 @@ impl Rod {
     }
 }
 
-/// Replaces `old` rotation vectors of a list, from index `first` on, by some `number` of others, which are computed from
-/// them unless no node is rotated.
+/// Replaces `old` rotation vectors of a list, from index `first` on, by some `number` of others, which are computed
+/// from them unless no node is rotated.
 fn replace_rotations(
     rotations: &mut Vec<Vector3<f64>>,
     (first, old, number): (usize, usize, usize),
@@ -187,8 +187,8 @@ pub(crate) fn split_rotations(reference: &ReferenceElement, e: usize, x: f64) ->
     }
 }
 
-/// A function that merges elements `e` and `e` + 1 in a list of rotation vectors. The first one is a `share` of the merged
-/// element.
+/// A function that merges elements `e` and `e` + 1 in a list of rotation vectors. The first one is a `share` of the
+/// merged element.
 pub(crate) fn merge_rotations(reference: &ReferenceElement, e: usize, share: f64) -> impl Fn(&mut Vec<Vector3<f64>>) {
     let p = reference.p;
     let weights: [_; MAX_POINTS] = std::array::from_fn(|k| {

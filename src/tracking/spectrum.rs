@@ -7,8 +7,8 @@ use nalgebra::{Complex, Vector2};
 use super::statistics::{GAMMA_MEDIAN, LEAST, median};
 use crate::numerics::fourier::FourierSums;
 
-/// A power spectrum: frequencies, 1/s, and the power of both coordinates over that of white noise with variance 1 in one
-/// coordinate.
+/// A power spectrum: frequencies, 1/s, and the power of both coordinates over that of white noise with variance 1 in
+/// one coordinate.
 pub(super) struct Spectrum(Vec<(f64, f64)>);
 
 impl Spectrum {

@@ -5,10 +5,9 @@
 //! passed. The step is halved if the corrector fails or the direction changes by more than 26°.
 
 mod bifurcation;
-mod exponents;
 mod inner_product;
 
-pub use exponents::Bifurcation;
+pub use bifurcation::Bifurcation;
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -24,7 +23,7 @@ use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::{Crossing, Linearisation};
-use exponents::growing;
+use bifurcation::growing;
 use inner_product::InnerProduct;
 
 /// Cosine of the largest angle between successive secants, 26°. With a larger angle the step is halved.
@@ -186,7 +185,7 @@ where
         let guess = OrbitUnknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
-        let tangent = Difference::of_parameter(&found.unknowns, step);
+        let tangent = Difference { parameter: step, ..found.unknowns.to(&found.unknowns) };
         Self::begin(solver, family, within, (inner, shoot.rod().length()), tangent, found)
     }
 
@@ -276,10 +275,9 @@ where
             bound = Some(passed);
         }
         // The branch repeats its orbits, half a period later, beyond the stationary state and beyond a rotating wave.
-        let passes_wave = self.inner.wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents);
-        if self.inner.of_states(&from.start.present(), &found.unknowns.start.present()) < 0.0
-            || !self.rough && passes_wave
-        {
+        let passes_wave = || self.inner.wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents);
+        let turned = self.inner.of_states(&from.start.present(), &found.unknowns.start.present()) < 0.0;
+        if turned || !self.rough && passes_wave() {
             return Ok(false);
         }
         let secant = from.with_past_of(&found.unknowns).to(&found.unknowns);

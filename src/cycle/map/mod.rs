@@ -12,7 +12,7 @@ mod rotation;
 pub(super) use grid::{TimeGrid, kept};
 pub(super) use growth_zone::{ROUNDING, check_gradients, driven_points};
 pub(super) use monodromy::Monodromy;
-pub(super) use phase_state::PhaseState;
+pub(super) use phase_state::{PhaseState, bends};
 pub(super) use polynomials::{Polynomials, carried};
 pub(super) use return_map::{CONVERGED, PASSES, PRECISE, ReturnMap, Stage, Trajectory};
 pub(super) use rotation::StateRotation;

@@ -1,12 +1,12 @@
 //! Initial guesses of periodic orbits: modes, runs in time, other orbits, and the straight shoot.
 
-use nalgebra::{Complex, DMatrix, DVector, Vector3};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::PeriodicSolver;
 use super::orbit::PeriodicOrbit;
 use crate::cycle::error::CycleError;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
-use crate::cycle::map::{PhaseState, ReturnMap, TimeGrid};
+use crate::cycle::map::{PhaseState, ReturnMap, TimeGrid, bends};
 use crate::cycle::phase_grid::{PhaseGrid, WAVES};
 use crate::error::ParameterError;
 use crate::linearisation::{SteadyLaws, visit_stimuli};
@@ -57,10 +57,8 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
         read(history.slope(time)) * length
     };
     let interval = |n: usize| return_map.grid.stages.iter().map(|stage| slope(n, stage)).collect();
-    let rod = return_map.shoot.rod();
-    let bends = rod.points()[rod.zone()].iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]);
     Ok(PhaseState {
-        strain: DVector::from_iterator(2 * points, bends),
+        strain: bends(return_map.shoot.rod()),
         variables: read(history.reading(now, f64::INFINITY)),
         slopes: (0..return_map.kept).map(interval).collect(),
     })
@@ -82,15 +80,14 @@ pub(crate) fn state_of_mode<M: Model>(
     }
     let phases = PhaseGrid::new(WAVES);
     // Strain of the state about which the laws are linearised; zero if it is upright.
-    let rod = return_map.shoot.rod();
-    let mean: Vec<Vector3<f64>> = rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect();
+    let mean = bends(return_map.shoot.rod());
     // The initial phase is that of the largest deviation, and not that of the passage through the mean.
     let parts = root.strain.iter().map(|s| (s.map(|x| x.re).norm_squared(), s.map(|x| x.im).norm_squared()));
     let (bent, passing) = parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
     let first = if bent < passing { Complex::new(0.0, -amplitude) } else { Complex::from(amplitude) };
     let at = |phase: f64| {
         let turn = first * Complex::from_polar(1.0, phase);
-        DVector::from_fn(2 * p, |k, _| mean[k / 2][k % 2] + (root.strain[k / 2][k % 2] * turn).re)
+        DVector::from_fn(2 * p, |k, _| mean[k] + (root.strain[k / 2][k % 2] * turn).re)
     };
     let mut stimuli = vec![DMatrix::zeros(m, phases.len()); p];
     for (j, phase) in phases.angles.iter().enumerate() {

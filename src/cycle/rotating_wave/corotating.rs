@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::DIFFERENCE;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
-use crate::cycle::map::{PRECISE, check_gradients, driven_points};
+use crate::cycle::map::{PRECISE, bends, check_gradients, driven_points};
 use crate::cycle::phase_grid::{PhaseGrid, WAVES};
 use crate::cycle::rotated::rotated;
 use crate::cycle::sensitivity::stimuli_by_strain;
@@ -47,8 +47,8 @@ pub struct Corotating<'a, M: Model> {
 
 impl<'a, M: Model> Corotating<'a, M> {
     /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (rad/s,
-    /// counterclockwise positive), with the equilibrium, and stimuli and growth gradients over a rotation. `shape` is the
-    /// initial guess of the equilibrium.
+    /// counterclockwise positive), with the equilibrium, and with stimuli and growth gradients over a rotation.
+    /// `shape` is the initial guess of the equilibrium.
     pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
         check_unsupported(&shoot.model)?;
         let (places, regr) = driven_points(shoot)?;
@@ -97,7 +97,7 @@ impl<'a, M: Model> Corotating<'a, M> {
 
     /// Components 1 and 2 of the intrinsic strain, point by point.
     pub fn strain(&self) -> DVector<f64> {
-        super::unknowns_of_rod(&self.rod, self.rate).start.strain
+        bends(&self.rod)
     }
 
     /// ẑ × u*: derivative of the strain by the angle of rotation.

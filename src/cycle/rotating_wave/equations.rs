@@ -32,7 +32,7 @@ impl Equations for RotatingWaveSolver {
             let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
             [psi.re * amplitude, psi.im * amplitude]
         };
-        Ok(unknowns(root.strain.iter().map(pair), root.value.im))
+        Ok(unknowns(DVector::from_vec(root.strain.iter().flat_map(pair).collect()), root.value.im))
     }
 
     fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Result<OrbitUnknowns, CycleError> {

@@ -269,10 +269,7 @@ fn check(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(InternalForce, Ste
     check_steady(shoot.model.tropism(), &steady)?;
     check_autonomous(shoot, rod, shoot.model.load(), force.reactions(), &steady)?;
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
-    let gradient = steady.largest_gradient();
-    if !gradient.is_finite() {
-        return Err(StabilityError::NotFinite { what: "growth gradient" });
-    }
+    let gradient = steady.largest_gradient()?;
     if gradient * steady.radius() >= 1e-8 {
         return Err(StabilityError::NotSteadyState { iterations: 0, gradient });
     }

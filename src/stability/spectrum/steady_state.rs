@@ -103,10 +103,7 @@ fn iterate(
     let (mut force, mut steady) = evaluate(rod, guess)?;
     check_autonomous(shoot, rod, load, force.reactions(), &steady)?;
     for iterations in 0.. {
-        let gradient = steady.largest_gradient();
-        if !gradient.is_finite() {
-            return Err(StabilityError::NotFinite { what: "growth gradient" });
-        }
+        let gradient = steady.largest_gradient()?;
         if gradient * steady.radius() <= tolerance {
             break;
         }
