@@ -73,7 +73,7 @@ pub trait Equations: Clone {
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Result<OrbitUnknowns, CycleError>;
 
     /// Evaluates the residual. `rods` of an earlier evaluation are the initial guesses of the equilibria.
-    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Residual<'a, Self, M>;
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M>;
 
     /// Size and stability of an orbit: at least [`OBSERVED`] leading exponents, and all with positive real part.
     fn observe<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>) -> Result<Observation, CycleError>;
@@ -100,7 +100,7 @@ pub trait Equations: Clone {
 }
 
 /// The equations of a shoot at some unknowns, or the reason why they are not evaluated.
-pub type Residual<'a, E, M> = Result<<E as Equations>::Evaluation<'a, M>, CycleError>;
+pub type Computed<'a, E, M> = Result<<E as Equations>::Evaluation<'a, M>, CycleError>;
 
 /// A Jacobian and the symmetries of the equations.
 pub type WithSymmetries<J> = (J, Vec<Symmetry>);

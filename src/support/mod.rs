@@ -161,7 +161,7 @@ macro_rules! all_supports {
         }
 
         fn next_discontinuity(&$self, t: f64) -> f64 {
-            combined!(f64::INFINITY, |next, support| next = earlier(next, support.next_discontinuity(t)); $($supports),*)
+            combined!(f64::INFINITY, |next, part| next = earlier(next, part.next_discontinuity(t)); $($supports),*)
         }
 
         fn check(&$self) -> Result<(), ParameterError> {

@@ -9,7 +9,7 @@ use super::linear::Traced;
 use super::orbit::PeriodicOrbit;
 use super::resolution::error_of;
 use crate::cycle::corrector::STATIONARY;
-use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, OBSERVED, Observation, Residual};
+use crate::cycle::equations::{Computed, Effort, Equations, Evaluation, Newton, OBSERVED, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{BorderedSystem, ExtraConditions, OrbitUnknowns, Symmetry};
 use crate::cycle::map::{Monodromy, TimeGrid, kept};
@@ -60,7 +60,7 @@ impl Equations for PeriodicSolver {
         Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
-    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Residual<'a, Self, M> {
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M> {
         let traced = Traced::of(self, shoot, (&at.start, at.clock, at.angle), rods)?;
         // The stationary state is a fixed point for any period.
         let strain = traced.path.largest_change();

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver, unknowns};
 use crate::cycle::disturbances::Disturbances;
-use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, OBSERVED, Observation, Residual};
+use crate::cycle::equations::{Computed, Effort, Equations, Evaluation, Newton, OBSERVED, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Border, BorderedSystem, OrbitUnknowns, StateJacobian, Symmetry};
 use crate::cycle::symmetry::check_autonomous;
@@ -39,7 +39,7 @@ impl Equations for RotatingWaveSolver {
         Ok(orbit.unknowns())
     }
 
-    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Residual<'a, Self, M> {
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M> {
         Corotating::new(shoot, &at.start.strain, at.clock, rods.first())
     }
 
