@@ -29,4 +29,15 @@ macro_rules! compositions {
     };
 }
 
-pub(crate) use compositions;
+/// A value that results from all parts: a first value, and a change of it by each part.
+macro_rules! combined {
+    ($first:expr, |$value:ident, $part:ident| $change:expr; $($parts:expr),*) => {{
+        let mut $value = $first;
+        $(for $part in $parts {
+            $change;
+        })*
+        $value
+    }};
+}
+
+pub(crate) use {combined, compositions};

@@ -113,6 +113,11 @@ impl ParameterError {
             .map_err(|error| Self { needed: Some(needed), ..error })
     }
 
+    /// Returns an error unless a norm is one up to 1e-9, far above the rounding of products of quaternions.
+    pub(crate) fn unit(name: &'static str, norm: f64) -> Result<(), Self> {
+        Self::unless((norm - 1.0).abs() < 1e-9, name, norm, "1")
+    }
+
     /// The error of a parameter that was not given.
     pub(crate) fn missing(name: &'static str, requirement: &'static str) -> Self {
         Self { missing: true, ..Self::refused(name, f64::NAN, requirement) }

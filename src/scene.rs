@@ -153,8 +153,7 @@ impl Scene for Still {
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("gravity", self.gravity.sum(), "m/s²")?;
         ParameterError::finite("tilt or frame of the base", self.base.coords.sum(), "")?;
-        let norm = self.base.coords.norm();
-        ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
+        ParameterError::unit("norm of the base frame's quaternion", self.base.coords.norm())
     }
 }
 

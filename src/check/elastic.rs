@@ -70,6 +70,18 @@ fn entries() -> impl Iterator<Item = (usize, usize)> {
     (0..3).flat_map(|i| (0..3).map(move |j| (i, j)))
 }
 
+/// Returns an error unless a matrix of a law is symmetric.
+fn check_symmetry(
+    at: At,
+    entry: fn(usize, usize) -> Quantity,
+    matrix: &Matrix3<f64>,
+    requirement: &'static str,
+) -> Result<(), LawError> {
+    entries().filter(|(i, j)| i < j).try_for_each(|(i, j)| {
+        at.equal(entry(i, j), [matrix[(i, j)], matrix[(j, i)]], ROUNDING * matrix.norm(), requirement)
+    })
+}
+
 /// Derivatives by the components of a vector, of a scalar and of a vector, with their tolerances.
 struct Slopes {
     scalar: [f64; 3],
@@ -90,6 +102,11 @@ impl Slopes {
             out.vector_error.set_column(j, &error.fixed_rows::<3>(1).add_scalar(ROUNDING * sizes[1] / h));
         }
         out
+    }
+
+    /// Whether an entry of a matrix is the derivative of the vector.
+    fn agree(&self, matrix: &Matrix3<f64>, at: (usize, usize)) -> bool {
+        (self.vector[at] - matrix[at]).abs() <= WRONG * matrix.norm() + self.vector_error[at]
     }
 }
 
@@ -123,12 +140,6 @@ impl Bent {
         Ok(Self { at, step, here, slopes, curvatures })
     }
 
-    /// Whether an entry of the tangent is the derivative of the couple.
-    fn tangent_agrees(&self, (i, j): (usize, usize)) -> bool {
-        let tolerance = WRONG * self.here.tangent.norm() + self.slopes.vector_error[(i, j)];
-        (self.slopes.vector[(i, j)] - self.here.tangent[(i, j)]).abs() <= tolerance
-    }
-
     fn check_couple(&self) -> Result<(), LawError> {
         let Self { at, step, here, slopes, .. } = self;
         let size = here.couple.norm() + here.tangent.norm() * step;
@@ -137,7 +148,7 @@ impl Bent {
             if (found - couple).abs() <= WRONG * size + slopes.scalar_error[i] {
                 continue;
             }
-            let energy = (0..3).all(|j| self.tangent_agrees((i, j)));
+            let energy = (0..3).all(|j| slopes.agree(&here.tangent, (i, j)));
             return Err(if energy {
                 at.error(Quantity::EnergySlope(i), [found, couple], "the couple")
             } else {
@@ -149,7 +160,7 @@ impl Bent {
 
     fn check_tangent(&self) -> Result<(), LawError> {
         let Self { at, here, slopes, curvatures, .. } = self;
-        if let Some((i, j)) = entries().find(|entry| !self.tangent_agrees(*entry)) {
+        if let Some((i, j)) = entries().find(|entry| !slopes.agree(&here.tangent, *entry)) {
             let (found, tangent) = (slopes.vector[(i, j)], here.tangent[(i, j)]);
             // The second difference of the energy tells whether the couple or the tangent is wrong.
             let tolerance = CURVATURE_ERROR * here.tangent.norm();
@@ -160,11 +171,7 @@ impl Bent {
                 at.error(Quantity::Tangent(i, j), [tangent, found], SLOPE_OF_COUPLE)
             });
         }
-        let tangent = &here.tangent;
-        entries().filter(|(i, j)| i < j).try_for_each(|(i, j)| {
-            let values = [tangent[(i, j)], tangent[(j, i)]];
-            at.equal(Quantity::Tangent(i, j), values, ROUNDING * tangent.norm(), "since the tangent is symmetric")
-        })
+        check_symmetry(*at, Quantity::Tangent, &here.tangent, "since the tangent is symmetric")
     }
 }
 
@@ -210,12 +217,6 @@ impl Strained {
         self.at.equal(Quantity::LineEnergy, values, WRONG * size * self.step, "zero without force")
     }
 
-    /// Whether an entry of the compliance is the derivative of the strain.
-    fn compliance_agrees(&self, (i, j): (usize, usize)) -> bool {
-        let tolerance = WRONG * self.here.compliance.norm() + self.slopes.vector_error[(i, j)];
-        (self.slopes.vector[(i, j)] - self.here.compliance[(i, j)]).abs() <= tolerance
-    }
-
     fn check_energy(&self) -> Result<(), LawError> {
         let Self { at, force, step, here, slopes } = self;
         let size = (force.norm() + step) * here.compliance.norm();
@@ -226,7 +227,7 @@ impl Strained {
         // ∂Φ/∂n = n · ∂v/∂n.
         let [by_strain, by_compliance] = [&slopes.vector, &here.compliance].map(|matrix| matrix.tr_mul(force));
         let Some(j) = (0..3).find(|j| !agrees(*j, by_strain[*j])) else { return Ok(()) };
-        let wrong = entries().find(|entry| !self.compliance_agrees(*entry));
+        let wrong = entries().find(|entry| !slopes.agree(&here.compliance, *entry));
         Err(match wrong {
             Some((i, k)) if (0..3).all(|j| agrees(j, by_compliance[j])) => {
                 let values = [slopes.vector[(i, k)], here.compliance[(i, k)]];
@@ -239,15 +240,11 @@ impl Strained {
     fn check_compliance(&self) -> Result<(), LawError> {
         let Self { at, here, slopes, .. } = self;
         let compliance = &here.compliance;
-        if let Some((i, j)) = entries().find(|entry| !self.compliance_agrees(*entry)) {
+        if let Some((i, j)) = entries().find(|entry| !slopes.agree(compliance, *entry)) {
             let values = [compliance[(i, j)], slopes.vector[(i, j)]];
             return Err(at.error(Quantity::Compliance(i, j), values, "the derivative of the strain"));
         }
-        for (i, j) in entries().filter(|(i, j)| i < j) {
-            let values = [compliance[(i, j)], compliance[(j, i)]];
-            let requirement = "since the compliance is symmetric";
-            at.equal(Quantity::Compliance(i, j), values, ROUNDING * compliance.norm(), requirement)?;
-        }
+        check_symmetry(*at, Quantity::Compliance, compliance, "since the compliance is symmetric")?;
         let negative = (0..3).find(|i| compliance[(*i, *i)] < 0.0);
         negative.map_or(Ok(()), |i| {
             Err(at.error(Quantity::Compliance(i, i), [compliance[(i, i)], f64::NAN], "zero or positive"))

@@ -29,7 +29,7 @@ pub fn growth_law<G: GrowthLaw>(law: &G, points: &[(f64, f64)], span: f64) -> Re
         arguments.finite(Quantity::Point, time)?;
         let until = (time + span).min(before(law.next_discontinuity(time)));
         let at = At::of::<G>(Where::Growing { sigma, time });
-        let point = Point { law, at, sigma, time, until };
+        let point = FollowedPoint { law, at, sigma, time, until };
         if !law.elongates() {
             point.check_fixed()?;
             continue;
@@ -45,7 +45,7 @@ pub fn growth_law<G: GrowthLaw>(law: &G, points: &[(f64, f64)], span: f64) -> Re
 }
 
 /// A point from which a growth law is followed.
-struct Point<'a, G> {
+struct FollowedPoint<'a, G> {
     law: &'a G,
     at: At,
     /// Distance from the apex, m.
@@ -55,7 +55,7 @@ struct Point<'a, G> {
     until: f64,
 }
 
-impl<G: GrowthLaw> Point<'_, G> {
+impl<G: GrowthLaw> FollowedPoint<'_, G> {
     /// Compares the speed, the REGR and the rates of the motion with each other.
     fn check_rates(&self) -> Result<(), LawError> {
         let Self { law, at, sigma, time, .. } = *self;

@@ -91,16 +91,12 @@ impl At {
 
 /// Returns an error for a component along d1 or d2 without the other one.
 fn check_pairs(rotations: &[Rotation], at: At, quantity: impl Fn(usize) -> Quantity) -> Result<(), LawError> {
-    for (k, rotation) in rotations.iter().enumerate() {
-        let partner = match rotation {
-            Rotation::First if rotations.get(k + 1) != Some(&Rotation::Second) => k + 1,
-            Rotation::Second if k == 0 || rotations[k - 1] != Rotation::First => k.wrapping_sub(1),
-            _ => continue,
-        };
+    let missing =
+        (0..rotations.len()).find_map(|k| Rotation::missing_partner(rotations, k).map(|partner| (k, partner)));
+    missing.map_or(Ok(()), |(k, partner)| {
         let requirement = "a component that is declared along the other director";
-        return Err(at.error(quantity(k), [partner as f64, f64::NAN], requirement));
-    }
-    Ok(())
+        Err(at.error(quantity(k), [partner as f64, f64::NAN], requirement))
+    })
 }
 
 /// Numbers after a rotation of the frame in which pairs are vectors, by an angle (rad).

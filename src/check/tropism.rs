@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::error::{At, LawError, Quantity, Where};
 use super::sensed::Sensed;
 use super::symmetry::check_rotation;
+use crate::pointers::forward_methods;
 use crate::tropism::{Declaration, Growing, Memory, Perception, Response, Site, Source, TropismLaw};
 
 /// Checks a tropism law at sites of a rod.
@@ -89,16 +90,10 @@ impl<P: Perception> TropismLaw for Perceiving<'_, P> {
     fn declare(&self, to: &mut Declaration) {
         let _ = self.0.declare(to);
     }
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        self.0.sense(site, stimuli);
-    }
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        self.0.rates(variables, stimuli, rates);
-    }
-    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.0.steady(stimuli, variables);
-    }
-    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.0.initial(stimuli, variables);
-    }
+    forward_methods!(self, Perception of self.0 =>
+        fn sense(site: &Site, stimuli: &mut [f64]);
+        fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+        fn steady(stimuli: &[f64], variables: &mut [f64]);
+        fn initial(stimuli: &[f64], variables: &mut [f64]);
+    );
 }

@@ -12,6 +12,9 @@ use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::stability::Root;
 
+/// Smallest number of exponents of a point of a branch.
+pub const OBSERVED: usize = 2;
+
 /// Settings of Newton's method.
 #[derive(Debug, Clone, Copy)]
 pub struct Newton {
@@ -70,16 +73,10 @@ pub trait Equations: Clone {
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Result<OrbitUnknowns, CycleError>;
 
     /// Evaluates the residual. `rods` of an earlier evaluation are the initial guesses of the equilibria.
-    fn evaluate<'a, M: Model>(
-        &self,
-        shoot: &'a Shoot<M>,
-        at: &OrbitUnknowns,
-        rods: Vec<Rod>,
-    ) -> Result<Self::Evaluation<'a, M>, CycleError>;
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M>;
 
-    /// Size and stability of an orbit: at least `count` leading exponents, and all with positive real part.
-    fn observe<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>, count: usize)
-    -> Result<Observation, CycleError>;
+    /// Size and stability of an orbit: at least [`OBSERVED`] leading exponents, and all with positive real part.
+    fn observe<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>) -> Result<Observation, CycleError>;
 
     /// Extends the past in a state if a delay of the shoot is longer. Returns whether it did.
     fn extend_past<M: Model>(&self, _shoot: &Shoot<M>, _at: &mut OrbitUnknowns) -> Result<bool, CycleError> {
@@ -102,8 +99,11 @@ pub trait Equations: Clone {
     }
 }
 
+/// The equations of a shoot at some unknowns, or the reason why they are not evaluated.
+pub type Computed<'a, E, M> = Result<<E as Equations>::Evaluation<'a, M>, CycleError>;
+
 /// A Jacobian and the symmetries of the equations.
-pub type Linearised<J> = (J, Vec<Symmetry>);
+pub type WithSymmetries<J> = (J, Vec<Symmetry>);
 
 /// The equations of an orbit at some unknowns.
 pub trait Evaluation<E: Equations> {
@@ -121,7 +121,7 @@ pub trait Evaluation<E: Equations> {
 
     /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown of its own.
     /// None if the laws are singular.
-    fn linearise(&mut self) -> Result<Option<Linearised<E::Jacobian>>, CycleError>;
+    fn linearise(&mut self) -> Result<Option<WithSymmetries<E::Jacobian>>, CycleError>;
 
     /// The orbit at converged unknowns, and the tangents of its symmetries. The linearisation at nearby unknowns
     /// may be known.

@@ -2,7 +2,6 @@
 
 use crate::equilibrium::EquilibriumError;
 use crate::error::{Known, Number, ParameterError, debug_by_display};
-use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
 /// Reason why an orbit, its stability or its branch was not computed. The shoot is unchanged.
@@ -137,15 +136,5 @@ impl CycleError {
             Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::not_converged(iterations, residual),
             error => error,
         }
-    }
-}
-
-impl From<RitzError> for CycleError {
-    fn from(error: RitzError) -> Self {
-        let what = "the iteration for the multipliers";
-        Self::Stability(match error {
-            RitzError::NotFinite => StabilityError::NotFinite { what: "linearised map" },
-            RitzError::NoConvergence => StabilityError::NoConvergence { what, residual: f64::INFINITY },
-        })
     }
 }

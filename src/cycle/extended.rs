@@ -16,7 +16,7 @@
 use nalgebra::DVector;
 
 use super::error::CycleError;
-use super::map::phase_state::PhaseState;
+use super::map::PhaseState;
 
 /// Half-width of central differences by period, rate and parameter; relative to period and rate, and for the
 /// parameter relative to its range. Their truncation error is of the order of its square, 1e-10, as is the rounding
@@ -84,11 +84,6 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// A change of the parameter alone.
-    pub fn of_parameter(from: &OrbitUnknowns, change: f64) -> Self {
-        Self { parameter: change, ..from.to(from) }
-    }
-
     /// Change of strain and variables.
     pub fn present(&self) -> DVector<f64> {
         self.state.rows(0, self.present).clone_owned()
@@ -98,10 +93,6 @@ impl Difference {
     pub fn scaled(&self, by: f64) -> Self {
         let (clock, angle, parameter) = (self.clock * by, self.angle * by, self.parameter * by);
         Self { state: &self.state * by, present: self.present, clock, angle, parameter }
-    }
-
-    fn is_finite(&self) -> bool {
-        self.state.iter().chain([&self.clock, &self.angle, &self.parameter]).all(|x| x.is_finite())
     }
 }
 
@@ -259,6 +250,7 @@ impl<J: StateJacobian> BorderedSystem<J> {
             angle: symmetry(1),
             parameter: scalars.get(self.symmetries).copied().unwrap_or(0.0),
         };
-        Ok(update.is_finite().then_some(update))
+        let finite = found.iter().chain([&update.clock]).all(|x| x.is_finite());
+        Ok(finite.then_some(update))
     }
 }

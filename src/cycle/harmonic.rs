@@ -7,10 +7,9 @@
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::error::CycleError;
-use super::map::growth_zone::ROUNDING;
-use super::map::return_map::{PASSES, PRECISE};
+use super::map::{PASSES, PRECISE, ROUNDING};
 use super::phase_grid::PhaseGrid;
-use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
+use crate::tropism::{Declaration, Growing, Size, TropismLaw, law_matrices};
 
 /// A law under stimuli with a known angular frequency, on a grid of phases.
 pub(super) struct HarmonicBalance<'a, T> {
@@ -18,10 +17,7 @@ pub(super) struct HarmonicBalance<'a, T> {
     phases: &'a PhaseGrid,
     /// Angular frequency, rad/s; negative if the phase decreases.
     rate: f64,
-    /// Number of variables and of stimuli.
-    size: (usize, usize),
-    reads_present: bool,
-    delays: Vec<f64>,
+    laws: Declaration,
     /// Delay operator of each variable; none for variables that the gradient does not depend on.
     earlier: Vec<Option<DMatrix<f64>>>,
 }
@@ -47,18 +43,15 @@ impl HarmonicVariables {
 
 impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
     pub fn new(law: &'a T, phases: &'a PhaseGrid, rate: f64) -> Self {
-        let declaration = Declaration::of(law);
-        let size = declaration.size();
-        let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
-        let earlier = delays.iter().map(|delay| delay.map(|delay| phases.earlier(rate * delay))).collect();
-        let delays = delays.into_iter().map(|delay| delay.unwrap_or(0.0)).collect();
-        let (counts, reads_present) = ((size.variables, size.stimuli), size.reads_present);
-        Self { law, phases, rate, size: counts, reads_present, delays, earlier }
+        let laws = Declaration::of(law);
+        let delays = laws.variables().iter().map(|variable| variable.delay);
+        let earlier = delays.map(|delay| delay.map(|delay| phases.earlier(rate * delay))).collect();
+        Self { law, phases, rate, laws, earlier }
     }
 
     /// Solves for the periodic variables under given stimuli, a column for each phase.
     pub fn solve(&self, at: &Growing, stimuli: &DMatrix<f64>) -> Result<HarmonicVariables, CycleError> {
-        let ((v, _), n) = (self.size, self.phases.len());
+        let (v, n) = (self.laws.size().variables, self.phases.len());
         let mut variables = DMatrix::zeros(v, n);
         for j in 0..n {
             self.law.steady(stimuli.column(j).as_slice(), variables.column_mut(j).as_mut_slice());
@@ -114,17 +107,17 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         periodic
     }
 
-    /// The growth gradient at a phase.
-    pub fn gradient(
+    /// The growth gradients of several points at a phase.
+    pub fn gradients(
         &self,
-        at: &Growing,
-        periodic: &HarmonicVariables,
-        stimuli: &DMatrix<f64>,
+        places: &[Growing],
+        periodic: &[HarmonicVariables],
+        stimuli: &[DMatrix<f64>],
         phase: usize,
-    ) -> Vector3<f64> {
-        let now = stimuli.column(phase);
-        let now = if self.reads_present { now.as_slice() } else { &[] };
-        self.law.gradient(at, &self.past(periodic, phase), now)
+    ) -> Vec<Vector3<f64>> {
+        let all = places.iter().zip(periodic).zip(stimuli.iter().map(|stimuli| stimuli.column(phase)));
+        let size = self.laws.size();
+        all.map(|((at, y), x)| self.law.gradient(at, &self.past(y, phase), size.present(x.as_slice()))).collect()
     }
 
     /// The delayed variables at a phase.
@@ -136,18 +129,19 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
     /// The response of the gradient at the first phase to stimuli δx exp(λt), and its derivative by λ: three rows,
     /// a column for each stimulus, phase by phase. None if the laws are singular.
     pub fn response(&self, periodic: &HarmonicVariables, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
-        let ((v, m), n) = (self.size, self.phases.len());
+        let (Size { variables: v, stimuli: m, reads_present }, n) = (self.laws.size(), self.phases.len());
         let [gradient_y, gradient_x] = &periodic.read;
         let mut read = DMatrix::zeros(v * n, 3);
         let mut later = read.clone();
         for (a, earlier) in self.earlier.iter().enumerate() {
             let Some(earlier) = earlier else { continue };
-            let lag = (-z * self.delays[a]).exp();
+            let delay = self.laws.variables()[a].delay.unwrap_or(0.0);
+            let lag = (-z * delay).exp();
             for l in 0..n {
                 for c in 0..3 {
                     let value = lag * (gradient_y[(c, a)] * earlier[(0, l)]);
                     read[(l * v + a, c)] = value;
-                    later[(l * v + a, c)] = -value * self.delays[a];
+                    later[(l * v + a, c)] = -value * delay;
                 }
             }
         }
@@ -163,7 +157,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
                 derivative.columns_mut(l * m, m).copy_from(&part(&second));
             }
         }
-        if self.reads_present {
+        if reads_present {
             let mut first = value.columns_mut(0, m);
             first += gradient_x.map(Complex::from);
         }
@@ -177,7 +171,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         z: N,
         of: impl Fn(f64) -> N,
     ) -> DMatrix<N> {
-        let (v, n) = (self.size.0, self.phases.len());
+        let (v, n) = (self.laws.size().variables, self.phases.len());
         let mut out = DMatrix::from_diagonal_element(v * n, v * n, z);
         for j in 0..n {
             for l in 0..n {

@@ -91,7 +91,6 @@ mod error;
 mod extended;
 mod harmonic;
 mod map;
-mod maximum;
 mod periodic;
 mod phase_grid;
 mod rotated;

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::error::CycleError;
 use super::rotated::rotated;
-use crate::linearisation::{precise_solver, visit_bends, visit_stimuli};
+use crate::linearisation::{visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -27,9 +27,8 @@ pub(super) fn stimuli_by_strain(
     let zone = rod.zone();
     let (m, n) = (shoot.model.tropism().size().stimuli, 2 * zone.len());
     let statics = (shoot.model.load(), shoot.model.support());
-    let mut solver = precise_solver();
     let mut out = DMatrix::zeros(zone.len() * phases.len() * m, n);
-    visit_bends(shoot, rod, statics, force, &mut solver, (0..n).map(|k| (k / 2, k % 2)), |k, weight, bent, force| {
+    visit_bends(shoot, rod, statics, force, (0..n).map(|k| (k / 2, k % 2)), |k, weight, bent, force| {
         for (j, phase) in phases.iter().enumerate() {
             let mut add = |i: usize, _: &Site, x: &[f64]| {
                 let rows = out.column_mut(k).data.into_slice_mut()[(i * phases.len() + j) * m..][..m].iter_mut();

@@ -9,8 +9,9 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::CycleError;
-use super::map::return_map::CONVERGED;
-use crate::numerics::krylov::{Krylov, Ritz, ritz_values};
+use super::map::CONVERGED;
+use crate::numerics::krylov::{Krylov, Ritz, orthogonalise, ritz_values};
+use crate::stability::StabilityError;
 
 /// Largest dimension of a Krylov subspace, several times that needed for the leading eigenvalues of return maps.
 const MOST: usize = 160;
@@ -24,16 +25,9 @@ const LIMIT: f64 = 0.9;
 /// Residual of a converged eigenvector of norm one, relative to the eigenvalue. The error of the eigenvalue is
 /// larger by its condition number, which is about 30 for return maps.
 const TOLERANCE: f64 = 1e-10;
-/// Relative residual of the largest remaining eigenvalue at which it bounds the modulus of all remaining ones.
-const BOUND: f64 = 0.01;
-/// Factor between that eigenvalue and the bound. Within a cluster the largest one is approximated from below.
-const MARGIN: f64 = 1.1;
 /// Norm of a vector after deflation that is rounding, relative to the norm before: the root of the machine
 /// precision, and a factor of ten.
 const NEGLIGIBLE: f64 = 1e-7;
-/// Smallest number of vectors for a bound. The largest eigenvalue then dominates a first vector without symmetry.
-const FEWEST: usize = 8;
-
 /// A Floquet multiplier of a periodic orbit, or a characteristic root of a rotating wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -81,32 +75,29 @@ impl LeadingSpectrum {
         while locked.len() < size {
             let mut begin = apply(&without_pattern(size, locked.len()))?;
             let whole = begin.norm();
-            deflate(&locked, &mut begin);
+            orthogonalise(&locked, &mut begin, |_, _| ());
             if begin.norm() <= NEGLIGIBLE * whole {
                 break;
             }
-            out.values.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()));
             // The bound on the others must be smaller than the last one of the leading eigenvalues.
             let below = out.values.get(count - 1).map_or(0.0, |last| last.value.norm().min(LIMIT));
             let missing = count.saturating_sub(out.values.len());
             let deflated = |x: &DVector<f64>| {
                 let mut next = apply(x)?;
-                deflate(&locked, &mut next);
+                if !next.iter().all(|x| x.is_finite()) {
+                    return Err(StabilityError::NotFinite { what: "linearised map" }.into());
+                }
+                orthogonalise(&locked, &mut next, |_, _| ());
                 Ok::<_, CycleError>(next)
             };
-            let mut found = Ok(None);
-            let krylov = Krylov::of(&begin, MOST.min(size - locked.len()), CONVERGED, deflated, |hessenberg| {
+            let most = MOST.min(size - locked.len());
+            let (krylov, found) = Krylov::of(&begin, most, CONVERGED, deflated, |hessenberg, last| {
                 let vectors = hessenberg.ncols();
-                if vectors < FEWEST || !vectors.is_multiple_of((vectors / 8).max(2)) {
-                    return false;
-                }
-                found = decide(hessenberg, missing, below);
-                !matches!(found, Ok(None))
+                // The largest eigenvalue then dominates a first vector without symmetry.
+                let due = last || vectors >= 8 && vectors.is_multiple_of((vectors / 8).max(2));
+                if due { decide(hessenberg, missing, below).transpose() } else { None }
             })?;
-            if matches!(found, Ok(None)) {
-                found = decide(&krylov.hessenberg, missing, below);
-            }
-            match found? {
+            match found.transpose()? {
                 Some(Leading::Bound(radius)) => {
                     out.radius = radius;
                     break;
@@ -116,13 +107,13 @@ impl LeadingSpectrum {
                         lock(&mut locked, &krylov, &one.weights);
                         out.values.push(Eigenvalue { value: one.value, residual: one.residual });
                     }
+                    out.values.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()));
                 }
                 None => {
                     return Err(CycleError::Incomplete { found: out.values.len(), wanted: count });
                 }
             }
         }
-        out.values.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()));
         out.values.retain(|one| one.value.norm() > out.radius);
         Ok(out)
     }
@@ -131,10 +122,15 @@ impl LeadingSpectrum {
 /// Returns the leading eigenvalues if `missing` of them have converged, a bound on all eigenvalues if it is smaller
 /// than `below`, or none if more vectors are needed.
 fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Option<Leading>, CycleError> {
+    /// Relative residual of the largest remaining eigenvalue at which it bounds the modulus of all remaining ones.
+    const BOUND: f64 = 0.01;
+    /// Factor between that eigenvalue and the bound. Within a cluster the largest one is approximated from below.
+    const MARGIN: f64 = 1.1;
     let rounding = CONVERGED * hessenberg.norm();
     let converged =
         |one: &Ritz| one.residual <= (TOLERANCE * one.value.norm()).max(rounding) && one.value.norm() > SMALLEST;
-    let mut leading = ritz_values(hessenberg, converged)?;
+    let failed = StabilityError::NoConvergence { what: "the iteration for the multipliers", residual: f64::INFINITY };
+    let mut leading = ritz_values(hessenberg, converged).ok_or(failed)?;
     let bound = |one: &Ritz| MARGIN * (one.value.norm() + one.residual);
     if let Some(first) = leading.first() {
         if bound(first) < SMALLEST {
@@ -155,19 +151,11 @@ fn lock(locked: &mut Vec<DVector<f64>>, krylov: &Krylov, weights: &DVector<Compl
     for part in [weights.map(|x| x.re), weights.map(|x| x.im)] {
         let mut vector = krylov.combine(&part);
         let whole = part.norm();
-        deflate(locked, &mut vector);
+        orthogonalise(locked, &mut vector, |_, _| ());
         // Conjugate pairs have one subspace, and the imaginary part of a real eigenvector is zero.
         if vector.norm() > NEGLIGIBLE * whole.max(1.0) {
             locked.push(vector.normalize());
         }
-    }
-}
-
-/// Removes the component of a vector in the span of an orthonormal basis.
-fn deflate(basis: &[DVector<f64>], vector: &mut DVector<f64>) {
-    // The second pass makes it orthogonal up to rounding.
-    for _ in 0..2 {
-        basis.iter().for_each(|known| vector.axpy(-known.dot(vector), known, 1.0));
     }
 }
 

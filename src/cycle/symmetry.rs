@@ -6,10 +6,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::error::CycleError;
-use super::map::growth_zone::ROUNDING;
-use super::map::phase_state::PhaseState;
-use super::map::return_map::{PRECISE, ReturnMap, Stage, Trajectory};
-use super::map::rotation::StateRotation;
+use super::map::{PRECISE, PhaseState, ROUNDING, ReturnMap, Stage, StateRotation, Trajectory};
 use super::rotated::rotated;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::linearisation::{self, SteadyLaws, change_of_causes, relative, visit_stimuli};
@@ -18,7 +15,7 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::tropism::{Declaration, Rotation, TropismLaw};
+use crate::tropism::{Rotation, TropismLaw};
 
 /// Returns an error if laws, loads, growth, the scene or the support depend on time. The rod is bent, so that all of
 /// them have an effect.
@@ -100,7 +97,7 @@ fn check_laws(
     period: f64,
 ) -> Result<(), CycleError> {
     let (shoot, law) = (return_map.shoot, return_map.shoot.model.tropism());
-    let (v, m, p) = (return_map.variables, return_map.stimuli, return_map.places.len());
+    let (v, m, p) = return_map.sizes();
     let state = |strain: &DVector<f64>, variables: &DVector<f64>| PhaseState {
         strain: strain.clone(),
         variables: variables.clone(),
@@ -129,8 +126,7 @@ fn check_laws(
     check_tropism((found.strain - &expected.strain).amax() / expected.strain.amax().max(least))?;
     // The rate of a fast variable is a difference of large terms, of the size of the variable over its time
     // constant.
-    let laws = Declaration::of(law);
-    for (a, variable) in laws.variables().iter().enumerate() {
+    for (a, variable) in return_map.laws.variables().iter().enumerate() {
         let one =
             |all: &DVector<f64>, a: usize| all.iter().skip(a).step_by(v).fold(0.0_f64, |most, x| most.max(x.abs()));
         let largest = |all: &DVector<f64>| match variable.rotation {

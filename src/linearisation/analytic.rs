@@ -4,6 +4,8 @@ use faer::linalg::solvers::Solve;
 use faer::{MatMut, MatRef};
 use nalgebra::{Complex, DMatrix};
 
+use super::error::StabilityError;
+
 /// A matrix that depends on λ, and its derivative with respect to λ.
 #[derive(Debug, Clone)]
 pub(crate) struct AnalyticMatrix {
@@ -46,6 +48,15 @@ impl AnalyticMatrix {
         }
         (pivots, if singular { Complex::from(f64::INFINITY) } else { self.derivative.trace() })
     }
+}
+
+/// The eigenvalues of a square matrix. `what` names the search.
+///
+/// # Errors
+/// An iteration that does not converge.
+pub(crate) fn eigenvalues(matrix: &DMatrix<f64>, what: &'static str) -> Result<Vec<Complex<f64>>, StabilityError> {
+    let view = MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols());
+    view.eigenvalues().map_err(|_| StabilityError::NoConvergence { what, residual: matrix.amax() })
 }
 
 /// The step −f/f' of Newton's method, from f'/f. It is zero where f'/f is infinite, because f is zero there.

@@ -26,12 +26,12 @@ pub(crate) fn visit_bends(
     rod: &Rod,
     statics: (&impl Load, &impl Support),
     force: &InternalForce,
-    solver: &mut NewtonSolver,
     unknowns: impl IntoIterator<Item = (usize, usize)>,
     mut visit: impl FnMut(usize, f64, &Rod, &InternalForce),
 ) -> Result<(), EquilibriumError> {
     let (first, p) = (rod.zone().start, rod.order().points());
     let (mut moved, mut force) = (rod.clone(), force.clone());
+    let mut solver = precise_solver();
     let mut tangent = solver.linearise(rod, shoot.model.constitutive(), statics, &mut force)?;
     for (j, (i, c)) in unknowns.into_iter().enumerate() {
         let at = first + i;
@@ -110,7 +110,7 @@ mod tests {
                 stimuli.iter().enumerate().for_each(|(k, x)| out[(i * m + k, j)] += weight * x);
             });
         };
-        visit_bends(&shoot, &rod, statics, &force, &mut solver, unknowns, |j, weight, moved, force| {
+        visit_bends(&shoot, &rod, statics, &force, unknowns, |j, weight, moved, force| {
             add(&mut first, j, weight, moved, force);
         })
         .unwrap();

@@ -11,7 +11,7 @@ mod steady;
 mod stimuli;
 mod support;
 
-pub(crate) use analytic::{AnalyticMatrix, newton, newton_step};
+pub(crate) use analytic::{AnalyticMatrix, eigenvalues, newton, newton_step};
 pub(crate) use autonomous::{change_of_base, change_of_causes, check_autonomous};
 pub(crate) use bends::{precise_solver, visit_bends};
 pub(crate) use error::MOST_RESOLVED_ELEMENTS;

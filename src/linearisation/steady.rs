@@ -48,9 +48,14 @@ impl SteadyLaws {
         out
     }
 
-    /// The largest gradient, 1/m; not a number if one of them is not.
-    pub fn largest_gradient(&self) -> f64 {
-        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    /// The largest gradient, 1/m.
+    ///
+    /// # Errors
+    /// A gradient that is not finite.
+    pub fn largest_gradient(&self) -> Result<f64, StabilityError> {
+        let all = self.gradients.iter().map(Vector3::norm);
+        let largest = all.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+        if largest.is_finite() { Ok(largest) } else { Err(StabilityError::NotFinite { what: "growth gradient" }) }
     }
 
     /// The radius of the shoot at the base of the growth zone, m; one if nothing grows.

@@ -17,7 +17,7 @@ pub use whirl::Whirl;
 
 use nalgebra::Vector3;
 
-use crate::compositions::compositions;
+use crate::compositions::{combined, compositions};
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::rod::Tissue;
@@ -156,43 +156,23 @@ forward_pointers!(Load {
 macro_rules! sum_of_loads {
     ($self:ident: $($loads:expr),*) => {
         fn force(&$self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
-            let mut sum = Vector3::zeros();
-            $(for load in $loads {
-                sum += load.force(cut, environment);
-            })*
-            sum
+            combined!(Vector3::zeros(), |sum, load| sum += load.force(cut, environment); $($loads),*)
         }
 
         fn per_length(&$self, tissue: &Tissue, environment: &Environment) -> Vector3<f64> {
-            let mut sum = Vector3::zeros();
-            $(for load in $loads {
-                sum += load.per_length(tissue, environment);
-            })*
-            sum
+            combined!(Vector3::zeros(), |sum, load| sum += load.per_length(tissue, environment); $($loads),*)
         }
 
         fn next_discontinuity(&$self, t: f64) -> f64 {
-            let mut first = f64::INFINITY;
-            $(for load in $loads {
-                first = earlier(first, load.next_discontinuity(t));
-            })*
-            first
+            combined!(f64::INFINITY, |first, load| first = earlier(first, load.next_discontinuity(t)); $($loads),*)
         }
 
         fn shortest_period(&$self, t: f64) -> f64 {
-            let mut shortest = f64::INFINITY;
-            $(for load in $loads {
-                shortest = earlier(shortest, load.shortest_period(t));
-            })*
-            shortest
+            combined!(f64::INFINITY, |least, load| least = earlier(least, load.shortest_period(t)); $($loads),*)
         }
 
         fn jumps(&$self) -> Vec<f64> {
-            let mut all = Vec::new();
-            $(for load in $loads {
-                all.extend(load.jumps());
-            })*
-            all
+            combined!(Vec::new(), |all, load| all.extend(load.jumps()); $($loads),*)
         }
 
         fn check(&$self) -> Result<(), ParameterError> {

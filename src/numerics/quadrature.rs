@@ -71,11 +71,7 @@ const DIVISIONS: usize = 500;
 /// interval, so that a discontinuity close to an end is noticed.
 fn eight_points(f: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> (f64, f64) {
     static RULE: OnceLock<(Vec<f64>, Vec<f64>)> = OnceLock::new();
-    let (x, w) = RULE.get_or_init(|| {
-        let nodes = lobatto(7);
-        let weights = nodes.iter().map(|x| (56.0 * legendre(7, 2.0 * x - 1.0).0.powi(2)).recip()).collect();
-        (nodes, weights)
-    });
+    let (x, w) = RULE.get_or_init(|| lobatto_weights(7));
     let each = x.iter().zip(w).map(|(x, w)| w * (to - from) * f(from + (to - from) * x));
     each.fold((0.0, 0.0), |(sum, size), term| (sum + term, size + term.abs()))
 }

@@ -162,26 +162,29 @@ impl Rod {
     }
 }
 
-/// Reading and writing. A rod that is read is checked.
+/// Implements reading and writing of a type whose derived functions are inherent, by `serde(remote = "Self")`. A value
+/// that is read is checked.
 #[cfg(feature = "serde")]
-mod serde_rod {
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use super::Rod;
-
-    impl Serialize for Rod {
-        fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-            // The derived function, which is inherent with `serde(remote = "Self")`.
-            Self::serialize(self, to)
+macro_rules! checked_when_read {
+    ($Type:ty) => {
+        impl serde::Serialize for $Type {
+            fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                Self::serialize(self, to)
+            }
         }
-    }
 
-    impl<'de> Deserialize<'de> for Rod {
-        fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-            let rod = Self::deserialize(from)?;
-            rod.check().map_err(D::Error::custom)?;
-            Ok(rod)
+        impl<'de> serde::Deserialize<'de> for $Type {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                let value = Self::deserialize(from)?;
+                value.check().map_err(serde::de::Error::custom)?;
+                Ok(value)
+            }
         }
-    }
+    };
 }
+
+#[cfg(feature = "serde")]
+pub(crate) use checked_when_read;
+
+#[cfg(feature = "serde")]
+checked_when_read!(Rod);

@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 
 use nalgebra::Vector3;
 
+use super::weighted;
 use crate::numerics::quadrature::{legendre, legendre_sequence, rule};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 
@@ -77,9 +78,7 @@ impl MergingLoss {
         for MergedPart { loss, length, difference } in parts {
             let share = length / total;
             merged.mean_square += share * loss.mean_square;
-            let sum = |weights: &[f64; MAX_POINTS]| {
-                difference.iter().zip(weights).fold(Vector3::zeros(), |sum, (d, w)| sum + d * *w)
-            };
+            let sum = |weights: &[f64; MAX_POINTS]| weighted(&difference, weights);
             for IntegrationPoint { x, weight, upto, at, coefficients } in places(reference) {
                 let (g, w) = (before + sum(upto) * length, weight * share);
                 merged.mean_square += w * g.norm_squared();

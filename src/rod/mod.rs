@@ -15,6 +15,8 @@ pub(crate) mod tissue;
 mod unshaped;
 
 pub use check::RodError;
+#[cfg(feature = "serde")]
+pub(crate) use check::checked_when_read;
 pub(crate) use coarse::ElementPlace;
 pub(crate) use lengths::UNEVEN;
 pub(crate) use nodes::LARGEST_ROTATION;
@@ -79,12 +81,6 @@ pub struct Rod {
 /// far above the rounding of products of quaternions, and below any error of a shape.
 const UNIT: f64 = 1e-9;
 
-/// Returns an error for a base whose quaternion is not of norm one.
-fn check_base(base: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
-    let norm = base.coords.norm();
-    ParameterError::unless((norm - 1.0).abs() < UNIT, "norm of the base frame's quaternion", norm, "1")
-}
-
 impl Rod {
     /// A straight rod without intrinsic strain, with its base at the origin.
     ///
@@ -103,7 +99,7 @@ impl Rod {
         let elements = nodes.len().saturating_sub(1);
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::unless(nodes[0] == 0.0, "arc length of the first node", nodes[0], "0")?;
-        check_base(&base)?;
+        ParameterError::unit("norm of the base frame's quaternion", base.coords.norm())?;
         let reference = ReferenceElement::of(order);
         let length = nodes[elements];
         let mut points = Vec::with_capacity(elements * reference.p);
@@ -276,7 +272,7 @@ impl Rod {
     /// # Errors
     /// A frame whose quaternion is not of norm 1; the rod does not change then.
     pub fn set_base(&mut self, base: UnitQuaternion<f64>) -> Result<(), ParameterError> {
-        check_base(&base)?;
+        ParameterError::unit("norm of the base frame's quaternion", base.coords.norm())?;
         let turn = base * self.frames[0].inverse();
         for frame in &mut self.frames {
             *frame = UnitQuaternion::new_normalize((turn * *frame).into_inner());

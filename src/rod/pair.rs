@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::loss::{MergedPart, MergingLoss};
-use super::{MaterialPoint, Rod};
+use super::{MaterialPoint, Rod, weighted};
 use crate::numerics::quadrature::legendre_sequence;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 
@@ -82,8 +82,7 @@ impl<'a> Pair<'a> {
 
     /// The strains of the centre line at the points of the merged element.
     pub fn projected_strains(&self, strains: &[Vector3<f64>]) -> [Vector3<f64>; MAX_POINTS] {
-        let sum = |weights: &[f64]| strains.iter().zip(weights).fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w);
-        self.projection().map(|weights| sum(&weights))
+        self.projection().map(|weights| weighted(strains, &weights))
     }
 
     /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting

@@ -4,7 +4,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod};
+use crate::error::ParameterError;
+use crate::scene::Scene;
 use crate::so3;
+use crate::support::Joint;
 
 impl Rod {
     /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
@@ -40,6 +43,19 @@ impl Rod {
             .chain(out.points.iter_mut().map(|point| &mut point.intrinsic))
             .for_each(|vector| *vector = back * *vector);
         out
+    }
+
+    /// Gives the base the position and the frame of a scene at a time (s), as far as its joint fixes them.
+    pub(crate) fn place_base(
+        &mut self,
+        scene: &impl Scene,
+        joint: Option<Joint>,
+        t: f64,
+    ) -> Result<(), ParameterError> {
+        if joint != Some(Joint::Free) {
+            self.set_base_position(scene.position(t))?;
+        }
+        if joint.is_none() { self.set_base(scene.base(t)) } else { Ok(()) }
     }
 
     /// The position of the base, to be changed.

@@ -77,7 +77,7 @@ impl Rod {
             self.line_strains.splice(e * p..(e + 1) * p, new);
         }
         let middle = self.frame_within(e, x);
-        split_rotations(reference, [&mut self.rotations], e, x);
+        split_rotations(reference, e, x)(&mut self.rotations);
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);
         self.node_distance.insert(e + 1, middle_distance);
@@ -141,7 +141,7 @@ impl Rod {
             self.line_strains.splice(e * p..(e + 2) * p, new[..p].iter().copied());
         }
         self.points.splice(e * p..(e + 2) * p, new[..p].iter().copied());
-        merge_rotations(reference, [&mut self.rotations], e, share);
+        merge_rotations(reference, e, share)(&mut self.rotations);
         self.frames.remove(e + 1);
         self.node_distance.remove(e + 1);
         self.kept.remove(e + 1);
@@ -154,67 +154,60 @@ impl Rod {
     }
 }
 
-/// Whether no node of an element is rotated against the first one.
-fn is_straight(rotations: &[Vector3<f64>]) -> bool {
-    rotations.iter().all(|theta| *theta == Vector3::zeros())
+/// Replaces `old` rotation vectors of a list, from index `first` on, by some `number` of others, which are computed
+/// from them unless no node is rotated.
+fn replace_rotations(
+    rotations: &mut Vec<Vector3<f64>>,
+    (first, old, number): (usize, usize, usize),
+    new: impl Fn(&[Vector3<f64>]) -> [Vector3<f64>; 2 * MAX_POINTS],
+) {
+    let known = &rotations[first..first + old];
+    let straight = known.iter().all(|theta| *theta == Vector3::zeros());
+    let new = if straight { [Vector3::zeros(); 2 * MAX_POINTS] } else { new(known) };
+    rotations.splice(first..first + old, new[..number].iter().copied());
 }
 
-/// Divides element `e` at `x` in lists of rotation vectors.
-pub(crate) fn split_rotations<'a>(
-    reference: &ReferenceElement,
-    lists: impl IntoIterator<Item = &'a mut Vec<Vector3<f64>>>,
-    e: usize,
-    x: f64,
-) {
+/// A function that divides element `e` at `x` in a list of rotation vectors.
+pub(crate) fn split_rotations(reference: &ReferenceElement, e: usize, x: f64) -> impl Fn(&mut Vec<Vector3<f64>>) {
     let p = reference.p;
     let middle = reference.at_nodes(x);
     let parts = [(0.0, x), (x, 1.0 - x)].map(|(from, share)| {
         std::array::from_fn::<_, MAX_POINTS, _>(|k| reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)]))
     });
-    for rotations in lists {
-        if is_straight(&rotations[e * p..(e + 1) * p]) {
-            rotations.splice(e * p..e * p, [Vector3::zeros(); MAX_POINTS].into_iter().take(p));
-            continue;
-        }
-        let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
-        let at = |weights: &[f64; MAX_POINTS]| weighted(&old[..p], weights);
-        let back = so3::exp(&at(&middle)).inverse();
-        let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
-        for k in 0..p {
-            new[k] = at(&parts[0][k]);
-            new[p + k] = so3::log(&(back * so3::exp(&at(&parts[1][k]))));
-        }
-        rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
+    move |rotations| {
+        replace_rotations(rotations, (e * p, p, 2 * p), |old| {
+            let back = so3::exp(&weighted(old, &middle)).inverse();
+            let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
+            for k in 0..p {
+                new[k] = weighted(old, &parts[0][k]);
+                new[p + k] = so3::log(&(back * so3::exp(&weighted(old, &parts[1][k]))));
+            }
+            new
+        });
     }
 }
 
-/// Merges elements `e` and `e` + 1 in lists of rotation vectors. The first one is a `share` of the merged element.
-pub(crate) fn merge_rotations<'a>(
-    reference: &ReferenceElement,
-    lists: impl IntoIterator<Item = &'a mut Vec<Vector3<f64>>>,
-    e: usize,
-    share: f64,
-) {
+/// A function that merges elements `e` and `e` + 1 in a list of rotation vectors. The first one is a `share` of the
+/// merged element.
+pub(crate) fn merge_rotations(reference: &ReferenceElement, e: usize, share: f64) -> impl Fn(&mut Vec<Vector3<f64>>) {
     let p = reference.p;
     let weights: [_; MAX_POINTS] = std::array::from_fn(|k| {
         let x = reference.nodes[(k + 1).min(p)];
         reference.at_nodes(if x <= share { x / share } else { (x - share) / (1.0 - share) })
     });
-    for rotations in lists {
-        if is_straight(&rotations[e * p..(e + 2) * p]) {
-            rotations.drain(e * p..(e + 1) * p);
-            continue;
-        }
-        let middle = so3::exp(&rotations[(e + 1) * p - 1]);
-        let mut new = [Vector3::zeros(); MAX_POINTS];
-        for k in 0..p {
-            new[k] = if reference.nodes[k + 1] <= share {
-                weighted(&rotations[e * p..(e + 1) * p], &weights[k])
-            } else {
-                let second = weighted(&rotations[(e + 1) * p..(e + 2) * p], &weights[k]);
-                so3::log(&(middle * so3::exp(&second)))
-            };
-        }
-        rotations.splice(e * p..(e + 2) * p, new[..p].iter().copied());
+    move |rotations| {
+        replace_rotations(rotations, (e * p, 2 * p, p), |old| {
+            let (first, second) = old.split_at(p);
+            let middle = so3::exp(&first[p - 1]);
+            let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
+            for k in 0..p {
+                new[k] = if reference.nodes[k + 1] <= share {
+                    weighted(first, &weights[k])
+                } else {
+                    so3::log(&(middle * so3::exp(&weighted(second, &weights[k]))))
+                };
+            }
+            new
+        });
     }
 }

@@ -171,7 +171,7 @@ impl Rod {
 
 /// Σ weights · vectors.
 #[inline]
-pub(crate) fn weighted(vectors: &[Vector3<f64>], weights: &[f64; MAX_POINTS]) -> Vector3<f64> {
+pub(crate) fn weighted<const N: usize>(vectors: &[Vector3<f64>], weights: &[f64; N]) -> Vector3<f64> {
     vectors.iter().zip(weights).fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w)
 }
 

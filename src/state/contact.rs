@@ -26,15 +26,6 @@ pub(crate) struct ContactState {
 }
 
 impl ContactState {
-    /// Copies `source`, without allocation if both are empty.
-    pub fn copy_from(&mut self, source: &Self) {
-        self.patches.clone_from(&source.patches);
-        self.shape.clone_from(&source.shape);
-        self.time = source.time;
-        self.end_rates.clone_from(&source.end_rates);
-        self.force_rates.clone_from(&source.force_rates);
-    }
-
     /// Reactions and patches extrapolated to a time (s), as initial guess. They do not pass the base.
     pub fn predicted(&self, reactions: &[Reaction], time: f64) -> (Vec<Reaction>, Vec<Patch>) {
         let (mut reactions, mut patches, after) = (reactions.to_vec(), self.patches.clone(), time - self.time);

@@ -45,8 +45,10 @@ pub(crate) const CLOSE: f64 = 1e-3;
 /// error for damaged data and for data of another format.
 #[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(into = "saved::Saved", try_from = "saved::Saved"))]
+#[cfg_attr(feature = "serde", serde(remote = "Self"))]
 pub struct State {
+    #[cfg(feature = "serde")]
+    format: saved::Format,
     pub(crate) time: f64,
     pub(crate) rod: Rod,
     pub(crate) predictor: Predictor,
@@ -87,6 +89,8 @@ impl State {
     /// State at t = 0 of a rod that no integrator has started.
     pub(crate) fn new(rod: Rod) -> Self {
         Self {
+            #[cfg(feature = "serde")]
+            format: saved::Format,
             time: 0.0,
             rod,
             predictor: Predictor::default(),
@@ -107,7 +111,8 @@ impl State {
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
-        self.contact.copy_from(&source.contact);
+        // A copy of the empty state without a support allocates nothing.
+        self.contact.clone_from(&source.contact);
     }
 
     /// Removes reactions and contacts.

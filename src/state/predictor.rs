@@ -202,14 +202,14 @@ impl Predictor {
 
     /// Divides element `e` of `rod` at its coordinate `x`, in every earlier equilibrium.
     pub fn split(&mut self, rod: &Rod, e: usize, x: f64) {
-        let lists = self.earlier.iter_mut().map(|earlier| &mut earlier.rotations);
-        split_rotations(rod.reference(), lists, e, x);
+        let split = split_rotations(rod.reference(), e, x);
+        self.earlier.iter_mut().for_each(|earlier| split(&mut earlier.rotations));
     }
 
     /// Merges elements `e` and `e` + 1 in every earlier equilibrium. `share` is the fraction of their length
     /// that element `e` has.
     pub fn merge(&mut self, rod: &Rod, e: usize, share: f64) {
-        let lists = self.earlier.iter_mut().map(|earlier| &mut earlier.rotations);
-        merge_rotations(rod.reference(), lists, e, share);
+        let merge = merge_rotations(rod.reference(), e, share);
+        self.earlier.iter_mut().for_each(|earlier| merge(&mut earlier.rotations));
     }
 }

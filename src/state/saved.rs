@@ -1,10 +1,9 @@
 //! Serialisation of states with the number of the format. Every state is checked when it is read.
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{ContactState, FORMAT, History, Plan, Predictor, State, StateError};
-use crate::rod::Rod;
+use super::{FORMAT, State, StateError};
+use crate::rod::checked_when_read;
 
 /// Returns an error unless `found` is the number of this format.
 pub(crate) fn check_format(found: u32) -> Result<(), StateError> {
@@ -12,8 +11,8 @@ pub(crate) fn check_format(found: u32) -> Result<(), StateError> {
 }
 
 /// Number of the format. It is the first field, so that data of another format are refused for that reason.
-#[derive(Debug, Clone, Copy)]
-struct Format;
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Format;
 
 impl Serialize for Format {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
@@ -28,39 +27,4 @@ impl<'a> Deserialize<'a> for Format {
     }
 }
 
-/// Serialised form of a [`State`].
-#[derive(Serialize, Deserialize)]
-pub(super) struct Saved {
-    format: Format,
-    time: f64,
-    rod: Rod,
-    predictor: Predictor,
-    history: History,
-    smooth_since: f64,
-    gravity: Vector3<f64>,
-    changed: bool,
-    merge_next: usize,
-    plan: Option<Plan>,
-    contact: ContactState,
-}
-
-impl From<State> for Saved {
-    fn from(state: State) -> Self {
-        let State { time, rod, predictor, history, smooth_since, gravity, .. } = state;
-        let State { changed, merge_next, plan, contact, .. } = state;
-        let format = Format;
-        Self { format, time, rod, predictor, history, smooth_since, gravity, changed, merge_next, plan, contact }
-    }
-}
-
-impl TryFrom<Saved> for State {
-    type Error = StateError;
-
-    fn try_from(saved: Saved) -> Result<Self, StateError> {
-        let Saved { time, rod, predictor, history, smooth_since, gravity, .. } = saved;
-        let Saved { changed, merge_next, plan, contact, .. } = saved;
-        let state = Self { time, rod, predictor, history, smooth_since, gravity, changed, merge_next, plan, contact };
-        state.check()?;
-        Ok(state)
-    }
-}
+checked_when_read!(State);

@@ -47,8 +47,7 @@ impl Obstacle for Cuboid {
 
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("centre of a box", self.centre.sum(), "m")?;
-        let (name, norm) = ("norm of the quaternion of the frame of a box", self.frame.coords.norm());
-        ParameterError::unless((norm - 1.0).abs() < 1e-9, name, norm, "1")?;
+        ParameterError::unit("norm of the quaternion of the frame of a box", self.frame.coords.norm())?;
         self.half_edges.iter().try_for_each(|half| ParameterError::positive("half an edge of a box", *half, "m"))
     }
 }

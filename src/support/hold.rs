@@ -196,11 +196,11 @@ impl Support for Hold {
             Position::At(point) => ParameterError::finite("held position", point.sum(), "m")?,
             Position::OnLine { through, along } => {
                 ParameterError::finite("point of a guiding line", through.sum(), "m")?;
-                check_unit("norm of the direction of a guiding line", &along)?;
+                ParameterError::unit("norm of the direction of a guiding line", along.norm())?;
             }
             Position::OnPlane { through, normal } => {
                 ParameterError::finite("point of a guiding plane", through.sum(), "m")?;
-                check_unit("norm of the normal of a guiding plane", &normal)?;
+                ParameterError::unit("norm of the normal of a guiding plane", normal.norm())?;
             }
             Position::Spring { anchor, stiffness } => {
                 ParameterError::finite("anchor of a spring", anchor.sum(), "m")?;
@@ -218,7 +218,7 @@ impl Support for Hold {
             Orientation::Held(frame) => check_frame(&frame),
             Orientation::Hinge { frame, axis } => {
                 check_frame(&frame)?;
-                check_unit("norm of the axis of a hinge", &axis)
+                ParameterError::unit("norm of the axis of a hinge", axis.norm())
             }
             Orientation::Spring { frame, stiffness } => {
                 check_frame(&frame)?;
@@ -228,14 +228,8 @@ impl Support for Hold {
     }
 }
 
-fn check_unit(name: &'static str, vector: &Vector3<f64>) -> Result<(), ParameterError> {
-    let norm = vector.norm();
-    ParameterError::unless((norm - 1.0).abs() < 1e-9, name, norm, "1")
-}
-
 pub(super) fn check_frame(frame: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
-    let norm = frame.coords.norm();
-    ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the quaternion of a held frame", norm, "1")
+    ParameterError::unit("norm of the quaternion of a held frame", frame.coords.norm())
 }
 
 /// A hold that moves: a function of time (s). The function must be continuous.
@@ -300,7 +294,7 @@ impl Support for Joint {
     fn check(&self) -> Result<(), ParameterError> {
         match self {
             Self::Ball | Self::Free => Ok(()),
-            Self::Hinge(axis) => check_unit("norm of the axis of the base's hinge", axis),
+            Self::Hinge(axis) => ParameterError::unit("norm of the axis of the base's hinge", axis.norm()),
         }
     }
 }

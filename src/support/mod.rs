@@ -53,7 +53,7 @@ pub(crate) use reaction::Patch;
 pub use reaction::{Reaction, Slip};
 pub use union::Union;
 
-use crate::compositions::compositions;
+use crate::compositions::{combined, compositions};
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
@@ -141,51 +141,27 @@ impl Support for () {
 macro_rules! all_supports {
     ($self:ident: $($supports:expr),*) => {
         fn is_absent(&$self) -> bool {
-            let mut absent = true;
-            $(for support in $supports {
-                absent &= support.is_absent();
-            })*
-            absent
+            combined!(true, |absent, support| absent &= support.is_absent(); $($supports),*)
         }
 
         fn base(&$self) -> Option<Joint> {
-            let mut joint = None;
-            $(for support in $supports {
-                joint = joint.or(support.base());
-            })*
-            joint
+            combined!(None, |joint, support| joint = joint.or(support.base()); $($supports),*)
         }
 
         fn holds(&$self, time: f64) -> Vec<Hold> {
-            let mut all = Vec::new();
-            $(for support in $supports {
-                all.extend(support.holds(time));
-            })*
-            all
+            combined!(Vec::new(), |all, support| all.extend(support.holds(time)); $($supports),*)
         }
 
         fn potentials(&$self) -> Vec<Elastic<&dyn Potential>> {
-            let mut all = Vec::new();
-            $(for support in $supports {
-                all.extend(support.potentials());
-            })*
-            all
+            combined!(Vec::new(), |all, support| all.extend(support.potentials()); $($supports),*)
         }
 
         fn contacts(&$self) -> Vec<Contact<&dyn Obstacle>> {
-            let mut all = Vec::new();
-            $(for support in $supports {
-                all.extend(support.contacts());
-            })*
-            all
+            combined!(Vec::new(), |all, support| all.extend(support.contacts()); $($supports),*)
         }
 
         fn next_discontinuity(&$self, t: f64) -> f64 {
-            let mut first = f64::INFINITY;
-            $(for support in $supports {
-                first = earlier(first, support.next_discontinuity(t));
-            })*
-            first
+            combined!(f64::INFINITY, |next, part| next = earlier(next, part.next_discontinuity(t)); $($supports),*)
         }
 
         fn check(&$self) -> Result<(), ParameterError> {

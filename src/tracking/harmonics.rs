@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use super::background::{Background, level};
 use super::ellipse::Ellipse;
-use super::statistics::resolved_interval;
+use super::statistics::{chosen, resolved_interval};
 use crate::numerics::quadrature::legendre_sequence;
 use crate::numerics::sines::sines;
 
@@ -36,14 +36,8 @@ impl Samples {
 
     /// The samples for which `used` is true. The resolution is that of all.
     pub fn only(&self, used: &[bool]) -> Self {
-        let chosen = || (0..used.len()).filter(|i| used[*i]);
-        let positions: Vec<_> = chosen().map(|i| self.positions[i]).collect();
-        Self {
-            times: chosen().map(|i| self.times[i]).collect(),
-            rounding: rounding(&positions),
-            highest: self.highest,
-            positions,
-        }
+        let (times, positions) = (chosen(&self.times, used), chosen(&self.positions, used));
+        Self { times, rounding: rounding(&positions), positions, highest: self.highest }
     }
 }
 

@@ -7,7 +7,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::direction::nearest_turn;
 use super::drift::in_drift;
 use super::ellipse::Ellipse;
-use super::scalogram::{Analysis, Place, RidgePoint, Scalogram, decorrelation};
+use super::scalogram::{Analysis, RidgePlace, RidgePoint, Scalogram, decorrelation};
 use super::search::Search;
 use super::spectrum::Spectrum;
 use super::statistics::{FALSE_ALARM, LEAST, SIGNIFICANT, median_gap, quantile};
@@ -178,9 +178,9 @@ impl Nutation {
         let nutates = analysis.chance(&places, coordinates) < FALSE_ALARM;
         let times = &analysis.scalogram.times;
         // The motion is Re[z exp(iφ)] with increasing φ.
-        let ellipse = |place: &Place| Ellipse::of(&place.wave.map(|z| z.re), &place.wave.map(|z| -z.im));
+        let ellipse = |place: &RidgePlace| Ellipse::of(&place.wave.map(|z| z.re), &place.wave.map(|z| -z.im));
         let round = is_round(places.iter().map(|place| (ellipse(place), place)), sampling.every);
-        let point = |place: &Place| {
+        let point = |place: &RidgePlace| {
             let mut ellipse = ellipse(place).scaled(unit);
             ellipse.sense = ellipse.sense.filter(|_| ellipse.minor > SIGNIFICANT * unit * place.error);
             RidgePoint { time: times[place.time], period: place.period, ellipse }
@@ -224,7 +224,7 @@ fn unresolved(mut periods: Vec<f64>) -> Vec<[f64; 2]> {
 
 /// Whether the mean of the signed semi-minor axis along a ridge exceeds three standard errors. Times along the
 /// ridge are `every` seconds apart.
-fn is_round<'a>(ridge: impl Iterator<Item = (Ellipse, &'a Place)>, every: f64) -> bool {
+fn is_round<'a>(ridge: impl Iterator<Item = (Ellipse, &'a RidgePlace)>, every: f64) -> bool {
     let (mut sum, mut squares, mut noise, mut independent, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (ellipse, place) in ridge {
         let sign = if ellipse.sense == Some(Handedness::Counterclockwise) { 1.0 } else { -1.0 };
@@ -240,9 +240,9 @@ fn is_round<'a>(ridge: impl Iterator<Item = (Ellipse, &'a Place)>, every: f64) -
 }
 
 /// The direction angles of the velocity along a ridge, and their number of turns without those between stretches.
-fn directions(ridge: &[Place], times: &[f64], every: f64) -> (Vec<f64>, f64) {
+fn directions(ridge: &[RidgePlace], times: &[f64], every: f64) -> (Vec<f64>, f64) {
     let (mut all, mut turns): (Vec<f64>, f64) = (Vec::new(), 0.0);
-    let together = |a: &Place, b: &Place| b.time == a.time + 1 && times[b.time] - times[a.time] < 1.5 * every;
+    let together = |a: &RidgePlace, b: &RidgePlace| b.time == a.time + 1 && times[b.time] - times[a.time] < 1.5 * every;
     for run in ridge.chunk_by(together) {
         let positions = run.iter().map(|place| place.wave.map(|z| z.re)).collect();
         let track = Track { times: run.iter().map(|place| times[place.time]).collect(), positions };

@@ -61,10 +61,7 @@ impl Track {
     /// # Errors
     /// Too few positions for the drift and one oscillation, or settings out of range.
     pub fn oscillations(&self, search: &Search) -> Result<Oscillations, TrackingError> {
-        self.check(search)?;
-        let unit = self.unit();
-        let (samples, half) = self.in_unit(unit).samples();
-        samples.check(search)?;
+        let (samples, half, unit) = self.checked(search)?;
         let (found, good) = samples.fitted(search);
         let rounding = samples.only(&good).rounding;
         let mut oscillations: Vec<Oscillation> =
@@ -87,9 +84,7 @@ impl Track {
     /// The errors of [`oscillations`](Self::oscillations), or a period that is shorter than two sampling intervals or
     /// longer than the track.
     pub fn share(&self, period: f64, search: &Search) -> Result<f64, TrackingError> {
-        self.check(search)?;
-        let (samples, half) = self.in_unit(self.unit()).samples();
-        samples.check(search)?;
+        let (samples, half, _) = self.checked(search)?;
         // The highest frequency of the search is one resolved turn below that of the sampling.
         let fits = period <= 2.0 * half && TAU * half / period <= samples.highest + PI;
         let requirement = "positive, at least two sampling intervals, and not longer than the track (s)";
@@ -116,13 +111,20 @@ impl Track {
         Ok(if all > 0.0 { own / all } else { 0.0 })
     }
 
-    /// Returns an error for settings out of range, and for too few positions.
-    fn check(&self, search: &Search) -> Result<(), TrackingError> {
-        let turns = search.least_turns;
-        ParameterError::unless(turns >= 1.0 && turns.is_finite(), "least number of turns", turns, "1 or more")?;
+    /// Samples with times from −1 to 1, half the duration (s), and the unit of their positions (m).
+    ///
+    /// # Errors
+    /// Settings out of range, too few positions, and more turns than the positions resolve.
+    fn checked(&self, search: &Search) -> Result<(Samples, f64, f64), TrackingError> {
+        let (name, turns, unit) = ("least number of turns", search.least_turns, self.unit());
+        ParameterError::unless(turns >= 1.0 && turns.is_finite(), name, turns, "1 or more")?;
         // Two coordinates each are twice as many data as coefficients of the drift, an ellipse and a frequency.
         let needed = search.drift.saturating_add(4).saturating_mul(2);
-        TrackingError::unless_positions(needed, self.times.len())
+        TrackingError::unless_positions(needed, self.times.len())?;
+        let (samples, half) = self.in_unit(unit).samples();
+        let requirement = "at most the number of turns that the sampling intervals resolve, one in two intervals";
+        ParameterError::unless(turns <= samples.highest / PI, name, turns, requirement)?;
+        Ok((samples, half, unit))
     }
 
     /// Samples with times from −1 to 1, and half the duration, s.
@@ -135,13 +137,6 @@ impl Track {
 }
 
 impl Samples {
-    /// Returns an error for more turns than the positions resolve, for which there is no frequency.
-    fn check(&self, search: &Search) -> Result<(), TrackingError> {
-        let (turns, most) = (search.least_turns, self.highest / PI);
-        let requirement = "at most the number of turns that the sampling intervals resolve, one in two intervals";
-        Ok(ParameterError::unless(turns <= most, "least number of turns", turns, requirement)?)
-    }
-
     /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on the search: they
     /// are detected in the residual of the default search, which does not contain the oscillations.
     pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {

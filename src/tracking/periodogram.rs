@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Complex, Vector2};
+use nalgebra::{Complex, DVector, Vector2};
 
 use super::harmonics::Samples;
 use crate::numerics::fourier::FourierSums;
+use crate::numerics::krylov::orthogonalise;
 use crate::numerics::quadrature::legendre_sequence;
 
 /// Number of examined frequencies in the resolution of the track. The highest of them misses less than 3 % of a
@@ -29,7 +30,7 @@ pub(super) struct Periodogram<'a> {
     count: usize,
     sums: FourierSums,
     /// Orthonormal basis of the drift, by increasing degree.
-    basis: Vec<Vec<f64>>,
+    basis: Vec<DVector<f64>>,
     /// Sums of squared cosines, of products of cosines and sines, and of squared sines, for each frequency: first
     /// those of waves, and then those of the parts of waves that are orthogonal to polynomials of degree 0, 1, ….
     squares: Vec<Vec<[f64; 3]>>,
@@ -87,17 +88,11 @@ impl<'a> Periodogram<'a> {
         for _ in 0..2 {
             let degree = self.basis.len();
             let value = |t: &f64| legendre_sequence(*t).nth(degree).unwrap_or_default();
-            let mut next: Vec<f64> = self.samples.times.iter().map(value).collect();
-            // A second pass of the Gram–Schmidt process removes the rounding errors of the first.
-            for _ in 0..2 {
-                for other in &self.basis {
-                    let along: f64 = next.iter().zip(other).map(|(x, y)| x * y).sum();
-                    next.iter_mut().zip(other).for_each(|(x, y)| *x -= along * y);
-                }
-            }
-            let norm = next.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let mut next = DVector::from_iterator(self.samples.times.len(), self.samples.times.iter().map(value));
+            orthogonalise(&self.basis, &mut next, |_, _| ());
+            let norm = next.norm();
             // A polynomial that is zero at all times has no share in the drift.
-            next.iter_mut().for_each(|x| *x = if norm > 0.0 { *x / norm } else { 0.0 });
+            next.apply(|x| *x = if norm > 0.0 { *x / norm } else { 0.0 });
             self.basis.push(next);
         }
         let [first, second] = [2, 1].map(|back| &self.basis[self.basis.len() - back]);

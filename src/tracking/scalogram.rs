@@ -6,7 +6,7 @@ use nalgebra::{Complex, Vector2};
 
 use super::background::Background;
 use super::ellipse::Ellipse;
-use super::statistics::normal_deviate;
+use super::statistics::{chosen, normal_deviate};
 use super::wavelet::{Sampling, gain, period_over_scale, transform};
 use crate::numerics::scalar::vertex;
 
@@ -64,7 +64,7 @@ pub(super) struct Analysis {
 
 /// A place of the ridge: indices of time and scale, period (s), and the analytic signal, whose real part is the
 /// position.
-pub(super) struct Place {
+pub(super) struct RidgePlace {
     pub time: usize,
     scale: usize,
     pub period: f64,
@@ -112,7 +112,7 @@ impl Analysis {
 
     /// The ridge: the places of largest power in the band that exceed white noise and lie outside the cones of
     /// influence. The variance of the noise is that of the track if it is not known.
-    pub fn ridge(&self, noise: Option<f64>) -> Vec<Place> {
+    pub fn ridge(&self, noise: Option<f64>) -> Vec<RidgePlace> {
         let noise = noise.unwrap_or(self.variance);
         // White noise in one coordinate has three times its mean power with probability e⁻³ = 5 %.
         let least = 3.0 * (noise / self.variance).min(1.0);
@@ -135,7 +135,7 @@ impl Analysis {
             let size = gain(self.scales[j], period).recip();
             // The real part has half of |wave|².
             let error = size * (0.5 * noise * self.noise[j][k]).sqrt();
-            Some(Place { time: k, scale: j, period, wave: self.waves[j][k].map(|z| z * size), error })
+            Some(RidgePlace { time: k, scale: j, period, wave: self.waves[j][k].map(|z| z * size), error })
         };
         (0..times.len()).filter_map(top).collect()
     }
@@ -143,7 +143,7 @@ impl Analysis {
     /// The probability that noise with the variance and the autocorrelation of the residual has as much power,
     /// averaged over time, as one of the scales on a ridge. The noise has a number of independent `coordinates` (1
     /// to 2).
-    pub fn chance(&self, ridge: &[Place], coordinates: f64) -> f64 {
+    pub fn chance(&self, ridge: &[RidgePlace], coordinates: f64) -> f64 {
         // Powers 0.6 octaves apart are independent (δj0 of Torrence and Compo 1998, table 2).
         let tried = ((self.band[1] / self.band[0]).log2() / 0.6).max(1.0);
         let mut scales: Vec<usize> = ridge.iter().map(|place| place.scale).collect();
@@ -151,8 +151,7 @@ impl Analysis {
         scales.dedup();
         let chance = |j: usize| {
             let Scalogram { periods, power, outside_cone, .. } = &self.scalogram;
-            let seen: Vec<f64> =
-                power[j].iter().zip(&outside_cone[j]).filter(|(_, out)| **out).map(|(p, _)| *p).collect();
+            let seen = chosen(&power[j], &outside_cone[j]);
             let background = self.background.at(TAU / periods[j]) * self.rest_variance / self.variance;
             let mean = seen.iter().sum::<f64>() / (seen.len().max(1) as f64 * background);
             let apart = seen.len() as f64 * self.every / decorrelation(periods[j]);
@@ -198,7 +197,7 @@ mod tests {
         let (background, band) = (Background::WHITE, [1.0, 1.0]);
         let analysis =
             Analysis { scalogram, scales, waves, noise, variance: 1.0, rest_variance: 1.0, background, band, every };
-        let ridge = [Place { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros(), error: 0.0 }];
+        let ridge = [RidgePlace { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros(), error: 0.0 }];
         // The probabilities of twice the mean are from tables of the χ² distribution. The bound that is computed
         // exceeds them by 14 % and 12 %.
         assert_relative_eq!(analysis.chance(&ridge, 1.0), 0.004_995, epsilon = 0.0, max_relative = 0.15);

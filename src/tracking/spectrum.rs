@@ -7,12 +7,9 @@ use nalgebra::{Complex, Vector2};
 use super::statistics::{GAMMA_MEDIAN, LEAST, median};
 use crate::numerics::fourier::FourierSums;
 
-/// A power spectrum.
-pub(super) struct Spectrum {
-    /// Frequencies, 1/s, and the power of both coordinates over that of white noise with variance 1 in one
-    /// coordinate.
-    lines: Vec<(f64, f64)>,
-}
+/// A power spectrum: frequencies, 1/s, and the power of both coordinates over that of white noise with variance 1 in
+/// one coordinate.
+pub(super) struct Spectrum(Vec<(f64, f64)>);
 
 impl Spectrum {
     /// The spectrum of samples with given weights (s) and a Hann window, up to the Nyquist frequency of the median
@@ -33,16 +30,15 @@ impl Spectrum {
         let tapered = positions.iter().zip(&tapers).map(|(position, taper)| [position.x * taper, position.y * taper]);
         let sums = FourierSums::new(&angles, count + 1).of(tapered);
         let power = |[x, y]: &[Complex<f64>; 2]| (x.norm_sqr() + y.norm_sqr()) / noise;
-        let lines = sums.iter().enumerate().skip(1).map(|(k, sums)| (step * k as f64, power(sums))).collect();
-        Self { lines }
+        Self(sums.iter().enumerate().skip(1).map(|(k, sums)| (step * k as f64, power(sums))).collect())
     }
 
     /// The power at periods from `shortest` to `longest` over the whole power.
     pub fn share(&self, shortest: f64, longest: f64) -> f64 {
         // The ends of the band belong to it in spite of rounding.
         let inside = |f: f64| f * longest >= 1.0 - 1e-9 && f * shortest <= 1.0 + 1e-9;
-        let all: f64 = self.lines.iter().map(|line| line.1).sum();
-        let own: f64 = self.lines.iter().filter(|line| inside(line.0)).map(|line| line.1).sum();
+        let all: f64 = self.0.iter().map(|line| line.1).sum();
+        let own: f64 = self.0.iter().filter(|line| inside(line.0)).map(|line| line.1).sum();
         if all > 0.0 { own / all } else { 0.0 }
     }
 
@@ -50,7 +46,7 @@ impl Spectrum {
     /// `shortest`. `left` is the share of an amplitude at a period that removal of the drift has left. `None` with
     /// too few frequencies.
     pub fn floor(&self, shortest: f64, left: impl Fn(f64) -> f64) -> Option<f64> {
-        let faster = self.lines.iter().filter(|line| line.0 * shortest > 1.0);
+        let faster = self.0.iter().filter(|line| line.0 * shortest > 1.0);
         let faster: Vec<f64> = faster.map(|line| line.1 / left(line.0.recip()).powi(2)).collect();
         // The power of noise in two coordinates has a gamma distribution of shape 2.
         (faster.len() >= LEAST).then(|| (median(faster) / GAMMA_MEDIAN).sqrt())

@@ -18,6 +18,11 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
+/// The values for which `used` is true.
+pub(super) fn chosen<T: Copy>(values: &[T], used: &[bool]) -> Vec<T> {
+    values.iter().zip(used).filter(|(_, used)| **used).map(|(value, _)| *value).collect()
+}
+
 /// Standard deviation of a normal distribution over its median absolute deviation.
 const MAD: f64 = 1.482_602_218_505_602;
 

@@ -3,7 +3,7 @@
 use nalgebra::{SVector, Vector2, Vector3};
 
 use super::TrackingError;
-use super::statistics::median;
+use super::statistics::{chosen, median};
 use crate::error::ParameterError;
 
 /// Largest number of windows. The shortest of them take a microsecond, so that more of them take hours: the unit of the
@@ -124,11 +124,7 @@ impl Track {
 
     /// The positions for which `kept` is true.
     pub(super) fn filtered(&self, kept: &[bool]) -> Self {
-        let indices = || (0..kept.len()).filter(|i| kept[*i]);
-        Self {
-            times: indices().map(|i| self.times[i]).collect(),
-            positions: indices().map(|i| self.positions[i]).collect(),
-        }
+        Self { times: chosen(&self.times, kept), positions: chosen(&self.positions, kept) }
     }
 
     /// Windows of `length` seconds, one every `every` seconds: the centre (s), and the part of the track in it. The

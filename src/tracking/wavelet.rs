@@ -43,11 +43,6 @@ pub(super) struct Stretch {
     pub count: usize,
 }
 
-/// Whether an interval is a gap at a period, for the median interval `usual`.
-fn is_gap(interval: f64, period: f64, usual: f64) -> bool {
-    interval > (GAP * period).max(USUAL * usual)
-}
-
 impl<'a> Sampling<'a> {
     /// Instants `every` given time (s) between the gaps at the period `shortest`.
     pub fn new(times: &'a [f64], interval: f64, every: f64, shortest: f64) -> Self {
@@ -61,11 +56,16 @@ impl<'a> Sampling<'a> {
         sampling
     }
 
+    /// Length above which an interval is a gap at a period, s.
+    fn shortest_gap(&self, period: f64) -> f64 {
+        (GAP * period).max(USUAL * self.interval)
+    }
+
     /// First and last times of the parts without a gap at a period.
     pub fn parts(&self, period: f64) -> Vec<[f64; 2]> {
         let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else { return Vec::new() };
         let mut edges = vec![*first];
-        for pair in self.times.windows(2).filter(|pair| is_gap(pair[1] - pair[0], period, self.interval)) {
+        for pair in self.times.windows(2).filter(|pair| pair[1] - pair[0] > self.shortest_gap(period)) {
             edges.extend([pair[0], pair[1]]);
         }
         edges.push(*last);
@@ -96,7 +96,7 @@ impl<'a> Sampling<'a> {
     /// Weights of the samples at a period (s): half of both neighbouring intervals, of which gaps count only to
     /// their shortest length.
     pub fn weights(&self, period: f64) -> Vec<f64> {
-        let most = 0.5 * (GAP * period).max(USUAL * self.interval);
+        let most = 0.5 * self.shortest_gap(period);
         let n = self.times.len();
         let half = |i: usize| (0.5 * (self.times[i + 1] - self.times[i])).min(most);
         // The first and the last sample have one neighbouring interval.

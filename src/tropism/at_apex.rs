@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::perception::forward_signal;
 use super::{Declaration, Perception, Site, Source};
 use crate::error::ParameterError;
 
@@ -38,31 +39,5 @@ impl<P: Perception> Perception for AtApex<P> {
         self.0.sense(&apex, stimuli);
     }
 
-    fn signal(&self, variables: &[f64], stimuli: &[f64]) -> P::Signal {
-        self.0.signal(variables, stimuli)
-    }
-
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        self.0.rates(variables, stimuli, rates);
-    }
-
-    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.0.steady(stimuli, variables);
-    }
-
-    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.0.initial(stimuli, variables);
-    }
-
-    fn delay(&self) -> f64 {
-        self.0.delay()
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.0.next_discontinuity(t)
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        self.0.check()
-    }
+    forward_signal!(self, self.0);
 }

@@ -3,24 +3,34 @@
 use nalgebra::Vector3;
 
 use super::{Declaration, Growing, Site, Size, TropismLaw};
-use crate::compositions::compositions;
+use crate::compositions::{combined, compositions};
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
 
-forward_pointers!(TropismLaw {
+/// Forwards all methods of a law to a part, except its declaration, its gradient and its check.
+macro_rules! forward_state {
+    ($self:ident, $part:expr) => {
+        $crate::pointers::forward_methods!($self, TropismLaw of $part =>
+            fn sense(site: &Site, stimuli: &mut [f64]);
+            fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+            fn coupled_rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+            fn steady(stimuli: &[f64], variables: &mut [f64]);
+            fn initial(stimuli: &[f64], variables: &mut [f64]);
+            fn next_discontinuity(t: f64) -> f64;
+            fn shortest_period() -> f64;
+            fn name_of_undefined(at: &Growing, past: &[f64], now: &[f64]) -> &'static str;
+            fn name_of(variable: usize) -> &'static str;
+        );
+    };
+}
+
+pub(super) use forward_state;
+
+forward_pointers!(TropismLaw forward_state {
     fn gradient(at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
     fn declare(to: &mut Declaration);
     fn size() -> Size;
-    fn sense(site: &Site, stimuli: &mut [f64]);
-    fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-    fn coupled_rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-    fn steady(stimuli: &[f64], variables: &mut [f64]);
-    fn initial(stimuli: &[f64], variables: &mut [f64]);
-    fn next_discontinuity(t: f64) -> f64;
-    fn shortest_period() -> f64;
-    fn name_of_undefined(at: &Growing, past: &[f64], now: &[f64]) -> &'static str;
-    fn name_of(variable: usize) -> &'static str;
     fn check() -> Result<(), ParameterError>;
 });
 
@@ -64,18 +74,10 @@ macro_rules! composition {
         composition!(@state steady $self: $($laws),*);
         composition!(@state initial $self: $($laws),*);
         fn next_discontinuity(&$self, t: f64) -> f64 {
-            let mut first = f64::INFINITY;
-            $(for law in $laws {
-                first = earlier(first, law.next_discontinuity(t));
-            })*
-            first
+            combined!(f64::INFINITY, |first, law| first = earlier(first, law.next_discontinuity(t)); $($laws),*)
         }
         fn shortest_period(&$self) -> f64 {
-            let mut shortest = f64::INFINITY;
-            $(for law in $laws {
-                shortest = earlier(shortest, law.shortest_period());
-            })*
-            shortest
+            combined!(f64::INFINITY, |shortest, law| shortest = earlier(shortest, law.shortest_period()); $($laws),*)
         }
         fn name_of_undefined(&$self, at: &Growing, mut past: &[f64], mut now: &[f64]) -> &'static str {
             let present = !now.is_empty();

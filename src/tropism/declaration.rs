@@ -1,6 +1,6 @@
 //! Declaration of the stimuli and variables of a tropism law.
 
-use super::TropismLaw;
+use super::{Rotation, TropismLaw};
 use crate::error::ParameterError;
 
 /// Source of a number at a material point. Indices count the stimuli or variables of all laws of the shoot.
@@ -26,20 +26,6 @@ impl Source {
             Self::Computed => Self::Computed,
         }
     }
-}
-
-/// Transformation of a number under a rotation of the directors d1 and d2 about d3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Rotation {
-    /// Unknown.
-    #[default]
-    Undeclared,
-    /// The number does not change.
-    Invariant,
-    /// Component along d1 of a vector; the next number is the component along d2.
-    First,
-    /// Component along d2 of a vector; the previous number is the component along d1.
-    Second,
 }
 
 /// Variable of a law at every material point of the growth zone.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::compose::forward_state;
 use super::{Declaration, Growing, Site, TropismLaw};
 use crate::error::ParameterError;
 
@@ -77,45 +78,7 @@ impl<L: TropismLaw> TropismLaw for Localised<L> {
         self.law.declare(to);
     }
 
-    #[inline]
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        self.law.sense(site, stimuli);
-    }
-
-    #[inline]
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        self.law.rates(variables, stimuli, rates);
-    }
-
-    #[inline]
-    fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        self.law.coupled_rates(variables, stimuli, rates);
-    }
-
-    #[inline]
-    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.law.steady(stimuli, variables);
-    }
-
-    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.law.initial(stimuli, variables);
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.law.next_discontinuity(t)
-    }
-
-    fn shortest_period(&self) -> f64 {
-        self.law.shortest_period()
-    }
-
-    fn name_of_undefined(&self, at: &Growing, past: &[f64], now: &[f64]) -> &'static str {
-        self.law.name_of_undefined(at, past, now)
-    }
-
-    fn name_of(&self, variable: usize) -> &'static str {
-        self.law.name_of(variable)
-    }
+    forward_state!(self, self.law);
 
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("distance from the apex at which a law begins", self.from, "m")?;

@@ -15,11 +15,12 @@ mod perception;
 mod proprioception;
 mod random;
 mod response;
+mod rotation;
 mod statoliths;
 mod touch;
 
 pub use at_apex::AtApex;
-pub use declaration::{Declaration, Rotation, Size, Source, Variable};
+pub use declaration::{Declaration, Size, Source, Variable};
 pub(crate) use declaration::{is_memory_rate, is_oscillation_rate};
 pub(crate) use derivatives::{law_matrices, rates_in_steady_state};
 pub use gravitropism::{DirectionalTropism, Gravitropism};
@@ -32,6 +33,7 @@ pub use perception::Perception;
 pub use proprioception::Proprioception;
 pub use random::RandomDrive;
 pub use response::{Filtered, Remembered, Response};
+pub use rotation::Rotation;
 pub use statoliths::{SettledStatoliths, Statoliths};
 pub use touch::{Thigmotropism, Touch};
 

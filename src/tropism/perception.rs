@@ -162,15 +162,25 @@ pub trait Perception {
     }
 }
 
-forward_pointers!(Perception {
+/// Forwards all methods of a perception to a part with the same signal, except its declaration and its sensing.
+macro_rules! forward_signal {
+    ($self:ident, $part:expr) => {
+        $crate::pointers::forward_methods!($self, Perception of $part =>
+            fn signal(variables: &[f64], stimuli: &[f64]) -> Self::Signal;
+            fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+            fn steady(stimuli: &[f64], variables: &mut [f64]);
+            fn initial(stimuli: &[f64], variables: &mut [f64]);
+            fn delay() -> f64;
+            fn next_discontinuity(t: f64) -> f64;
+            fn check() -> Result<(), ParameterError>;
+        );
+    };
+}
+
+pub(super) use forward_signal;
+
+forward_pointers!(Perception forward_signal {
     type Signal;
     fn declare(to: &mut Declaration) -> Source;
     fn sense(site: &Site, stimuli: &mut [f64]);
-    fn signal(variables: &[f64], stimuli: &[f64]) -> T::Signal;
-    fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-    fn steady(stimuli: &[f64], variables: &mut [f64]);
-    fn initial(stimuli: &[f64], variables: &mut [f64]);
-    fn delay() -> f64;
-    fn next_discontinuity(t: f64) -> f64;
-    fn check() -> Result<(), ParameterError>;
 });

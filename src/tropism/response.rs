@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::perception::{read_signal, signal_length};
 use super::{Declaration, Growing, KernelTerm, Memory, MemoryKernel, Perception, Site, Source, TropismLaw};
 use crate::error::ParameterError;
-use crate::pointers::forward_pointers;
+use crate::pointers::{forward_methods, forward_pointers};
 
 /// Growth gradient as a function of a perceived signal. [`remembered`](Self::remembered) makes a
 /// [`TropismLaw`](super::TropismLaw) of it, with a memory of the signal.
@@ -178,37 +178,19 @@ impl<R: Response> TropismLaw for Remembered<R> {
     }
 
     #[inline]
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        Perception::sense(self, site, stimuli);
-    }
-
-    #[inline]
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        Perception::rates(self, variables, stimuli, rates);
-    }
-
-    #[inline]
     fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         // Only memories of a computed signal are iterated. Others are NaN here.
         self.write_rates(variables, stimuli, rates, |memories| memories.first().is_some_and(|y| !y.is_nan()));
     }
 
-    #[inline]
-    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        Perception::steady(self, stimuli, variables);
-    }
-
-    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
-        Perception::initial(self, stimuli, variables);
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        Perception::next_discontinuity(self, t)
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        Perception::check(self)
-    }
+    forward_methods!(self, Perception of *self =>
+        fn sense(site: &Site, stimuli: &mut [f64]);
+        fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+        fn steady(stimuli: &[f64], variables: &mut [f64]);
+        fn initial(stimuli: &[f64], variables: &mut [f64]);
+        fn next_discontinuity(t: f64) -> f64;
+        fn check() -> Result<(), ParameterError>;
+    );
 }
 
 /// Response to a perceived signal that is filtered by a [`MemoryKernel`]: a [`TropismLaw`].

@@ -1,17 +1,17 @@
-//! Location of the bifurcations between two points of a branch.
+//! Bifurcations: their kinds, and their location between two points of a branch.
 //!
 //! The test functions are the real parts of the exponents, sorted by size, and at a fold the parameter, which has an
 //! extremum there. A fold is sought only if the number of real positive exponents changes.
 
+use std::f64::consts::PI;
+
 use nalgebra::Complex;
 
-use super::exponents::{Bifurcation, growing, kind, lists};
-use super::{BranchPoint, BranchState, Continuation, OrbitSolver, observe};
-use crate::cycle::corrector::Corrected;
+use super::{BranchPoint, BranchState, Continuation, OnBranch, OrbitSolver, observe};
+use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
-use crate::cycle::maximum::maximum;
 use crate::model::Model;
-use crate::numerics::scalar::bracketed_root;
+use crate::numerics::scalar::{bracketed_root, maximum};
 use crate::shoot::Shoot;
 
 /// Accuracy of a bifurcation: modulus of the real part of its exponent times the period, relative difference
@@ -21,6 +21,24 @@ const ZERO: f64 = 1e-7;
 /// Distance from the ends of a step, in units of the step, at which the slope of the parameter is evaluated, and
 /// from a fold, at which the critical exponent is distinguished from the trivial ones.
 const ASIDE: f64 = 1e-2;
+/// Largest imaginary part of an exponent times the period, or distance of this product from ±π, that counts as zero.
+/// Two nearly equal exponents are accurate to the square root of the error of the linearisation, 1e-6.
+const NEAR: f64 = 1e-3;
+
+/// A bifurcation on a branch of orbits: an exponent crosses the imaginary axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Bifurcation {
+    /// The parameter has an extremum, beyond which this branch has no orbit.
+    Fold,
+    /// A real exponent crosses zero and the parameter has no extremum: a branch with less symmetry begins, for
+    /// example one of ellipses at a planar swing.
+    Pitchfork,
+    /// A multiplier crosses −1: a branch of orbits with twice the period begins.
+    PeriodDoubling,
+    /// A pair of exponents crosses the imaginary axis: quasiperiodic motion on a torus begins.
+    Torus,
+}
 
 impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
 where
@@ -78,7 +96,7 @@ where
     }
 
     /// The orbit at a share of the secant from the last point to the next one.
-    fn between(&mut self, to: &BranchState, share: f64) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+    fn between(&mut self, to: &BranchState, share: f64) -> Result<OnBranch<S, M>, CycleError> {
         let from = self.last.unknowns.clone().with_past_of(&to.unknowns);
         let secant = from.to(&to.unknowns);
         let guess = from.along(&secant, share);
@@ -132,5 +150,33 @@ where
             Ok::<_, CycleError>(if zero { 0.0 } else { exponent.re })
         })?;
         found.ok_or(lost(to.unknowns.parameter))
+    }
+}
+
+/// Number of exponents with positive real part.
+pub(super) fn growing<'a>(exponents: impl IntoIterator<Item = &'a Complex<f64>>) -> usize {
+    exponents.into_iter().filter(|exponent| exponent.re > 0.0).count()
+}
+
+/// The exponents in the plane and out of it, or all in one list unless `divided`, largest real part first.
+fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [Vec<Complex<f64>>; 2] {
+    if divided {
+        return exponents.lists().map(<[_]>::to_vec);
+    }
+    let mut all: Vec<_> = exponents.iter().copied().collect();
+    all.sort_by(|a, b| b.re.total_cmp(&a.re));
+    [all, Vec::new()]
+}
+
+/// The kind of a bifurcation with a critical exponent times the period, which is the logarithm of a multiplier if
+/// `floquet`.
+fn kind(exponent: Complex<f64>, floquet: bool) -> Bifurcation {
+    let angle = exponent.im.abs();
+    if angle < NEAR {
+        Bifurcation::Pitchfork
+    } else if floquet && (angle - PI).abs() < NEAR {
+        Bifurcation::PeriodDoubling
+    } else {
+        Bifurcation::Torus
     }
 }

@@ -11,26 +11,23 @@ use crate::cycle::extended::{Arclength, Condition, Difference, ExtraConditions, 
 #[derive(Debug, Clone)]
 pub struct InnerProduct {
     /// Weights of the squares of strain and variables.
-    weights: DVector<f64>,
-    /// Range of the parameter.
+    pub weights: DVector<f64>,
+    /// Range of the parameter, and weight of its square.
     range: [f64; 2],
+    parameter: f64,
 }
 
 impl InnerProduct {
     /// The product for a branch with given first point, length of the shoot (m) and range of the parameter.
     pub fn new(first: &OrbitUnknowns, length: f64, range: &RangeInclusive<f64>) -> Self {
         let weights = first.start.weights() * (length.powi(2) / first.start.strain.len() as f64);
-        Self { weights, range: [*range.start(), *range.end()] }
-    }
-
-    /// Weight of the square of the parameter.
-    fn of_parameter(&self) -> f64 {
-        (self.range[1] - self.range[0]).powi(2).recip()
+        let range = [*range.start(), *range.end()];
+        Self { weights, range, parameter: (range[1] - range[0]).powi(2).recip() }
     }
 
     /// The product of two differences.
     pub fn product(&self, a: &Difference, b: &Difference) -> f64 {
-        self.of_states(&a.present(), &b.present()) + a.parameter * b.parameter * self.of_parameter()
+        self.of_states(&a.present(), &b.present()) + a.parameter * b.parameter * self.parameter
     }
 
     /// The product of strain and variables.
@@ -46,23 +43,13 @@ impl InnerProduct {
     /// The pseudo-arclength condition: the projection on a tangent is that of the guess.
     pub fn arclength(&self, tangent: &Difference, guess: &OrbitUnknowns) -> ExtraConditions {
         let (state, parameter) = (self.weights.component_mul(&tangent.present()), tangent.parameter);
-        let condition = Condition::through(state, parameter * self.of_parameter(), guess);
+        let condition = Condition::through(state, parameter * self.parameter, guess);
         ExtraConditions { arclength: Some(Arclength { condition, range: self.range }), ..self.at_fixed_parameter() }
     }
 
     /// The conditions for a fixed parameter.
     pub fn at_fixed_parameter(&self) -> ExtraConditions {
         ExtraConditions { weights: Some(self.weights.clone()), ..ExtraConditions::default() }
-    }
-
-    /// Adds the phase conditions of some unknowns with given symmetry tangents.
-    pub fn with_phases_of(
-        &self,
-        conditions: ExtraConditions,
-        at: &OrbitUnknowns,
-        symmetry_tangents: &[DVector<f64>],
-    ) -> ExtraConditions {
-        conditions.with_phases_of(at, symmetry_tangents, &self.weights)
     }
 
     /// A difference without its components along symmetry tangents, which lead to other states of the same orbit.

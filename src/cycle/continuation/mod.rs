@@ -5,10 +5,9 @@
 //! passed. The step is halved if the corrector fails or the direction changes by more than 26°.
 
 mod bifurcation;
-mod exponents;
 mod inner_product;
 
-pub use exponents::Bifurcation;
+pub use bifurcation::Bifurcation;
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -24,7 +23,7 @@ use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::{Crossing, Linearisation};
-use exponents::growing;
+use bifurcation::growing;
 use inner_product::InnerProduct;
 
 /// Cosine of the largest angle between successive secants, 26°. With a larger angle the step is halved.
@@ -80,6 +79,9 @@ impl<O> BranchPoint<O> {
         growing(self.exponents.iter())
     }
 }
+
+/// A corrected orbit with its shoot.
+type OnBranch<S, M> = Corrected<<S as Equations>::Orbit, Shoot<M>>;
 
 /// The last point of a branch: its unknowns, symmetry tangents and exponents.
 #[derive(Debug, Clone)]
@@ -183,7 +185,7 @@ where
         let guess = OrbitUnknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
-        let tangent = Difference::of_parameter(&found.unknowns, step);
+        let tangent = Difference { parameter: step, ..found.unknowns.to(&found.unknowns) };
         Self::begin(solver, family, within, (inner, shoot.rod().length()), tangent, found)
     }
 
@@ -194,7 +196,7 @@ where
         within: RangeInclusive<f64>,
         (inner, length): (InnerProduct, f64),
         tangent: Difference,
-        found: Corrected<S::Orbit, Shoot<M>>,
+        found: OnBranch<S, M>,
     ) -> Result<Self, CycleError> {
         let (point, last) = observe(&solver, found)?;
         let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetry_tangents));
@@ -226,18 +228,15 @@ where
         Ok(self)
     }
 
-    /// Takes a step, which is halved until it succeeds.
-    fn advance(&mut self) -> Result<(), CycleError> {
+    /// Takes a step, which is halved until it succeeds. Returns false at the end of the branch.
+    fn advance(&mut self) -> Result<bool, CycleError> {
         loop {
             let error = match self.try_step() {
                 // The branch returns to the stationary state, or to a rotating wave.
-                Err(CycleError::Stationary { .. } | CycleError::RotatingWave) => {
-                    self.ended = true;
-                    return Ok(());
-                }
+                Err(CycleError::Stationary { .. } | CycleError::RotatingWave) => return Ok(false),
                 Err(CycleError::Unresolved { .. }) if self.refine() => continue,
                 Err(error) => error,
-                Ok(()) => return Ok(()),
+                going_on => return going_on,
             };
             self.step = 0.5 * self.step.min(self.largest_step);
             if self.step < SHORTEST * self.first_step.min(self.largest_step) {
@@ -258,41 +257,34 @@ where
         true
     }
 
-    /// Takes a step. If it fails the branch is unchanged.
-    fn try_step(&mut self) -> Result<(), CycleError> {
+    /// Takes a step. If it fails the branch is unchanged. Returns false at the end of the branch.
+    fn try_step(&mut self) -> Result<bool, CycleError> {
         let step = self.step.min(self.largest_step);
         let from = self.last.unknowns.clone();
         let guess = from.along(&self.tangent, step);
         let mut bound = self.bound_before(guess.parameter);
         let mut found = match bound {
             Some(bound) => self.at_bound(&from, &self.tangent.clone(), bound)?,
-            None => {
-                let conditions = self.inner.arclength(&self.tangent, &guess);
-                self.correct(guess, conditions)?
-            }
+            None => self.correct(guess.clone(), self.inner.arclength(&self.tangent, &guess))?,
         };
-        if bound.is_none() {
-            bound = self.bound_before(found.unknowns.parameter);
-            if let Some(bound) = bound {
-                let from = from.clone().with_past_of(&found.unknowns);
-                found = self.at_bound(&from, &from.to(&found.unknowns), bound)?;
-            }
+        if bound.is_none()
+            && let Some(passed) = self.bound_before(found.unknowns.parameter)
+        {
+            let from = from.clone().with_past_of(&found.unknowns);
+            found = self.at_bound(&from, &from.to(&found.unknowns), passed)?;
+            bound = Some(passed);
         }
-        // The branch repeats its orbits, half a period later, beyond the stationary state.
-        if self.inner.of_states(&from.start.present(), &found.unknowns.start.present()) < 0.0 {
-            self.ended = true;
-            return Ok(());
-        }
-        if !self.rough && self.inner.wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents) {
-            self.ended = true;
-            return Ok(());
+        // The branch repeats its orbits, half a period later, beyond the stationary state and beyond a rotating wave.
+        let passes_wave = || self.inner.wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents);
+        let turned = self.inner.of_states(&from.start.present(), &found.unknowns.start.present()) < 0.0;
+        if turned || !self.rough && passes_wave() {
+            return Ok(false);
         }
         let secant = from.with_past_of(&found.unknowns).to(&found.unknowns);
         let size = self.inner.norm(&secant);
         if bound.is_some() && !(size > f64::EPSILON) {
             // The branch began at the bound.
-            self.ended = true;
-            return Ok(());
+            return Ok(false);
         }
         let turn = self.inner.product(&secant, &self.tangent) / size;
         // If the tangent is a guess, only its sign is compared. The secant must not lead along the symmetries.
@@ -303,16 +295,15 @@ where
         }
         let (point, place) = observe(&self.solver, found)?;
         if point.excursion < LEAST * self.length {
-            self.ended = true;
-            return Ok(());
+            return Ok(false);
         }
         self.bifurcations_between(&place)?;
         self.tangent = self.inner.unit(&secant, &place.symmetry_tangents);
         self.step = size * if turn > EASY { LONGER } else { 1.0 };
-        (self.rough, self.ended) = (false, bound.is_some());
+        self.rough = false;
         self.last = place;
         self.waiting.push_back(point);
-        Ok(())
+        Ok(bound.is_none())
     }
 
     /// The orbit at an end of the range. The initial guess is on a secant.
@@ -321,21 +312,17 @@ where
         from: &OrbitUnknowns,
         secant: &Difference,
         bound: f64,
-    ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+    ) -> Result<OnBranch<S, M>, CycleError> {
         let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
         guess.parameter = bound;
         self.correct(guess, self.inner.at_fixed_parameter())
     }
 
     /// The orbit near a guess. It has the phases of the last point, unless the direction is a guess.
-    fn correct(
-        &mut self,
-        guess: OrbitUnknowns,
-        mut conditions: ExtraConditions,
-    ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+    fn correct(&mut self, guess: OrbitUnknowns, mut conditions: ExtraConditions) -> Result<OnBranch<S, M>, CycleError> {
         if !self.rough {
             let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
-            conditions = self.inner.with_phases_of(conditions, unknowns, symmetry_tangents);
+            conditions = conditions.with_phases_of(unknowns, symmetry_tangents, &self.inner.weights);
         }
         let found = correct(&self.solver, &mut self.family, guess, &conditions, &mut 0)?;
         self.solver.check_resolution(&found.orbit)?;
@@ -344,14 +331,8 @@ where
 
     /// The end of the range that a parameter has passed; none if it is within the range.
     fn bound_before(&self, parameter: f64) -> Option<f64> {
-        let (from, to) = (*self.within.start(), *self.within.end());
-        if parameter > to {
-            Some(to)
-        } else if parameter < from {
-            Some(from)
-        } else {
-            None
-        }
+        let bound = parameter.clamp(*self.within.start(), *self.within.end());
+        ((parameter - bound).abs() > 0.0).then_some(bound)
     }
 }
 
@@ -362,12 +343,12 @@ where
     type Item = Result<BranchPoint<S::Orbit>, CycleError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.waiting.is_empty()
-            && !self.ended
-            && let Err(error) = self.advance()
-        {
-            self.ended = true;
-            return Some(Err(error));
+        if self.waiting.is_empty() && !self.ended {
+            let going_on = self.advance();
+            self.ended = !matches!(going_on, Ok(true));
+            if let Err(error) = going_on {
+                return Some(Err(error));
+            }
         }
         self.waiting.pop_front().map(Ok)
     }
@@ -376,10 +357,10 @@ where
 /// The point of a branch at an orbit, with its exponents.
 fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
-    found: Corrected<S::Orbit, Shoot<M>>,
+    found: OnBranch<S, M>,
 ) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
     let Corrected { orbit, unknowns, symmetry_tangents, shoot } = found;
-    let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot, 2)?;
+    let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot)?;
     let exponents = exponents.map(|mut list| {
         list.sort_by(|a, b| b.re.total_cmp(&a.re));
         list

@@ -7,6 +7,7 @@
 
 use std::convert::Infallible;
 
+use crate::error::ParameterError;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::{gauss, legendre};
 use crate::numerics::scalar::bracketed_root;
@@ -49,6 +50,15 @@ impl TimeGrid {
         }
         out
     }
+}
+
+/// Number of intervals of the past that contain the longest delay (s), with half an interval in reserve, since the
+/// period (s) is an unknown.
+pub(crate) fn kept(longest: f64, intervals: usize, period: f64) -> Result<usize, ParameterError> {
+    let (what, periods) = ("longest delay, in periods", longest / period);
+    let requirement = "at most 16: check the unit of the period (s), since a state contains the past over the delay";
+    ParameterError::unless(periods <= 16.0, what, periods, requirement)?;
+    Ok(((longest * intervals as f64 / period + 0.5).ceil() as usize).max(1))
 }
 
 /// The `n` points of the right Radau rule on [0, 1], the zeros of Pn − Pn−1. The rule is exact for polynomials of

@@ -26,8 +26,8 @@ pub struct Monodromy {
     length: f64,
     regr: Vec<f64>,
     reads_present: bool,
-    /// Number of variables and of stimuli of a material point.
-    sizes: (usize, usize),
+    /// Numbers of variables and of stimuli of a material point, and of points.
+    sizes: (usize, usize, usize),
     turn: Option<StateRotation>,
 }
 
@@ -86,8 +86,8 @@ impl Monodromy {
             grid: grid.clone(),
             length,
             regr: return_map.regr.clone(),
-            reads_present: return_map.reads_present,
-            sizes: (return_map.variables, return_map.stimuli),
+            reads_present: return_map.laws.size().reads_present,
+            sizes: return_map.sizes(),
             turn: return_map.turn.clone(),
         })
     }
@@ -137,7 +137,7 @@ impl Monodromy {
         path: &Polynomials,
         stimuli: &[DVector<f64>],
     ) -> Vec<DVector<f64>> {
-        let ((v, m), p) = (self.sizes, self.regr.len());
+        let (v, m, p) = self.sizes;
         let mut out = vec![DVector::zeros(2 * p); self.grid.order()];
         let mut past = vec![0.0; v];
         for (i, stage) in interval.stages.iter().enumerate() {
@@ -165,7 +165,7 @@ impl Monodromy {
         slopes: &mut [DVector<f64>],
         stimuli: &[DVector<f64>],
     ) {
-        let ((v, m), s) = (self.sizes, self.grid.order());
+        let ((v, m, _), s) = (self.sizes, self.grid.order());
         if v == 0 {
             return;
         }
@@ -245,14 +245,15 @@ mod tests {
         let mut variables = |strain: f64, size: f64, upright: bool| {
             // h1, h2 and h3, their memories, and those of the strain.
             let sizes = [0.3, 0.3, 0.3, 0.3, 0.3, strain, strain];
-            let mut out =
-                DVector::from_fn(return_map.variables * return_map.places.len(), |k, _| size * sizes[k % 7] * next());
+            let mut out = DVector::from_fn(return_map.laws.size().variables * return_map.places.len(), |k, _| {
+                size * sizes[k % 7] * next()
+            });
             if upright {
                 out.iter_mut().skip(2).step_by(7).for_each(|h3| *h3 = 1.0 + 0.1 * *h3);
             }
             out
         };
-        assert_eq!(return_map.variables, 7);
+        assert_eq!(return_map.laws.size().variables, 7);
         let strain = DVector::from_fn(2 * return_map.places.len(), |k, _| 10.0 * (seed + 1.7 * k as f64).sin());
         let now = variables(10.0, 1.0, upright);
         let slopes = (0..return_map.kept)

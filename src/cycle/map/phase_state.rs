@@ -6,6 +6,7 @@ use nalgebra::DVector;
 use super::grid::TimeGrid;
 use crate::error::ParameterError;
 use crate::numerics::interpolation::lagrange;
+use crate::rod::Rod;
 
 /// A state of the shoot, with its past.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,12 @@ pub(crate) struct PhaseState {
     /// Slopes of the variables times the length of an interval, interval by interval, the oldest first, stage by
     /// stage.
     pub slopes: Vec<Vec<DVector<f64>>>,
+}
+
+/// Components 1 and 2 of the intrinsic strain at the points of the growth zone of a rod, 1/m.
+pub(crate) fn bends(rod: &Rod) -> DVector<f64> {
+    let points = rod.points()[rod.zone()].iter();
+    DVector::from_vec(points.flat_map(|point| [point.intrinsic.x, point.intrinsic.y]).collect())
 }
 
 impl PhaseState {

@@ -8,9 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::grid::TimeGrid;
+use super::grid::{TimeGrid, kept};
 use super::growth_zone::{check_gradients, driven_points};
-use super::past::{kept, longest_delay};
 use super::phase_state::PhaseState;
 use super::polynomials::{DelayedReading, Polynomials, Readings, carried, weighted};
 use super::rotation::{StateRotation, rotated_back};
@@ -23,7 +22,7 @@ use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::support::{Joint, Reaction, Support};
+use crate::support::{Reaction, Support};
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
 /// Tolerance of the rotations of an equilibrium, rad. It is next to rounding, since differences of equilibria are
@@ -86,14 +85,8 @@ pub(crate) struct ReturnMap<'a, M: Model> {
     pub regr: Vec<f64>,
     /// Number of intervals of the past in a state.
     pub kept: usize,
-    /// Number of variables of a material point.
-    pub variables: usize,
-    /// Number of stimuli of a material point.
-    pub stimuli: usize,
-    /// Whether the laws depend on present stimuli.
-    pub reads_present: bool,
-    /// Delay of each variable, s; none for variables that the gradient does not depend on.
-    pub delays: Vec<Option<f64>>,
+    /// Stimuli and variables of a material point.
+    pub laws: Declaration,
     /// Rotation that is undone at the end of a period, for relative periodic orbits.
     pub turn: Option<StateRotation>,
     /// Rods at the stages of the last run: initial guesses of the next one.
@@ -117,18 +110,14 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
         let declaration = Declaration::of(shoot.model.tropism());
         declaration.check()?;
-        let size = declaration.size();
         Ok(Self {
             shoot,
             places,
             regr,
-            kept: kept(longest_delay(&declaration), grid.intervals, period)?,
+            kept: kept(declaration.longest_delay(), grid.intervals, period)?,
             grid,
-            variables: size.variables,
-            stimuli: size.stimuli,
-            reads_present: size.reads_present,
-            delays: declaration.variables().iter().map(|variable| variable.delay).collect(),
             turn: angle.map(|angle| StateRotation::new(&declaration, angle)).transpose()?,
+            laws: declaration,
             guesses: Vec::new(),
             equilibria: 0,
             rod: shoot.state.rod.clone(),
@@ -137,14 +126,15 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         })
     }
 
+    /// Numbers of variables and of stimuli of a material point, and of points.
+    pub fn sizes(&self) -> (usize, usize, usize) {
+        let size = self.laws.size();
+        (size.variables, size.stimuli, self.places.len())
+    }
+
     /// Angle of the rotation that is undone, rad.
     pub fn angle(&self) -> f64 {
         self.turn.as_ref().map_or(0.0, |turn| turn.angle)
-    }
-
-    /// Sets this angle if there is a rotation.
-    pub fn set_angle(&mut self, angle: f64) {
-        self.turn.iter_mut().for_each(|turn| turn.angle = angle);
     }
 
     /// The delayed values that the equations of an interval read.
@@ -156,10 +146,12 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             let interval = at.ceil() - 1.0;
             DelayedReading { interval: interval as isize, weights: self.grid.integrals(at - interval) }
         };
-        let all = self.grid.stages.iter().map(|stage| self.delays.iter().map(|delay| delay.map(|d| read(*stage, d))));
-        let stages: Vec<Vec<_>> = all.map(Iterator::collect).collect();
+        let each = |stage: &f64| {
+            self.laws.variables().iter().map(|variable| variable.delay.map(|d| read(*stage, d))).collect()
+        };
+        let stages: Vec<Vec<_>> = self.grid.stages.iter().map(each).collect();
         let inside = stages.iter().flatten().flatten().any(|reading| reading.interval >= 0);
-        Readings { stages, implicit: self.reads_present || inside }
+        Readings { stages, implicit: self.laws.size().reads_present || inside }
     }
 
     /// Solves the equilibrium with a given strain, at a time since the beginning of the period (s).
@@ -171,12 +163,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             self.rod.points_mut()[first + k / 2].intrinsic[k % 2] = strain[k];
         }
         let (load, support) = (self.shoot.model.load(), self.shoot.model.support());
-        if support.base() != Some(Joint::Free) {
-            self.rod.set_base_position(scene.position(time))?;
-        }
-        if support.base().is_none() {
-            self.rod.set_base(scene.base(time))?;
-        }
+        self.rod.place_base(scene, support.base(), time)?;
         let (material, guess) = (self.shoot.model.constitutive(), &self.reactions);
         let (force, _) = equilibrate(&mut self.rod, material, (load, support), &environment, guess, &mut self.solver)?;
         self.reactions.clear();
@@ -187,8 +174,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
     /// Integrates the equations over a period.
     pub fn run(&mut self, start: &PhaseState, period: f64) -> Result<Trajectory, CycleError> {
         let k = self.grid.intervals;
-        let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
-        let (what, needed) = ("longest delay, in intervals", longest * k as f64 / period);
+        let (what, needed) = ("longest delay, in intervals", self.laws.longest_delay() * k as f64 / period);
         ParameterError::unless(needed <= self.kept as f64, what, needed, "within the past that the state contains")?;
         let readings = self.readings(period);
         let mut path = Polynomials::of(start, &self.grid);
@@ -241,8 +227,8 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         before: &[Stage],
         out: &Trajectory,
     ) -> Result<(Vec<Stage>, Vec<DVector<f64>>), CycleError> {
-        let (v, m, p, stages) = (self.variables, self.stimuli, self.places.len(), self.grid.order());
-        let law = self.shoot.model.tropism();
+        let ((v, m, p), stages) = (self.sizes(), self.grid.order());
+        let (law, reads_present) = (self.shoot.model.tropism(), self.laws.size().reads_present);
         let length = out.period / self.grid.intervals as f64;
         let present = path.slopes.len() - 1;
         let mut past: Vec<DVector<f64>> = vec![DVector::zeros(v * p); stages];
@@ -256,9 +242,9 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             for (point, place) in self.places.iter().enumerate() {
                 let time = place.time + (n as f64 + self.grid.stages[i]) * length;
                 let at = Growing { time, ..*place };
-                let now = before.get(i).filter(|_| self.reads_present);
+                let now = before.get(i).filter(|_| reads_present);
                 let now = now.map_or(&[][..], |stage| &stage.stimuli.as_slice()[point * m..][..m]);
-                if self.reads_present && now.is_empty() {
+                if reads_present && now.is_empty() {
                     // There are no stimuli before the first iteration.
                     continue;
                 }
@@ -303,7 +289,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         slopes: &mut [DVector<f64>],
         stages: &mut [Stage],
     ) -> Result<(), CycleError> {
-        let (v, m, law) = (self.variables, self.stimuli, self.shoot.model.tropism());
+        let ((v, m, _), law) = (self.sizes(), self.shoot.model.tropism());
         let first = point * v;
         let set_variables = |slopes: &[DVector<f64>], stages: &mut [Stage]| {
             for (stage, upto) in stages.iter_mut().zip(&self.grid.upto) {
@@ -345,7 +331,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
     /// Matrix of the collocation equations of a point: I − h ∂rates/∂y ⊗ A, with the length h of an interval
     /// and the integrals A.
     pub fn matrix(&self, point: usize, length: f64, stages: &[Stage]) -> DMatrix<f64> {
-        let (v, s) = (self.variables, self.grid.order());
+        let ((v, ..), s) = (self.sizes(), self.grid.order());
         let mut out = DMatrix::identity(v * s, v * s);
         for (i, stage) in stages.iter().enumerate() {
             let [rates_y, ..] = self.derivatives(point, stage, &stage.variables);
@@ -360,7 +346,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
     /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, for given variables of
     /// all points.
     pub fn derivatives(&self, point: usize, stage: &Stage, variables: &DVector<f64>) -> [DMatrix<f64>; 4] {
-        let (v, m) = (self.variables, self.stimuli);
+        let (v, m, _) = self.sizes();
         let (y, x) = (&variables.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
         law_matrices(self.shoot.model.tropism(), &self.places[point], y, x)
     }

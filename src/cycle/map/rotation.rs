@@ -22,12 +22,8 @@ impl StateRotation {
     pub fn new(laws: &Declaration, angle: f64) -> Result<Self, CycleError> {
         let number = laws.size().variables;
         let variables: Vec<Rotation> = (0..number).map(|k| laws.rotation(Source::Variable(k))).collect();
-        let declared = |k: usize| match variables[k] {
-            Rotation::Undeclared => false,
-            Rotation::Invariant => true,
-            Rotation::First => variables.get(k + 1) == Some(&Rotation::Second),
-            Rotation::Second => k > 0 && variables[k - 1] == Rotation::First,
-        };
+        let declared =
+            |k: usize| variables[k] != Rotation::Undeclared && Rotation::missing_partner(&variables, k).is_none();
         match (0..number).find(|k| !declared(*k)) {
             Some(variable) => Err(CycleError::Undeclared { variable }),
             None => Ok(Self { angle, variables }),

@@ -5,22 +5,20 @@ use nalgebra::DVector;
 
 use super::PeriodicSolver;
 use super::guess::{state_of_mode, state_of_orbit};
-use super::linear::{check_not_circular, flow, symmetries};
+use super::linear::Traced;
 use super::orbit::PeriodicOrbit;
 use super::resolution::error_of;
 use crate::cycle::corrector::STATIONARY;
-use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, Observation};
+use crate::cycle::equations::{Computed, Effort, Equations, Evaluation, Newton, OBSERVED, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{BorderedSystem, ExtraConditions, OrbitUnknowns, Symmetry};
-use crate::cycle::map::grid::TimeGrid;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::past;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::{Monodromy, TimeGrid, kept};
 use crate::cycle::symmetry::{check_autonomous, check_axis};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::stability::Root;
+use crate::tropism::Declaration;
 
 /// Largest number of intervals in a period that is chosen automatically. More take minutes.
 pub(crate) const MAX_INTERVALS: usize = 256;
@@ -29,8 +27,7 @@ pub(crate) const MAX_INTERVALS: usize = 256;
 pub struct Mapped<'a, M: Model> {
     solver: PeriodicSolver,
     at: OrbitUnknowns,
-    return_map: ReturnMap<'a, M>,
-    path: Trajectory,
+    traced: Traced<'a, M>,
 }
 
 impl Equations for PeriodicSolver {
@@ -46,45 +43,37 @@ impl Equations for PeriodicSolver {
     }
 
     fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
-        let (period, angle) = (self.return_of(root), self.angle.unwrap_or(0.0));
+        let (share, angle) = (if self.half() { 0.5 } else { 1.0 }, self.angle.unwrap_or(0.0));
+        let period = share * root.period();
         let start = state_of_mode(&mut self.return_map(shoot, period)?, root, amplitude, period)?;
         Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<OrbitUnknowns, CycleError> {
-        let (period, angle) = (self.return_after(orbit), self.angle_of(orbit));
+        // A whole orbit becomes half a swing, or the reverse.
+        let (period, angle) = match orbit.settings.angle {
+            None => (if self.half() { 0.5 } else { 1.0 } * orbit.period, self.angle.unwrap_or(0.0)),
+            Some(_) if self.angle.is_none() && orbit.angle.cos() < 0.0 => (2.0 * orbit.period, orbit.angle),
+            Some(_) => (orbit.period, orbit.angle),
+        };
         let start = state_of_orbit(&self.return_map(shoot, period)?, orbit, period)?;
         Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
-    fn evaluate<'a, M: Model>(
-        &self,
-        shoot: &'a Shoot<M>,
-        at: &OrbitUnknowns,
-        rods: Vec<Rod>,
-    ) -> Result<Mapped<'a, M>, CycleError> {
-        let mut return_map = self.return_map(shoot, at.clock)?;
-        at.start.check(return_map.places.len(), return_map.variables)?;
-        (return_map.kept, return_map.guesses) = (at.start.slopes.len(), rods);
-        return_map.set_angle(at.angle);
-        let path = return_map.run(&at.start, at.clock)?;
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M> {
+        let traced = Traced::of(self, shoot, (&at.start, at.clock, at.angle), rods)?;
         // The stationary state is a fixed point for any period.
-        let strain = path.largest_change();
+        let strain = traced.path.largest_change();
         if !at.forced && strain * shoot.rod().length() < STATIONARY {
             return Err(CycleError::Stationary { strain });
         }
-        Ok(Mapped { solver: *self, at: at.clone(), return_map, path })
+        Ok(Mapped { solver: *self, at: at.clone(), traced })
     }
 
-    fn observe<M: Model>(
-        &self,
-        orbit: &PeriodicOrbit,
-        shoot: &Shoot<M>,
-        count: usize,
-    ) -> Result<Observation, CycleError> {
-        let (mut return_map, path) = orbit.retrace(shoot)?;
-        let found = orbit.multipliers_on(&return_map, &path, count)?;
-        let (excursion, _) = orbit.largest_excursion_on(&mut return_map, &path)?;
+    fn observe<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>) -> Result<Observation, CycleError> {
+        let mut traced = orbit.retrace(shoot)?;
+        let found = orbit.multipliers_on(&traced, OBSERVED)?;
+        let (excursion, _) = orbit.largest_excursion_on(&mut traced)?;
         // The logarithm of a multiplier determines λ up to multiples of 2πi/T; that with the smallest |Im λ| is
         // returned.
         let exponents = found.values.map(|list| list.iter().map(|one| one.value.ln() / orbit.period).collect());
@@ -92,7 +81,13 @@ impl Equations for PeriodicSolver {
     }
 
     fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut OrbitUnknowns) -> Result<bool, CycleError> {
-        past::extend_past(shoot.model.tropism(), &mut at.start, self.intervals, at.clock)
+        let (longest, own) = (Declaration::of(shoot.model.tropism()).longest_delay(), at.start.slopes.len());
+        // Differences by the period change the delay by far less than a tenth of an interval.
+        let short = longest * self.intervals as f64 / at.clock + 0.1 > own as f64;
+        if short {
+            at.start.keep(own.max(kept(longest, self.intervals, at.clock)?));
+        }
+        Ok(short)
     }
 
     fn check_resolution(&self, orbit: &PeriodicOrbit) -> Result<(), CycleError> {
@@ -114,27 +109,27 @@ impl Equations for PeriodicSolver {
 
 impl<M: Model> Evaluation<PeriodicSolver> for Mapped<'_, M> {
     fn rods(&self) -> Vec<Rod> {
-        self.return_map.guesses.clone()
+        self.traced.return_map.guesses.clone()
     }
 
     fn equilibria(&self) -> usize {
-        self.return_map.equilibria
+        self.traced.return_map.equilibria
     }
 
     fn residual(&self) -> (DVector<f64>, f64) {
-        let (start, end) = (&self.path.start, &self.path.end);
-        let least = self.solver.least(self.return_map.shoot, self.at.forced);
+        let (start, end) = (&self.traced.path.start, &self.traced.path.end);
+        let least = self.solver.least(self.traced.return_map.shoot, self.at.forced);
         (end.flat() - start.flat(), start.residual(end, least))
     }
 
     fn check(&self) -> Result<(), CycleError> {
-        if self.at.forced { Ok(()) } else { check_autonomous(self.return_map.shoot, &self.path.stages[0][0].rod) }
+        let Traced { return_map, path } = &self.traced;
+        if self.at.forced { Ok(()) } else { check_autonomous(return_map.shoot, &path.stages[0][0].rod) }
     }
 
     fn linearise(&mut self) -> Result<Option<(Monodromy, Vec<Symmetry>)>, CycleError> {
-        let Self { at, return_map, path, .. } = self;
-        let symmetries = if at.forced { Vec::new() } else { symmetries(return_map, path)? };
-        Ok(Some((Monodromy::of(return_map, path)?, symmetries)))
+        let symmetries = if self.at.forced { Vec::new() } else { self.traced.symmetries()? };
+        Ok(Some((Monodromy::of(&self.traced.return_map, &self.traced.path)?, symmetries)))
     }
 
     fn into_orbit(
@@ -151,12 +146,13 @@ impl<M: Model> Evaluation<PeriodicSolver> for Mapped<'_, M> {
                 BorderedSystem::new(jacobian, symmetries, None, &ExtraConditions::default(), &self.at)
             }
         };
-        let Self { solver, at, return_map, path } = self;
-        check_not_circular(&return_map, &path)?;
-        check_axis(&return_map, &path)?;
-        let error = error_of(&return_map, &at, &path, &linear, solver.least(return_map.shoot, at.forced))?;
+        let Self { solver, at, traced } = self;
+        traced.check_not_circular()?;
+        let return_map = &traced.return_map;
+        check_axis(return_map, &traced.path)?;
+        let error = error_of(&traced, &at, &linear, solver.least(return_map.shoot, at.forced))?;
         let rotation = return_map.turn.as_ref().map(|turn| turn.rate(&at.start).present());
-        let symmetry_tangents = std::iter::once(flow(&return_map, &path)).chain(rotation).collect();
+        let symmetry_tangents = std::iter::once(traced.flow()).chain(rotation).collect();
         let orbit = PeriodicOrbit {
             period: at.clock,
             angle: at.angle,

@@ -1,46 +1,24 @@
 //! Initial guesses of periodic orbits: modes, runs in time, other orbits, and the straight shoot.
 
-use nalgebra::{Complex, DMatrix, DVector, Vector3};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::PeriodicSolver;
 use super::orbit::PeriodicOrbit;
 use crate::cycle::error::CycleError;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
-use crate::cycle::map::grid::TimeGrid;
-use crate::cycle::map::phase_state::PhaseState;
-use crate::cycle::map::return_map::ReturnMap;
+use crate::cycle::map::{PhaseState, ReturnMap, TimeGrid, bends};
 use crate::cycle::phase_grid::{PhaseGrid, WAVES};
 use crate::error::ParameterError;
-use crate::linearisation::visit_stimuli;
+use crate::linearisation::{SteadyLaws, visit_stimuli};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::stability::Root;
 use crate::state::Reading;
-use crate::tropism::TropismLaw;
 
 impl PeriodicSolver {
     /// Whether the settings are for half a swing.
-    fn half(&self) -> bool {
+    pub(super) fn half(&self) -> bool {
         self.angle.is_some_and(|angle| angle.cos() < 0.0)
-    }
-
-    /// The time after which a mode returns, rotated by about the angle of the settings, s.
-    pub(crate) fn return_of(&self, root: &Root) -> f64 {
-        if self.half() { 0.5 * root.period() } else { root.period() }
-    }
-
-    /// The time after which an orbit returns, rotated by about the angle of the settings, s.
-    pub(crate) fn return_after(&self, orbit: &PeriodicOrbit) -> f64 {
-        match orbit.settings.angle {
-            None if self.half() => 0.5 * orbit.period,
-            Some(_) if self.angle.is_none() && orbit.angle.cos() < 0.0 => 2.0 * orbit.period,
-            _ => orbit.period,
-        }
-    }
-
-    /// The angle of a relative periodic orbit, or that of the settings for other orbits, rad.
-    pub(crate) fn angle_of(&self, orbit: &PeriodicOrbit) -> f64 {
-        if orbit.settings.angle.is_some() { orbit.angle } else { self.angle.unwrap_or(0.0) }
     }
 }
 
@@ -50,7 +28,7 @@ pub(crate) fn state_of_orbit(
     orbit: &PeriodicOrbit,
     period: f64,
 ) -> Result<PhaseState, CycleError> {
-    orbit.start.check(return_map.places.len(), return_map.variables)?;
+    orbit.start.check(return_map.places.len(), return_map.laws.size().variables)?;
     let mut start = orbit.start.clone();
     let old = TimeGrid::new(orbit.settings.intervals, orbit.settings.stages);
     let ratio = (old.intervals as f64 / orbit.period) / (return_map.grid.intervals as f64 / period);
@@ -70,7 +48,7 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
     let length = period / return_map.grid.intervals as f64;
     let read = |reading: Reading| {
         let all = (0..points).flat_map(|point| history.read(&reading, point));
-        DVector::from_iterator(return_map.variables * points, all)
+        DVector::from_iterator(return_map.laws.size().variables * points, all)
     };
     let oldest = history.oldest().unwrap_or(now);
     let slope = |n: usize, stage: &f64| {
@@ -79,10 +57,8 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
         read(history.slope(time)) * length
     };
     let interval = |n: usize| return_map.grid.stages.iter().map(|stage| slope(n, stage)).collect();
-    let rod = return_map.shoot.rod();
-    let bends = rod.points()[rod.zone()].iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]);
     Ok(PhaseState {
-        strain: DVector::from_iterator(2 * points, bends),
+        strain: bends(return_map.shoot.rod()),
         variables: read(history.reading(now, f64::INFINITY)),
         slopes: (0..return_map.kept).map(interval).collect(),
     })
@@ -96,7 +72,7 @@ pub(crate) fn state_of_mode<M: Model>(
     amplitude: f64,
     period: f64,
 ) -> Result<PhaseState, CycleError> {
-    let (m, p) = (return_map.stimuli, return_map.places.len());
+    let (_, m, p) = return_map.sizes();
     let (what, counts) = ("number of strains of the mode", [root.strain.len(), p]);
     ParameterError::count(what, counts, "that of the points of the zone")?;
     for strain in &root.strain {
@@ -104,15 +80,14 @@ pub(crate) fn state_of_mode<M: Model>(
     }
     let phases = PhaseGrid::new(WAVES);
     // Strain of the state about which the laws are linearised; zero if it is upright.
-    let rod = return_map.shoot.rod();
-    let mean: Vec<Vector3<f64>> = rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect();
+    let mean = bends(return_map.shoot.rod());
     // The initial phase is that of the largest deviation, and not that of the passage through the mean.
     let parts = root.strain.iter().map(|s| (s.map(|x| x.re).norm_squared(), s.map(|x| x.im).norm_squared()));
     let (bent, passing) = parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
     let first = if bent < passing { Complex::new(0.0, -amplitude) } else { Complex::from(amplitude) };
     let at = |phase: f64| {
         let turn = first * Complex::from_polar(1.0, phase);
-        DVector::from_fn(2 * p, |k, _| mean[k / 2][k % 2] + (root.strain[k / 2][k % 2] * turn).re)
+        DVector::from_fn(2 * p, |k, _| mean[k] + (root.strain[k / 2][k % 2] * turn).re)
     };
     let mut stimuli = vec![DMatrix::zeros(m, phases.len()); p];
     for (j, phase) in phases.angles.iter().enumerate() {
@@ -133,7 +108,7 @@ pub(crate) fn state_of_waves(
     strain: DVector<f64>,
     turn: f64,
 ) -> PhaseState {
-    let (p, v) = (return_map.places.len(), return_map.variables);
+    let (v, _, p) = return_map.sizes();
     let in_interval = turn / return_map.grid.intervals as f64;
     // Values, or slopes, at a time in units of an interval.
     let read = |time: f64, slope: bool| {
@@ -151,13 +126,10 @@ pub(crate) fn state_of_waves(
 
 /// The straight shoot with the steady variables of its stimuli, and its rod in equilibrium.
 pub(crate) fn state_of_steady_laws(return_map: &mut ReturnMap<impl Model>) -> Result<(PhaseState, Rod), CycleError> {
-    let (v, points) = (return_map.variables, return_map.places.len());
+    let (v, _, points) = return_map.sizes();
     let strain = DVector::zeros(2 * points);
     let (rod, force) = return_map.equilibrate_at(&strain, 0.0)?;
-    let mut variables = DVector::zeros(v * points);
-    visit_stimuli(return_map.shoot, &rod, &force, |i, _, stimuli| {
-        return_map.shoot.model.tropism().steady(stimuli, &mut variables.as_mut_slice()[i * v..(i + 1) * v]);
-    });
+    let variables = DVector::from_column_slice(SteadyLaws::of(return_map.shoot, &rod, &force).variables.as_slice());
     let slopes = vec![vec![DVector::zeros(v * points); return_map.grid.order()]; return_map.kept];
     Ok((PhaseState { strain, variables, slopes }, rod))
 }

@@ -4,8 +4,7 @@ use nalgebra::Vector3;
 
 use super::orbit::PeriodicOrbit;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::grid::TimeGrid;
-use crate::cycle::map::polynomials::Polynomials;
+use crate::cycle::map::{Polynomials, TimeGrid};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;

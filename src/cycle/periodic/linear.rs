@@ -1,16 +1,16 @@
-//! The linearised return map: its bordered linear systems, and the tangents of its symmetries.
+//! The return map along a trajectory: its bordered linear systems, and the tangents of its symmetries.
 
 use nalgebra::DVector;
 
+use super::PeriodicSolver;
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Border, DIFFERENCE, StateJacobian, Symmetry};
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::polynomials::carried;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
-use crate::cycle::map::rotation::StateRotation;
+use crate::cycle::map::{Monodromy, PhaseState, ReturnMap, StateRotation, Trajectory, carried};
 use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::krylov::gmres;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
 
 /// Largest dimension of a Krylov subspace. A return map contracts all but about ten directions.
 const KRYLOV: usize = 80;
@@ -52,45 +52,69 @@ impl StateJacobian for Monodromy {
     }
 }
 
-/// The symmetries of an autonomous orbit: the shift in time, whose unknown is the logarithm of the period, and the
-/// rotation, whose unknown is the angle, if there is one.
-pub(crate) fn symmetries(
-    return_map: &mut ReturnMap<impl Model>,
-    path: &Trajectory,
-) -> Result<Vec<Symmetry>, CycleError> {
-    let ahead = return_map.run(&path.start, path.period * (1.0 + DIFFERENCE))?.end.flat();
-    let behind = return_map.run(&path.start, path.period * (1.0 - DIFFERENCE))?.end.flat();
-    let time = Symmetry { tangent: flow(return_map, path), column: (ahead - behind) / (2.0 * DIFFERENCE) };
-    check_not_circular(return_map, path)?;
-    let rotation = return_map
-        .turn
-        .as_ref()
-        .map(|turn| Symmetry { tangent: turn.rate(&path.start).present(), column: -turn.rate(&path.end).flat() });
-    Ok(std::iter::once(time).chain(rotation).collect())
+/// A trajectory over a period, and the return map that made it.
+pub struct Traced<'a, M: Model> {
+    pub(crate) return_map: ReturnMap<'a, M>,
+    pub(crate) path: Trajectory,
 }
 
-/// Returns an error for a rotating wave if the angle is unknown: it returns rotated after any time.
-pub(crate) fn check_not_circular(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> Result<(), CycleError> {
-    let circular = return_map.turn.as_ref().is_some_and(|turn| is_circular(return_map, path, turn));
-    if circular { Err(CycleError::RotatingWave) } else { Ok(()) }
-}
+impl<'a, M: Model> Traced<'a, M> {
+    /// Maps a state over a period (s). Relative periodic orbits return rotated by an angle (rad). `rods` are initial
+    /// guesses of the equilibria.
+    pub(crate) fn of(
+        solver: &PeriodicSolver,
+        shoot: &'a Shoot<M>,
+        (start, period, angle): (&PhaseState, f64, f64),
+        rods: Vec<Rod>,
+    ) -> Result<Self, CycleError> {
+        let mut return_map = solver.return_map(shoot, period)?;
+        start.check(return_map.places.len(), return_map.laws.size().variables)?;
+        (return_map.kept, return_map.guesses) = (start.slopes.len(), rods);
+        return_map.turn.iter_mut().for_each(|turn| turn.angle = angle);
+        let path = return_map.run(start, period)?;
+        Ok(Self { return_map, path })
+    }
 
-/// Whether the tangents of a shift in time and of a rotation are parallel.
-pub(crate) fn is_circular(return_map: &ReturnMap<impl Model>, path: &Trajectory, turn: &StateRotation) -> bool {
-    let weights = path.start.weights().map(f64::sqrt);
-    let [time, rotation] =
-        [flow(return_map, path), turn.rate(&path.start).present()].map(|tangent| tangent.component_mul(&weights));
-    time.dot(&rotation).abs() > (1.0 - CIRCLE) * time.norm() * rotation.norm()
-}
+    /// The symmetries of an autonomous orbit: the shift in time, whose unknown is the logarithm of the period, and the
+    /// rotation, whose unknown is the angle, if there is one.
+    pub(crate) fn symmetries(&mut self) -> Result<Vec<Symmetry>, CycleError> {
+        let Self { return_map, path } = self;
+        let ahead = return_map.run(&path.start, path.period * (1.0 + DIFFERENCE))?.end.flat();
+        let behind = return_map.run(&path.start, path.period * (1.0 - DIFFERENCE))?.end.flat();
+        let time = Symmetry { tangent: self.flow(), column: (ahead - behind) / (2.0 * DIFFERENCE) };
+        self.check_not_circular()?;
+        let Self { return_map, path } = self;
+        let rotation = return_map
+            .turn
+            .as_ref()
+            .map(|turn| Symmetry { tangent: turn.rate(&path.start).present(), column: -turn.rate(&path.end).flat() });
+        Ok(std::iter::once(time).chain(rotation).collect())
+    }
 
-/// Derivative of strain and variables by time at the beginning of the period, times the length of an interval.
-pub(crate) fn flow(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> DVector<f64> {
-    // The slope of the strain is extrapolated. That of the variables is the one at the last Radau point of the
-    // past.
-    let mut at_start = vec![0.0; return_map.grid.order()];
-    lagrange(&return_map.grid.stages, 0.0, &mut at_start);
-    let strain = carried(&DVector::zeros(path.start.strain.len()), &path.strain_slopes[0], &at_start);
-    let variables = path.start.slopes.last().and_then(|slopes| slopes.last());
-    let all = strain.iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
-    DVector::from_vec(all.collect())
+    /// Returns an error for a rotating wave if the angle is unknown: it returns rotated after any time.
+    pub(crate) fn check_not_circular(&self) -> Result<(), CycleError> {
+        let circular = self.return_map.turn.as_ref().is_some_and(|turn| self.is_circular(turn));
+        if circular { Err(CycleError::RotatingWave) } else { Ok(()) }
+    }
+
+    /// Whether the tangents of a shift in time and of a rotation are parallel.
+    pub(crate) fn is_circular(&self, turn: &StateRotation) -> bool {
+        let start = &self.path.start;
+        let weights = start.weights().map(f64::sqrt);
+        let [time, rotation] = [self.flow(), turn.rate(start).present()].map(|tangent| tangent.component_mul(&weights));
+        time.dot(&rotation).abs() > (1.0 - CIRCLE) * time.norm() * rotation.norm()
+    }
+
+    /// Derivative of strain and variables by time at the beginning of the period, times the length of an interval.
+    pub(crate) fn flow(&self) -> DVector<f64> {
+        // The slope of the strain is extrapolated. That of the variables is the one at the last Radau point of the
+        // past.
+        let Self { return_map, path } = self;
+        let mut at_start = vec![0.0; return_map.grid.order()];
+        lagrange(&return_map.grid.stages, 0.0, &mut at_start);
+        let strain = carried(&DVector::zeros(path.start.strain.len()), &path.strain_slopes[0], &at_start);
+        let variables = path.start.slopes.last().and_then(|slopes| slopes.last());
+        let all = strain.iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
+        DVector::from_vec(all.collect())
+    }
 }

@@ -4,20 +4,17 @@
 //! A shift in time and a rotation of an autonomous orbit give trivial multipliers 1, which are removed from the
 //! lists.
 
-use super::linear::is_circular;
+use super::linear::Traced;
 use super::orbit::PeriodicOrbit;
 use super::plane::OrbitPlane;
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
-use crate::cycle::map::rotation::StateRotation;
+use crate::cycle::map::{Monodromy, StateRotation};
 use crate::cycle::sensitivity::ASYMMETRY;
 use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tropism::Declaration;
 
 /// Largest number of trivial multipliers: of a shift in time, and of a rotation.
 const TRIVIAL: usize = 2;
@@ -58,21 +55,15 @@ impl PeriodicOrbit {
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<Multipliers, CycleError> {
         const { assert!(38 + TRIVIAL == MOST_VALUES) };
         ParameterError::unless((1..=38).contains(&count), "number of multipliers", count as f64, "from 1 to 38")?;
-        let (return_map, path) = self.retrace(shoot)?;
-        self.multipliers_on(&return_map, &path, count)
+        self.multipliers_on(&self.retrace(shoot)?, count)
     }
 
-    pub(crate) fn multipliers_on(
-        &self,
-        return_map: &ReturnMap<impl Model>,
-        path: &Trajectory,
-        count: usize,
-    ) -> Result<Multipliers, CycleError> {
-        let monodromy = Monodromy::of(return_map, path)?;
-        let plane = OrbitPlane::of(return_map, path, &monodromy)?;
+    pub(crate) fn multipliers_on(&self, traced: &Traced<impl Model>, count: usize) -> Result<Multipliers, CycleError> {
+        let monodromy = Monodromy::of(&traced.return_map, &traced.path)?;
+        let plane = OrbitPlane::of(traced, &monodromy)?;
         // A shift in time and a rotation have the same multiplier. The tangent of the rotation is known exactly,
         // and is projected out.
-        let turned = return_map.turn.as_ref().filter(|_| plane.is_none());
+        let turned = traced.return_map.turn.as_ref().filter(|_| plane.is_none());
         let turned = turned.map(|turn| turn.rate(&self.start).flat().normalize());
         let (mut radius, mut largest_defect) = (0.0_f64, 0.0_f64);
         let mut lists = [Vec::new(), Vec::new()];
@@ -99,7 +90,7 @@ impl PeriodicOrbit {
         }
         let own_period = usize::from(self.forced_from.is_none());
         let near_one = |set: &[Eigenvalue]| set.iter().filter(|one| (one.value - 1.0).norm() < ASYMMETRY).count();
-        let rotation = match self.rotation(return_map, path, &monodromy)? {
+        let rotation = match self.rotation(traced, &monodromy)? {
             _ if turned.is_some() => 0,
             Some(there) => usize::from(there),
             None if plane.is_some() => near_one(&lists[1]).min(1),
@@ -128,18 +119,13 @@ impl PeriodicOrbit {
 
     /// Whether the tangent of a rotation is an eigenvector with the multiplier 1, other than that of a shift in
     /// time; none if the laws do not declare the rotation of a variable.
-    fn rotation(
-        &self,
-        return_map: &ReturnMap<impl Model>,
-        path: &Trajectory,
-        monodromy: &Monodromy,
-    ) -> Result<Option<bool>, CycleError> {
-        let Ok(turn) = StateRotation::new(&Declaration::of(return_map.shoot.model.tropism()), 0.0) else {
+    fn rotation(&self, traced: &Traced<impl Model>, monodromy: &Monodromy) -> Result<Option<bool>, CycleError> {
+        let Ok(turn) = StateRotation::new(&traced.return_map.laws, 0.0) else {
             return Ok(None);
         };
         let tangent = turn.rate(&self.start).flat();
         // On a rotating wave a rotation is a shift in time.
-        if tangent.norm() == 0.0 || is_circular(return_map, path, &turn) {
+        if tangent.norm() == 0.0 || traced.is_circular(&turn) {
             return Ok(Some(false));
         }
         let end = monodromy.apply_flat(&tangent)?;

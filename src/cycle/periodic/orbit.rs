@@ -2,15 +2,14 @@
 //! from the stored state.
 
 use super::PeriodicSolver;
+use super::linear::Traced;
 use crate::cycle::corrector::check_residual;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::phase_state::PhaseState;
-use crate::cycle::map::polynomials::carried;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
-use crate::cycle::maximum::maximum;
+use crate::cycle::map::{PhaseState, carried};
 use crate::cycle::rotated::excursion;
 use crate::cycle::symmetry::{check_autonomous, check_periodic};
 use crate::model::Model;
+use crate::numerics::scalar::maximum;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
@@ -44,15 +43,9 @@ pub struct PeriodicOrbit {
 
 impl PeriodicOrbit {
     /// Maps the state of the orbit over a period, and checks that it returns.
-    pub(crate) fn retrace<'a, M: Model>(
-        &self,
-        shoot: &'a Shoot<M>,
-    ) -> Result<(ReturnMap<'a, M>, Trajectory), CycleError> {
-        let mut return_map = self.settings.return_map(shoot, self.period)?;
-        self.start.check(return_map.places.len(), return_map.variables)?;
-        return_map.kept = self.start.slopes.len();
-        return_map.set_angle(self.angle);
-        let path = return_map.run(&self.start, self.period)?;
+    pub(crate) fn retrace<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<Traced<'a, M>, CycleError> {
+        let traced = Traced::of(&self.settings, shoot, (&self.start, self.period, self.angle), Vec::new())?;
+        let path = &traced.path;
         if self.forced_from.is_none() {
             check_autonomous(shoot, &path.stages[0][0].rod)?;
         } else {
@@ -60,7 +53,7 @@ impl PeriodicOrbit {
         }
         let residual = self.start.residual(&path.end, self.settings.least(shoot, self.forced_from.is_some()));
         check_residual(residual, self.settings.tolerance)?;
-        Ok((return_map, path))
+        Ok(traced)
     }
 
     /// The rods in equilibrium at the ends of all intervals, those of the period included, with the times since the
@@ -69,7 +62,7 @@ impl PeriodicOrbit {
     /// # Errors
     /// A shoot that is not the one of the orbit, or an equilibrium that is not found.
     pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
-        let (mut return_map, path) = self.retrace(shoot)?;
+        let Traced { mut return_map, path } = self.retrace(shoot)?;
         let length = self.period / self.settings.intervals as f64;
         let all = path.strains.iter().enumerate();
         all.map(|(n, strain)| Ok((n as f64 * length, return_map.equilibrate_at(strain, n as f64 * length)?.0)))
@@ -82,15 +75,11 @@ impl PeriodicOrbit {
     /// # Errors
     /// A shoot that is not the one of the orbit, or an equilibrium that is not found.
     pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
-        let (mut return_map, path) = self.retrace(shoot)?;
-        self.largest_excursion_on(&mut return_map, &path)
+        self.largest_excursion_on(&mut self.retrace(shoot)?)
     }
 
-    pub(crate) fn largest_excursion_on(
-        &self,
-        return_map: &mut ReturnMap<impl Model>,
-        path: &Trajectory,
-    ) -> Result<(f64, Rod), CycleError> {
+    pub(crate) fn largest_excursion_on(&self, traced: &mut Traced<impl Model>) -> Result<(f64, Rod), CycleError> {
+        let Traced { return_map, path } = traced;
         let (shoot, length) = (return_map.shoot, self.period / self.settings.intervals as f64);
         // The base of the scene, from which the base of a held shoot may rotate.
         let base = |time: f64| shoot.model.scene().base(shoot.environment().time + time * length);

@@ -6,13 +6,12 @@
 
 use nalgebra::{DVector, Vector2};
 
+use super::linear::Traced;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::phase_state::PhaseState;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::{Monodromy, PhaseState};
 use crate::cycle::sensitivity::ASYMMETRY;
 use crate::model::Model;
-use crate::tropism::{Declaration, Rotation, Source};
+use crate::tropism::{Rotation, Source};
 
 /// Largest relative component of an image in the other subspace: ten times the error of differences of equilibria.
 const MIXED: f64 = 1e-5;
@@ -40,26 +39,22 @@ enum Subspace {
 
 impl OrbitPlane {
     /// The plane of a trajectory; none if it is not planar, or if the two kinds of disturbances are coupled.
-    pub fn of(
-        return_map: &ReturnMap<impl Model>,
-        path: &Trajectory,
-        monodromy: &Monodromy,
-    ) -> Result<Option<Self>, CycleError> {
+    pub fn of(traced: &Traced<impl Model>, monodromy: &Monodromy) -> Result<Option<Self>, CycleError> {
+        let Traced { return_map, path } = traced;
         let strains = || path.strains.iter().flat_map(|strain| pairs(strain.as_slice()));
         let bend = direction(strains);
-        let largest = |direction| strains().map(|u| u.dot(&direction).abs()).fold(0.0, f64::max);
-        if !(largest(across(bend)) < ASYMMETRY * largest(bend)) {
+        if !(largest(strains(), across(bend)) < ASYMMETRY * largest(strains(), bend)) {
             return Ok(None);
         }
         let ends = [bend, across(bend)].map(|along| monodromy.apply(&disturbance(&path.start, along)));
         let ends: Vec<PhaseState> = ends.into_iter().collect::<Result<_, _>>()?;
         for (end, own) in ends.iter().zip([bend, across(bend)]) {
-            let largest = |along| pairs(end.strain.as_slice()).map(|u| u.dot(&along).abs()).fold(0.0, f64::max);
-            if largest(across(own)) > MIXED * largest(own) {
+            let strains = || pairs(end.strain.as_slice());
+            if largest(strains(), across(own)) > MIXED * largest(strains(), own) {
                 return Ok(None);
             }
         }
-        let (laws, v) = (Declaration::of(return_map.shoot.model.tropism()), return_map.variables);
+        let (laws, v) = (&return_map.laws, return_map.laws.size().variables);
         let variables = (0..v).map(|k| match laws.rotation(Source::Variable(k)) {
             Rotation::First if k + 1 < v => pair(&ends, v, k),
             Rotation::Invariant => one(&ends, v, k),
@@ -108,8 +103,7 @@ fn values(end: &PhaseState, v: usize, k: usize) -> impl Iterator<Item = Vector2<
 /// The direction of a pair in the plane; none if its changes by the two disturbances are not orthogonal.
 fn pair(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
     let [inside, outside] = [0, 1].map(|which| direction(|| values(&ends[which], v, k)));
-    let largest =
-        |which: usize, along: Vector2<f64>| values(&ends[which], v, k).map(|y| y.dot(&along).abs()).fold(0.0, f64::max);
+    let largest = |which: usize, along: Vector2<f64>| largest(values(&ends[which], v, k), along);
     let [first, second] = [largest(0, inside), largest(1, outside)];
     // The direction of the larger change is the more accurate one.
     let along = if first >= second { inside } else { across(outside) };
@@ -119,8 +113,7 @@ fn pair(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
 
 /// The subspace of an invariant variable; none if both disturbances change it.
 fn one(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
-    let [inside, outside] =
-        [0, 1].map(|which| values(&ends[which], v, k).map(|y: Vector2<f64>| y.x.abs()).fold(0.0, f64::max));
+    let [inside, outside] = [0, 1].map(|which| largest(values(&ends[which], v, k), Vector2::x()));
     match (outside <= MIXED * inside, inside <= MIXED * outside) {
         (true, true) => Some(Subspace::Other),
         (true, false) => Some(Subspace::Inside),
@@ -132,6 +125,11 @@ fn one(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
 /// The components of a vector as pairs.
 fn pairs(all: &[f64]) -> impl Iterator<Item = Vector2<f64>> {
     all.chunks_exact(2).map(|pair| Vector2::new(pair[0], pair[1]))
+}
+
+/// The largest modulus of the components of some vectors along a direction.
+fn largest(all: impl Iterator<Item = Vector2<f64>>, along: Vector2<f64>) -> f64 {
+    all.map(|u| u.dot(&along).abs()).fold(0.0, f64::max)
 }
 
 /// The direction rotated by a right angle.

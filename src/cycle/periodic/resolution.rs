@@ -1,10 +1,9 @@
 //! Error estimate of a periodic orbit, by comparison with a grid of higher order.
 
+use super::linear::Traced;
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{BorderedSystem, OrbitUnknowns};
-use crate::cycle::map::grid::TimeGrid;
-use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::{Monodromy, ReturnMap, TimeGrid};
 use crate::model::Model;
 
 /// Estimates the relative error of period and shape due to the grid.
@@ -14,9 +13,8 @@ use crate::model::Model;
 /// there. The estimate is the largest relative change of the period, of the state, and of the strain along the
 /// orbit. `least` (1/m) is a lower bound of the norm of the strain.
 pub(super) fn error_of(
-    return_map: &ReturnMap<impl Model>,
+    Traced { return_map, path }: &Traced<impl Model>,
     at: &OrbitUnknowns,
-    path: &Trajectory,
     linear: &BorderedSystem<Monodromy>,
     least: f64,
 ) -> Result<f64, CycleError> {

@@ -9,12 +9,11 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::DIFFERENCE;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
-use crate::cycle::map::growth_zone::{check_gradients, driven_points};
-use crate::cycle::map::return_map::PRECISE;
+use crate::cycle::map::{PRECISE, bends, check_gradients, driven_points};
 use crate::cycle::phase_grid::{PhaseGrid, WAVES};
 use crate::cycle::rotated::rotated;
 use crate::cycle::sensitivity::stimuli_by_strain;
-use crate::cycle::symmetry::{check_autonomous, check_equilibrium, check_tropism, least_gradient};
+use crate::cycle::symmetry::{check_equilibrium, check_tropism, least_gradient};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::linearisation::{SteadyLaws, check_steady, visit_stimuli};
@@ -25,13 +24,12 @@ use crate::shoot::Shoot;
 use crate::tropism::{Growing, TropismLaw};
 
 /// Derivatives by the strain, and by the logarithm of the rate.
-type Derivatives = (DMatrix<f64>, DVector<f64>);
+type DerivativesOfResidual = (DMatrix<f64>, DVector<f64>);
 
 /// The shoot in the corotating frame.
 pub struct Corotating<'a, M: Model> {
-    shoot: &'a Shoot<M>,
+    pub(super) shoot: &'a Shoot<M>,
     pub(in crate::cycle) phases: PhaseGrid,
-    solver: NewtonSolver,
     /// Rod in equilibrium at the first phase.
     pub rod: Rod,
     /// Rate of rotation ν, rad/s, counterclockwise positive.
@@ -49,7 +47,8 @@ pub struct Corotating<'a, M: Model> {
 
 impl<'a, M: Model> Corotating<'a, M> {
     /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (rad/s,
-    /// counterclockwise positive). `shape` is the initial guess of the equilibrium.
+    /// counterclockwise positive), with the equilibrium, and with stimuli and growth gradients over a rotation.
+    /// `shape` is the initial guess of the equilibrium.
     pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
         check_unsupported(&shoot.model)?;
         let (places, regr) = driven_points(shoot)?;
@@ -68,72 +67,42 @@ impl<'a, M: Model> Corotating<'a, M> {
         if let Some(shape) = shape {
             rod.guess_shape(shape);
         }
-        Ok(Self {
-            shoot,
-            phases: PhaseGrid::new(WAVES),
-            solver: NewtonSolver::with_tolerance(PRECISE),
-            rod,
-            rate,
-            regr,
-            places,
-            stimuli: Vec::new(),
-            periodic: Vec::new(),
-            gradients: Vec::new(),
-        })
+        let (material, law, environment) = (shoot.model.constitutive(), shoot.model.tropism(), shoot.environment());
+        let force = InternalForce::of(&rod, shoot.model.load(), &environment);
+        let _ = NewtonSolver::with_tolerance(PRECISE).equilibrate(&mut rod, material, &force)?;
+        // The steady variables are the initial guess of the periodic ones.
+        check_steady(law, &SteadyLaws::of(shoot, &rod, &force))?;
+        let phases = PhaseGrid::new(WAVES);
+        let mut stimuli = vec![DMatrix::zeros(law.size().stimuli, phases.len()); places.len()];
+        for (j, phase) in phases.angles.iter().enumerate() {
+            let rod = rotated(&rod, *phase);
+            visit_stimuli(shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
+        }
+        let balance = HarmonicBalance::new(law, &phases, rate);
+        let periodic = balance.solve_all(&places, &stimuli)?;
+        let gradients = balance.gradients(&places, &periodic, &stimuli, 0);
+        check_gradients(gradients.iter())?;
+        Ok(Self { shoot, phases, rod, rate, regr, places, stimuli, periodic, gradients })
     }
 
-    /// The tropism of the shoot.
-    fn law(&self) -> &'a M::Tropism {
-        self.shoot.model.tropism()
+    /// Harmonic balance at a rate of rotation (rad/s).
+    fn balance_at(&self, rate: f64) -> HarmonicBalance<'_, M::Tropism> {
+        HarmonicBalance::new(self.shoot.model.tropism(), &self.phases, rate)
     }
 
-    /// Harmonic balance at the rate of rotation.
+    /// Harmonic balance at the rate of the wave.
     fn balance(&self) -> HarmonicBalance<'_, M::Tropism> {
-        HarmonicBalance::new(self.law(), &self.phases, self.rate)
+        self.balance_at(self.rate)
     }
 
     /// Components 1 and 2 of the intrinsic strain, point by point.
     pub fn strain(&self) -> DVector<f64> {
-        super::unknowns_of_rod(&self.rod, self.rate).start.strain
+        bends(&self.rod)
     }
 
     /// ẑ × u*: derivative of the strain by the angle of rotation.
-    fn turning(&self) -> DVector<f64> {
+    pub fn turning(&self) -> DVector<f64> {
         rotation_tangent(&self.strain())
-    }
-
-    /// Solves the equilibrium, and evaluates stimuli and growth gradients over a rotation.
-    pub fn evaluate(&mut self) -> Result<(), CycleError> {
-        let environment = self.shoot.environment();
-        let material = self.shoot.model.constitutive();
-        let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
-        let _ = self.solver.equilibrate(&mut self.rod, material, &force)?;
-        // The steady variables are the initial guess of the periodic ones.
-        check_steady(self.law(), &SteadyLaws::of(self.shoot, &self.rod, &force))?;
-        let m = self.law().size().stimuli;
-        let mut stimuli = vec![DMatrix::zeros(m, self.phases.len()); self.places.len()];
-        for (j, phase) in self.phases.angles.iter().enumerate() {
-            let rod = rotated(&self.rod, *phase);
-            visit_stimuli(self.shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
-        }
-        self.stimuli = stimuli;
-        let balance = self.balance();
-        let periodic = balance.solve_all(&self.places, &self.stimuli)?;
-        let gradients = self.gradients_at(&balance, &periodic, 0);
-        check_gradients(gradients.iter())?;
-        (self.periodic, self.gradients) = (periodic, gradients);
-        Ok(())
-    }
-
-    /// Growth gradients of all points at a phase.
-    fn gradients_at(
-        &self,
-        balance: &HarmonicBalance<M::Tropism>,
-        periodic: &[HarmonicVariables],
-        phase: usize,
-    ) -> Vec<Vector3<f64>> {
-        let all = self.places.iter().zip(periodic).zip(&self.stimuli);
-        all.map(|((at, periodic), stimuli)| balance.gradient(at, periodic, stimuli, phase)).collect()
     }
 
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
@@ -149,7 +118,7 @@ impl<'a, M: Model> Corotating<'a, M> {
     }
 
     /// Derivatives of the residual by the strain, and by the logarithm of the rate. None if the laws are singular.
-    pub fn derivatives(&self) -> Result<Option<Derivatives>, CycleError> {
+    pub fn derivatives(&self) -> Result<Option<DerivativesOfResidual>, CycleError> {
         let n = 2 * self.places.len();
         let Some([inner, _]) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
         let by_strain = DMatrix::from_fn(n, n, |row, column| inner[(row, column)].re / self.regr[row / 2]);
@@ -158,9 +127,9 @@ impl<'a, M: Model> Corotating<'a, M> {
         let turning = self.turning();
         let mut by_rate = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
         for sign in [1.0, -1.0] {
-            let balance = HarmonicBalance::new(self.law(), &self.phases, self.rate + sign * change);
+            let balance = self.balance_at(self.rate + sign * change);
             let periodic = balance.solve_all(&self.places, &self.stimuli)?;
-            for (i, gradient) in self.gradients_at(&balance, &periodic, 0).iter().enumerate() {
+            for (i, gradient) in balance.gradients(&self.places, &periodic, &self.stimuli, 0).iter().enumerate() {
                 for c in 0..2 {
                     by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }
@@ -207,11 +176,6 @@ impl<'a, M: Model> Corotating<'a, M> {
         Some([value, derivative])
     }
 
-    /// Returns an error unless laws, loads and scene are constant in time.
-    pub fn check_autonomous(&self) -> Result<(), CycleError> {
-        check_autonomous(self.shoot, &self.rod)
-    }
-
     /// Returns an error unless the shoot is invariant under rotations: the rotated shape is in equilibrium at all
     /// phases, and the growth gradients rotate with it.
     pub fn check_axis(&self) -> Result<(), CycleError> {
@@ -222,7 +186,9 @@ impl<'a, M: Model> Corotating<'a, M> {
             let (sine, cosine) = phase.sin_cos();
             let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
-            for (then, now) in self.gradients_at(&balance, &self.periodic, j).iter().zip(&self.gradients) {
+            for (then, now) in
+                balance.gradients(&self.places, &self.periodic, &self.stimuli, j).iter().zip(&self.gradients)
+            {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
                 check_tropism((then - expected).norm() / largest)?;
             }

@@ -1,13 +1,14 @@
 //! The equations of a rotating wave as an extended system: the unknowns are the strain and the rate of rotation.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::corotating::{Corotating, rotation_tangent};
-use super::{RotatingWave, RotatingWaveSolver, unknowns_of_mode};
+use super::corotating::Corotating;
+use super::{RotatingWave, RotatingWaveSolver, unknowns};
 use crate::cycle::disturbances::Disturbances;
-use crate::cycle::equations::{Effort, Equations, Evaluation, Newton, Observation};
+use crate::cycle::equations::{Computed, Effort, Equations, Evaluation, Newton, OBSERVED, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Border, BorderedSystem, OrbitUnknowns, StateJacobian, Symmetry};
+use crate::cycle::symmetry::check_autonomous;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -26,31 +27,24 @@ impl Equations for RotatingWaveSolver {
     }
 
     fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
-        Ok(unknowns_of_mode(root, amplitude))
+        // The strain in one plane is Re[ψ exp(iωt)], that in the other one is a quarter of a period later.
+        let pair = |psi: &Vector3<Complex<f64>>| {
+            let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
+            [psi.re * amplitude, psi.im * amplitude]
+        };
+        Ok(unknowns(DVector::from_vec(root.strain.iter().flat_map(pair).collect()), root.value.im))
     }
 
     fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Result<OrbitUnknowns, CycleError> {
         Ok(orbit.unknowns())
     }
 
-    fn evaluate<'a, M: Model>(
-        &self,
-        shoot: &'a Shoot<M>,
-        at: &OrbitUnknowns,
-        rods: Vec<Rod>,
-    ) -> Result<Corotating<'a, M>, CycleError> {
-        let mut here = Corotating::new(shoot, &at.start.strain, at.clock, rods.first())?;
-        here.evaluate()?;
-        Ok(here)
+    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M> {
+        Corotating::new(shoot, &at.start.strain, at.clock, rods.first())
     }
 
-    fn observe<M: Model>(
-        &self,
-        orbit: &RotatingWave,
-        shoot: &Shoot<M>,
-        count: usize,
-    ) -> Result<Observation, CycleError> {
-        let found = orbit.roots(shoot, count)?;
+    fn observe<M: Model>(&self, orbit: &RotatingWave, shoot: &Shoot<M>) -> Result<Observation, CycleError> {
+        let found = orbit.roots(shoot, OBSERVED)?;
         let pairs = found.roots.iter().flat_map(|root| {
             let conjugate = (root.value.im > 0.0).then(|| root.value.conj());
             [Some(root.value), conjugate].into_iter().flatten()
@@ -74,13 +68,13 @@ impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
     }
 
     fn check(&self) -> Result<(), CycleError> {
-        self.check_autonomous()?;
+        check_autonomous(self.shoot, &self.rod)?;
         self.check_axis()
     }
 
     fn linearise(&mut self) -> Result<Option<(DMatrix<f64>, Vec<Symmetry>)>, CycleError> {
         // A shift in time is a rotation.
-        let tangent = rotation_tangent(&self.strain());
+        let tangent = self.turning();
         Ok(self.derivatives()?.map(|(by_strain, column)| (by_strain, vec![Symmetry { tangent, column }])))
     }
 
@@ -90,7 +84,7 @@ impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
         effort: Effort,
     ) -> Result<(RotatingWave, Vec<DVector<f64>>), CycleError> {
         self.check_axis()?;
-        let symmetry_tangents = vec![rotation_tangent(&self.strain())];
+        let symmetry_tangents = vec![self.turning()];
         let Effort { iterations, residual, .. } = effort;
         Ok((RotatingWave { rate: self.rate, rod: self.rod, iterations, residual }, symmetry_tangents))
     }

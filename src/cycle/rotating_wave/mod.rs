@@ -14,13 +14,13 @@ pub use roots::WaveRoots;
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 
 use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{ExtraConditions, OrbitUnknowns};
-use super::map::phase_state::PhaseState;
+use super::map::{PhaseState, bends};
 use super::rotated::excursion;
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -65,7 +65,7 @@ impl RotatingWave {
 
     /// The unknowns of the wave.
     fn unknowns(&self) -> OrbitUnknowns {
-        unknowns_of_rod(&self.rod, self.rate)
+        unknowns(bends(&self.rod), self.rate)
     }
 }
 
@@ -107,7 +107,7 @@ impl RotatingWaveSolver {
     /// # Errors
     /// Errors of [`from_mode`](Self::from_mode), or a rate that is zero or not finite.
     pub fn from_run(&self, shoot: &Shoot<impl Model>, rate: f64) -> Result<RotatingWave, CycleError> {
-        self.solve(shoot, unknowns_of_rod(shoot.rod(), rate))
+        self.solve(shoot, unknowns(bends(shoot.rod()), rate))
     }
 
     /// The rotating wave of a shoot near that of another one with as many material points. The initial guess has the
@@ -130,23 +130,7 @@ impl RotatingWaveSolver {
 
 /// The unknowns of a strain (components 1 and 2 at each point of the zone, 1/m) that rotates at a rate (rad/s,
 /// counterclockwise positive).
-fn unknowns(pairs: impl Iterator<Item = [f64; 2]>, rate: f64) -> OrbitUnknowns {
-    let strain = DVector::from_vec(pairs.flatten().collect());
+fn unknowns(strain: DVector<f64>, rate: f64) -> OrbitUnknowns {
     let start = PhaseState { strain, variables: DVector::zeros(0), slopes: Vec::new() };
     OrbitUnknowns { start, clock: rate, forced: false, angle: 0.0, parameter: 0.0 }
-}
-
-/// The unknowns of a rod that rotates at a rate (rad/s, counterclockwise positive).
-fn unknowns_of_rod(rod: &Rod, rate: f64) -> OrbitUnknowns {
-    unknowns(rod.points()[rod.zone()].iter().map(|point| [point.intrinsic.x, point.intrinsic.y]), rate)
-}
-
-/// The unknowns of a mode, rotating counterclockwise with the tip at about a radius (m). The strain in one plane is
-/// Re[ψ exp(iωt)], that in the other one is a quarter of a period later.
-fn unknowns_of_mode(root: &Root, radius: f64) -> OrbitUnknowns {
-    let pair = |psi: &Vector3<Complex<f64>>| {
-        let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
-        [psi.re * radius, psi.im * radius]
-    };
-    unknowns(root.strain.iter().map(pair), root.value.im)
 }

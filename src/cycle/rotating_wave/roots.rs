@@ -13,8 +13,9 @@ use nalgebra::{Complex, DMatrix};
 use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver};
 use crate::cycle::corrector::check_residual;
+use crate::cycle::equations::Evaluation;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::monodromy::Monodromy;
+use crate::cycle::map::Monodromy;
 use crate::cycle::periodic::guess::state_of_waves;
 use crate::cycle::periodic::{MAX_INTERVALS, PeriodicSolver};
 use crate::cycle::sensitivity::ASYMMETRY;
@@ -69,7 +70,7 @@ impl RotatingWave {
         let mut intervals = PeriodicSolver::default().intervals;
         loop {
             let solver = PeriodicSolver { intervals, ..PeriodicSolver::default() };
-            let spectrum = self.spectrum(&function, shoot, &solver, wanted)?;
+            let spectrum = function.spectrum(&solver, wanted)?;
             match self.polished(&function, &spectrum) {
                 Ok(roots) => return Ok(roots),
                 // More intervals would take minutes.
@@ -118,24 +119,6 @@ impl RotatingWave {
         roots.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
         Ok(WaveRoots { roots, line: spectrum.radius.ln() / period, trivial: zero.norm() })
     }
-
-    /// The leading multipliers of the return map over a rotation.
-    fn spectrum<M: Model>(
-        &self,
-        function: &Characteristic<M>,
-        shoot: &Shoot<M>,
-        solver: &PeriodicSolver,
-        wanted: usize,
-    ) -> Result<LeadingSpectrum, CycleError> {
-        let (period, problem) = (self.period(), &function.problem);
-        let mut return_map = solver.return_map(shoot, period)?;
-        let start =
-            state_of_waves(&return_map, &problem.phases, &problem.periodic, problem.strain(), problem.rate * period);
-        let path = return_map.run(&start, period)?;
-        let response = |time: f64| function.response_at(problem.rate * time);
-        let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;
-        LeadingSpectrum::of(start.flat().len(), wanted, |x| monodromy.apply_flat(x))
-    }
 }
 
 /// Removes the number nearest to a given one from a list, if their distance is below a limit.
@@ -157,15 +140,24 @@ impl<'a, M: Model> Characteristic<'a, M> {
         let what = "length of the shoot of the orbit";
         // The sum of the lengths of elements has rounding errors.
         ParameterError::unless((length - own).abs() <= 1e-12 * own, what, length, "that of the shoot (m)")?;
-        let mut problem = Corotating::new(shoot, &orbit.unknowns().start.strain, orbit.rate, None)?;
-        problem.rod = orbit.rod.clone();
-        problem.evaluate()?;
-        problem.check_autonomous()?;
-        problem.check_axis()?;
+        let problem = Corotating::new(shoot, &orbit.unknowns().start.strain, orbit.rate, Some(&orbit.rod))?;
+        problem.check()?;
         let tolerance = orbit.residual.max(RotatingWaveSolver::default().tolerance);
         check_residual(problem.relative_residual(), tolerance)?;
         let responses = problem.responses()?;
         Ok(Self { problem, responses })
+    }
+
+    /// The leading multipliers of the return map over a rotation.
+    fn spectrum(&self, solver: &PeriodicSolver, wanted: usize) -> Result<LeadingSpectrum, CycleError> {
+        let (problem, period) = (&self.problem, TAU / self.problem.rate.abs());
+        let mut return_map = solver.return_map(problem.shoot, period)?;
+        let (strain, turn) = (problem.strain(), problem.rate * period);
+        let start = state_of_waves(&return_map, &problem.phases, &problem.periodic, strain, turn);
+        let path = return_map.run(&start, period)?;
+        let response = |time: f64| self.response_at(problem.rate * time);
+        let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;
+        LeadingSpectrum::of(start.flat().len(), wanted, |x| monodromy.apply_flat(x))
     }
 
     /// Derivatives of the stimuli of all points by the strain, for the shape rotated by an angle (rad).

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::division::{FIRST_LENGTH, LOSSLESS, longest_element, size};
 use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ErrorEstimate, ORDER_WITH_FRICTION, order_in_space};
-use super::runs::{Run, Runs};
+use super::runs::{Runs, TrialRun};
 use super::space::{MIN_RATIO, SHORTER};
 use crate::equilibrium::EquilibriumError;
 use crate::integrator::error::Outcome;
@@ -29,7 +29,7 @@ const FIRST_STEPS: [f64; 2] = [8.0, 1000.0];
 
 /// The last run, with what the next one needs.
 struct Compared {
-    run: Rc<Run>,
+    run: Rc<TrialRun>,
     /// Resolution of the next run, except for its steps: the elements and the merge tolerance that are sufficient.
     plan: Plan,
     estimate: ErrorEstimate,
@@ -179,7 +179,7 @@ impl<M: Model> Runs<'_, M> {
 
     /// Returns the error of a run with half the steps and shorter elements than the run `first`, if this error is small
     /// or if the elements are short enough. Only the steps may have to be shorter then.
-    fn error_of_both(&self, half: &Run, first: &Run) -> Option<ErrorEstimate> {
+    fn error_of_both(&self, half: &TrialRun, first: &TrialRun) -> Option<ErrorEstimate> {
         let (ratio, differences) = (half.element_ratio(first), half.differences(first));
         let is_smooth = half.statistics.merge_loss <= LOSSLESS && differences[1] <= ASYMPTOTIC;
         if self.has_started() || !is_smooth || ratio <= MIN_RATIO {
@@ -194,12 +194,12 @@ impl<M: Model> Runs<'_, M> {
 
     /// Returns the error of a run from its difference from a run with the same elements and twice the steps. `space` is
     /// the error of the elements that the next run has.
-    fn error_of_steps(&self, half: &Run, double: &Run, space: f64) -> ErrorEstimate {
+    fn error_of_steps(&self, half: &TrialRun, double: &TrialRun, space: f64) -> ErrorEstimate {
         ErrorEstimate::of_half_steps(half.differences(double), self.order_in_time(half), space)
     }
 
     /// Returns the order of the steps of a run. It is one if the shoot may slide on an obstacle with friction.
-    fn order_in_time(&self, run: &Run) -> f64 {
+    fn order_in_time(&self, run: &TrialRun) -> f64 {
         let rubs = || self.shoot.model().support().contacts().iter().any(|contact| contact.friction > 0.0);
         if run.track.touches && rubs() { ORDER_WITH_FRICTION } else { ORDER as f64 }
     }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::division::{FIRST_LENGTH, cut, longest_element, merge_lossless};
 use super::richardson::{AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
-use super::track::Track;
+use super::track::PositionTrack;
 use super::{Adaptive, Outcome, Statistics, tolerance_of_equilibria};
 use crate::equilibrium::Equilibrium;
 use crate::integrator::IntegrationError;
@@ -22,17 +22,17 @@ const INITIAL: f64 = AIM_OF_MERGING;
 const MOST_LATER_STEPS: f64 = 1000.0;
 
 /// Result of a run.
-pub(super) struct Run {
+pub(super) struct TrialRun {
     /// Resolution of the run. Its longest element is not longer than those of the initial equilibrium.
     pub plan: Plan,
     /// Statistics of the run, without the time after the end of the call except for the loss of mergers.
     pub statistics: Statistics,
     /// State at the end of the call.
     state: State,
-    pub track: Track,
+    pub track: PositionTrack,
 }
 
-impl Run {
+impl TrialRun {
     /// Returns the largest distances from a run with longer steps, relative to the length: over the time of the call,
     /// and over this time and the delays after it.
     pub fn differences(&self, coarser: &Self) -> [f64; 2] {
@@ -98,7 +98,7 @@ impl<'a, M: Model> Runs<'a, M> {
     }
 
     /// Makes a run to the end of a plan. `reached` is the present error estimate, for the error message.
-    pub fn run(&mut self, plan: Plan, reached: f64) -> Outcome<Run> {
+    pub fn run(&mut self, plan: Plan, reached: f64) -> Outcome<TrialRun> {
         // Every step has an equilibrium.
         if (plan.until - self.start.time) / plan.step > self.work_left() as f64 {
             return Err(self.not_met(reached));
@@ -112,7 +112,7 @@ impl<'a, M: Model> Runs<'a, M> {
     /// Makes a run to the end of a plan, and continues it over the longest delay. What the memories hold at the end of
     /// the call acts until then, and the plan holds for this time, so that the losses of its mergers count. The
     /// continuation ends early where it fails or snaps, which is not a failure of the call.
-    pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Rc<Run>> {
+    pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Rc<TrialRun>> {
         let mut run = self.run(plan, f64::INFINITY)?;
         let (plan, longest_delay) = (run.plan, self.laws.longest_delay());
         if longest_delay > 0.0 {
@@ -135,12 +135,12 @@ impl<'a, M: Model> Runs<'a, M> {
     }
 
     /// Makes the first steps of a plan, by at most `max_steps`.
-    pub fn run_at_most(&mut self, mut plan: Plan, max_steps: usize) -> Outcome<Run> {
-        let mut track = Track::default();
+    pub fn run_at_most(&mut self, mut plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
+        let mut track = PositionTrack::default();
         let known = self.divide(&mut plan)?;
         let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
         let statistics = self.follow(&plan, plan.until, max_steps, known, record)?;
-        Ok(Run { plan, statistics, state: self.shoot.state.clone(), track })
+        Ok(TrialRun { plan, statistics, state: self.shoot.state.clone(), track })
     }
 
     /// Advances the shoot with the resolution of a plan. The work counts, also if the run fails.
@@ -167,7 +167,7 @@ impl<'a, M: Model> Runs<'a, M> {
 
     /// Makes a run the result of the call, whose steps and elements have an `error`. Returns its resolution and the
     /// statistics of the call.
-    pub fn accept(&mut self, run: &Run, error: f64) -> (Plan, Statistics) {
+    pub fn accept(&mut self, run: &TrialRun, error: f64) -> (Plan, Statistics) {
         self.shoot.state.copy_from(&run.state);
         let error = self.start.plan.map_or(0.0, |plan| plan.error) + error + run.error_of_equilibria();
         let trial_steps = self.spent.trial_steps - run.statistics.steps;

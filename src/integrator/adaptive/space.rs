@@ -6,7 +6,7 @@ use super::division::LOSSLESS;
 use super::richardson::{
     AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, Richardson, SAFETY, UNOBSERVED, order_before_observation, order_in_space,
 };
-use super::runs::{Run, Runs};
+use super::runs::{Runs, TrialRun};
 use crate::integrator::error::Outcome;
 use crate::model::Model;
 use crate::state::Plan;
@@ -34,7 +34,11 @@ impl<M: Model> Runs<'_, M> {
     /// Refines the elements at constant steps until their error is small enough, beginning with two runs. Returns the
     /// run with these elements, and the error of its elements relative to the length. The error is infinite if the
     /// steps are too long to show it.
-    pub fn refine_elements(&mut self, mut compared: Rc<Run>, mut run: Rc<Run>) -> Outcome<(Rc<Run>, f64)> {
+    pub fn refine_elements(
+        &mut self,
+        mut compared: Rc<TrialRun>,
+        mut run: Rc<TrialRun>,
+    ) -> Outcome<(Rc<TrialRun>, f64)> {
         let order = order_in_space(self.start.rod.order());
         // Merged tissue and tissue with a history are often not smooth.
         let smooth = !self.has_started() && run.statistics.merge_loss <= LOSSLESS;
@@ -87,7 +91,7 @@ impl<M: Model> Runs<'_, M> {
 
     /// Reduces the merge tolerance until the error of merging is small enough. Returns the run, and this error, which
     /// is estimated by a run that merges less.
-    pub fn refine_merging(&mut self, mut run: Rc<Run>) -> Outcome<(Rc<Run>, f64)> {
+    pub fn refine_merging(&mut self, mut run: Rc<TrialRun>) -> Outcome<(Rc<TrialRun>, f64)> {
         let mut error = 0.0;
         for _ in 0..MAX_REFINEMENTS {
             let needed = run.statistics.merge_loss;

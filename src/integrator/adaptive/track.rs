@@ -17,8 +17,8 @@ const PLACES: usize = 37;
 
 /// Positions of a shoot after every step.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Track {
-    samples: Vec<Sample>,
+pub(super) struct PositionTrack {
+    samples: Vec<StepSample>,
     /// Whether the shoot touches an obstacle at one of the samples.
     pub touches: bool,
     /// Places of all samples, one after the other, m.
@@ -26,7 +26,7 @@ pub(super) struct Track {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Sample {
+struct StepSample {
     time: f64,
     /// Smoothness of the positions at this time.
     smoothness: Smoothness,
@@ -51,7 +51,7 @@ impl Smoothness {
     }
 }
 
-impl Track {
+impl PositionTrack {
     /// Returns the number of samples.
     pub fn samples(&self) -> usize {
         self.samples.len()
@@ -78,7 +78,7 @@ impl Track {
         };
         let (length, longest_element) = (shoot.rod().length(), longest_element(&shoot.state));
         self.touches |= !shoot.state.contact.patches.is_empty();
-        self.samples.push(Sample { time: shoot.time(), smoothness, length, longest_element });
+        self.samples.push(StepSample { time: shoot.time(), smoothness, length, longest_element });
         shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut self.places);
         // A rod whose length is NaN has no positions.
         self.places.resize(self.samples.len() * PLACES, Vector3::repeat(f64::NAN));

@@ -1,7 +1,7 @@
 //! Motion of tissue over a step. The growth law moves material points and ends of elements. The lengths of
 //! elements follow from their ends.
 
-use super::{IntegrationError, Outcome, Step, Stepper};
+use super::{IntegrationError, Outcome, StepInterval, Stepper};
 use crate::growth::{GrowthLaw, zone_elongation};
 use crate::model::Model;
 use crate::rod::MaterialPoint;
@@ -17,12 +17,12 @@ impl Stepper {
     /// Points are stretched one by one. The integral of their lengths per coordinate is the length of the
     /// element up to the resolution of the mesh. They are then scaled to the distance between its ends. Without
     /// this, the difference, even if it is rounding, would grow with the tissue at the apex by exp(∫ REGR dt).
-    pub(super) fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
+    pub(super) fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: StepInterval) -> Outcome {
         let growth = shoot.model.growth();
         if !growth.elongates() {
             return Ok(());
         }
-        let Step { leaving, growth: [from, to], .. } = step;
+        let StepInterval { leaving, growth: [from, to], .. } = step;
         let rod = &mut shoot.state.rod;
         let (zone, first, p) = (rod.zone(), rod.first_growing(), rod.order().points());
         let points = &mut rod.points_mut()[zone];

@@ -11,7 +11,7 @@ use crate::tropism::{Declaration, Source, Variable, is_memory_rate, is_oscillati
 
 /// Memory of a stimulus or of another variable.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Remembered {
+pub(super) struct DeclaredMemory {
     /// Place among the variables.
     variable: usize,
     /// Place of what it remembers, among the stimuli or among the variables.
@@ -39,10 +39,10 @@ pub(super) struct Iterated {
 pub(super) struct Parts {
     /// The variables that are divided into the parts.
     variables: Vec<Variable>,
-    of_stimuli: Vec<Remembered>,
+    of_stimuli: Vec<DeclaredMemory>,
     /// Variables that depend on each other in an undeclared way.
     iterated: Vec<Iterated>,
-    of_variables: Vec<Remembered>,
+    of_variables: Vec<DeclaredMemory>,
 }
 
 impl Parts {
@@ -66,7 +66,7 @@ impl Parts {
         };
         for (i, variable) in variables.iter().enumerate() {
             let frequency = variable.turns.map_or(0.0, |(frequency, _)| frequency);
-            let memory = |source| Remembered { variable: i, source, time: variable.time_constant, frequency };
+            let memory = |source| DeclaredMemory { variable: i, source, time: variable.time_constant, frequency };
             match variable.remembers {
                 Source::Stimulus(source) if !is_read(i, variable) => self.of_stimuli.push(memory(source)),
                 Source::Variable(source) if !is_read(i, variable) => self.of_variables.push(memory(source)),
@@ -78,7 +78,7 @@ impl Parts {
             }
         }
         // Oscillations come last, each as its real part and its imaginary part.
-        let place = |memory: &Remembered| match variables[memory.variable].turns {
+        let place = |memory: &DeclaredMemory| match variables[memory.variable].turns {
             Some((frequency, _)) if frequency > 0.0 => (memory.variable + 1, 0),
             Some((_, other)) => (other + 1, 1),
             None => (0, memory.variable),
@@ -90,7 +90,7 @@ impl Parts {
     }
 
     /// Memories of stimuli, which are integrated first.
-    pub fn of_stimuli(&self) -> &[Remembered] {
+    pub fn of_stimuli(&self) -> &[DeclaredMemory] {
         &self.of_stimuli
     }
 
@@ -111,7 +111,7 @@ impl Parts {
     }
 
     /// Memories of iterated variables, which are integrated last.
-    pub fn of_variables(&self) -> &[Remembered] {
+    pub fn of_variables(&self) -> &[DeclaredMemory] {
         &self.of_variables
     }
 }
@@ -119,16 +119,16 @@ impl Parts {
 /// Exact integration of linear memories.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
-    each: Vec<Memory>,
+    each: Vec<MemoryWeights>,
     /// Real and imaginary parts of oscillations.
-    pairs: Vec<[Memory; 2]>,
+    pairs: Vec<[MemoryWeights; 2]>,
 }
 
 /// Weights in y at the end of an interval: of y and of the remembered quantity at the start, and of values on which the
 /// course of the remembered quantity depends linearly. Those of an oscillation are the real and the imaginary parts of
 /// the weights in z.
 #[derive(Debug, Clone, Copy)]
-struct Memory {
+struct MemoryWeights {
     variable: usize,
     /// The stimulus, or the group of the remembered variable times [`LANES`] plus its lane.
     source: usize,
@@ -137,12 +137,12 @@ struct Memory {
     weights: [f64; LEVELS],
 }
 
-impl Memory {
+impl MemoryWeights {
     /// Computes the weights of the remembered quantities at the `nodes` of an interval of `size` seconds.
-    fn each<'a>(memories: &'a [Remembered], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
+    fn each<'a>(memories: &'a [DeclaredMemory], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
         // Successive memories with the same time constant have the same weights.
         let mut known = (f64::NAN, 0.0, [0.0; LEVELS]);
-        memories.iter().map(move |&Remembered { variable, source, time, frequency }| {
+        memories.iter().map(move |&DeclaredMemory { variable, source, time, frequency }| {
             let z = size / time;
             if frequency != 0.0 {
                 let turning = Complex::new(z, -frequency.abs() * size);
@@ -178,7 +178,7 @@ impl Memories {
     }
 
     /// Appends the memories of a list, in which the parts of oscillations follow those without in pairs.
-    fn extend(&mut self, memories: &[Remembered], mut weights: impl Iterator<Item = Memory>) {
+    fn extend(&mut self, memories: &[DeclaredMemory], mut weights: impl Iterator<Item = MemoryWeights>) {
         let single = memories.iter().take_while(|memory| memory.frequency == 0.0).count();
         self.each.extend(weights.by_ref().take(single));
         while let (Some(real), Some(imaginary)) = (weights.next(), weights.next()) {
@@ -187,22 +187,22 @@ impl Memories {
     }
 
     /// Computes the weights of stimuli at the `nodes` of an interval of `size` seconds.
-    pub fn set(&mut self, memories: &[Remembered], nodes: &[f64], size: f64) {
+    pub fn set(&mut self, memories: &[DeclaredMemory], nodes: &[f64], size: f64) {
         self.clear();
-        self.extend(memories, Memory::each(memories, nodes, size));
+        self.extend(memories, MemoryWeights::each(memories, nodes, size));
     }
 
     /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
     /// variables in `kernels`.
     pub fn set_of_iterated(&mut self, parts: &Parts, kernels: &[Kernel], nodes: &[f64], size: f64) {
         self.clear();
-        let of_nodes = Memory::each(&parts.of_variables, nodes, size);
+        let of_nodes = MemoryWeights::each(&parts.of_variables, nodes, size);
         self.extend(
             &parts.of_variables,
             of_nodes.filter_map(|of_nodes| {
                 let (group, lane) = parts.lane(of_nodes.source)?;
                 let kernel = &kernels[group];
-                let mut sum = Memory { source: group * LANES + lane, weights: [0.0; LEVELS], ..of_nodes };
+                let mut sum = MemoryWeights { source: group * LANES + lane, weights: [0.0; LEVELS], ..of_nodes };
                 for (j, weight) in of_nodes.weights[..ORDER].iter().copied().enumerate() {
                     sum.start += weight * kernel.decay[j][lane];
                     let integrals = sum.weights.iter_mut().zip(kernel.integral[j]);

@@ -41,7 +41,7 @@ use gradient_integral::GradientIntegral;
 use memories::Declared;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth};
-use part::Part;
+use part::StepPart;
 pub use point_step::PointStep;
 use step_end::EQUAL_STEPS;
 pub(super) use step_end::{StepEnd, next_discontinuity_ahead, permitted_step};
@@ -83,7 +83,7 @@ pub(super) struct Stepper {
 
 /// Interval of a step.
 #[derive(Debug, Clone, Copy)]
-struct Step {
+struct StepInterval {
     from: f64,
     to: f64,
     /// Number of growing elements that leave the zone.
@@ -261,7 +261,7 @@ impl Stepper {
     }
 
     /// Adapts the elements to a step, stores the initial strains and positions, and appends a level to the history.
-    fn begin_step(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, end: StepEnd) -> Outcome<Step> {
+    fn begin_step(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, end: StepEnd) -> Outcome<StepInterval> {
         let (from, to) = (shoot.state.time, end.time);
         let growth = [if from == shoot.state.smooth_since { after(from) } else { from }, end.before()];
         let laws = (shoot.model.growth(), shoot.model.constitutive());
@@ -279,12 +279,12 @@ impl Stepper {
         self.starts.clear();
         self.starts.extend(rod.points()[rod.zone()].iter().map(|point| (point.intrinsic, point.apex_distance)));
         shoot.state.history.push(to, &mut self.spare);
-        Ok(Step { from, to, leaving, growth })
+        Ok(StepInterval { from, to, leaving, growth })
     }
 
     /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no
     /// longer needed.
-    fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
+    fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: StepInterval) {
         shoot.state.mature(step.leaving);
         shoot.state.contact.mature();
         // The choice of the steps after a breaking point depends on the discontinuity that caused it, for a few steps.

@@ -2,7 +2,7 @@
 
 /// Parts of a time step, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Part {
+pub(super) enum StepPart {
     /// Adaptation of the elements, and motion of the tissue.
     Growth,
     /// Intrinsic strain.
@@ -15,7 +15,7 @@ pub(super) enum Part {
     Variables,
 }
 
-impl Part {
+impl StepPart {
     /// All parts in their order.
     pub const ALL: [Self; 5] = [Self::Growth, Self::Strain, Self::Shape, Self::Stimuli, Self::Variables];
 

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::collocation::Levels;
 use super::gradient_integral::Undefined;
 use super::transient::smooth_levels;
-use super::{IntegrationError, Outcome, PointStep, ROUNDING, Step, Stepper};
+use super::{IntegrationError, Outcome, PointStep, ROUNDING, StepInterval, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, check_balance};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -29,10 +29,10 @@ impl Stepper {
     /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
     /// Returns the largest difference from the present intrinsic strain of a point, as an angle over the length
     /// of the shoot, rad.
-    pub(super) fn integrate_intrinsic(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome<f64> {
+    pub(super) fn integrate_intrinsic(&mut self, shoot: &mut Shoot<impl Model>, step: StepInterval) -> Outcome<f64> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
-        let Step { from, to, leaving, growth: [start, end] } = step;
+        let StepInterval { from, to, leaving, growth: [start, end] } = step;
         let history = &state.history;
         let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
         let (zone, leaving) = (state.rod.zone(), leaving * state.rod.order().points());
@@ -86,13 +86,13 @@ impl Stepper {
     pub(super) fn intrinsic_rate(
         &mut self,
         shoot: &Shoot<impl Model>,
-        step: Step,
+        step: StepInterval,
         point: usize,
         time: f64,
     ) -> Outcome<Vector3<f64>> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &shoot.state);
         self.check_size(tropism)?;
-        let Step { from, to, growth: [start, end], .. } = step;
+        let StepInterval { from, to, growth: [start, end], .. } = step;
         let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
         // Laws are evaluated after a discontinuity at the start, and before one at the end.
         let time = time.clamp(start, end);
@@ -244,7 +244,7 @@ impl Stepper {
 
     /// Integrates the laws' variables from the last level but one to the last. In an explicit step nothing depends on
     /// those of the points that leave the zone in it.
-    pub(super) fn integrate_variables(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
+    pub(super) fn integrate_variables(&mut self, shoot: &mut Shoot<impl Model>, step: StepInterval) -> Outcome {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
@@ -297,7 +297,7 @@ impl Stepper {
     pub(super) fn set_variables(
         &mut self,
         shoot: &mut Shoot<impl Model>,
-        step: Step,
+        step: StepInterval,
         mut integrate: impl FnMut(&PointStep, &mut [f64]),
     ) -> Outcome {
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
@@ -327,7 +327,7 @@ impl Stepper {
     }
 
     /// Returns whether a step is not longer than the shortest delay, and depends only on the past.
-    pub(super) fn is_explicit(&self, step: Step) -> bool {
+    pub(super) fn is_explicit(&self, step: StepInterval) -> bool {
         step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING)
     }
 

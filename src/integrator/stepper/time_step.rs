@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::phases::check_slender;
 use super::step_end::StepEnd;
-use super::{IntegrationError, Outcome, Part, PointStep, Statistics, Step, Stepper};
+use super::{IntegrationError, Outcome, PointStep, Statistics, StepInterval, StepPart, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -42,14 +42,14 @@ pub struct TimeStep<'a, M, E> {
     stepper: &'a mut Stepper,
     shoot: &'a mut Shoot<M>,
     solver: &'a mut E,
-    step: Step,
+    step: StepInterval,
     end: StepEnd,
     /// Moments of the intrinsic strain at the start of the step.
     moments: Moments,
-    /// The last part that was made; the order of `Part` is that of the step.
-    reached: Part,
+    /// The last part that was made; the order of `StepPart` is that of the step.
+    reached: StepPart,
     /// The parts that failed and were not repeated with success.
-    failed: [bool; Part::ALL.len()],
+    failed: [bool; StepPart::ALL.len()],
     /// State that is restored unless the step is finished; `None` if the caller restores it.
     undo: Option<&'a State>,
 }
@@ -70,7 +70,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         (end, mesh): (StepEnd, &Mesh),
         undo: Option<&'a State>,
     ) -> Outcome<Self> {
-        let step = Step { from: shoot.state.time, to: end.time, leaving: 0, growth: [end.time; 2] };
+        let step = StepInterval { from: shoot.state.time, to: end.time, leaving: 0, growth: [end.time; 2] };
         let moments = Moments::zeros();
         let mut begun = Self {
             stepper,
@@ -79,8 +79,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
             step,
             end,
             moments,
-            reached: Part::Growth,
-            failed: [false; Part::ALL.len()],
+            reached: StepPart::Growth,
+            failed: [false; StepPart::ALL.len()],
             undo,
         };
         let Self { stepper, shoot, step, moments, .. } = &mut begun;
@@ -159,7 +159,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// # Errors
     /// [`NotFinite`](IntegrationError::NotFinite); [`NotSlender`](IntegrationError::NotSlender) in an explicit step.
     pub fn integrate_intrinsic(&mut self) -> Outcome<f64> {
-        self.make(Part::Strain, |this| {
+        self.make(StepPart::Strain, |this| {
             let change = this.stepper.integrate_intrinsic(this.shoot, this.step)?;
             this.check_explicit(change)
         })
@@ -180,7 +180,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         }
         self.stepper.changes.clear();
         self.stepper.changes.extend_from_slice(changes);
-        self.make(Part::Strain, |this| {
+        self.make(StepPart::Strain, |this| {
             let change = this.stepper.apply_changes(this.shoot);
             this.check_explicit(change)
         })
@@ -196,7 +196,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     }
 
     /// Makes a part of the step. One that fails is missing until it is repeated with success.
-    fn make<R>(&mut self, part: Part, work: impl FnOnce(&mut Self) -> Outcome<R>) -> Outcome<R> {
+    fn make<R>(&mut self, part: StepPart, work: impl FnOnce(&mut Self) -> Outcome<R>) -> Outcome<R> {
         let result = work(self);
         self.failed[part as usize] = result.is_err();
         if result.is_ok() {
@@ -213,12 +213,12 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`NotFinite`](IntegrationError::NotFinite) for a scene that returns NaN or infinity, and
     /// [`Parameter`](IntegrationError::Parameter) for a frame of the base that is no unit quaternion.
     pub fn equilibrate(&mut self) -> Outcome<Equilibrium> {
-        self.require(Part::Strain)?;
-        self.make(Part::Shape, Self::find_equilibrium)
+        self.require(StepPart::Strain)?;
+        self.make(StepPart::Shape, Self::find_equilibrium)
     }
 
     fn find_equilibrium(&mut self) -> Outcome<Equilibrium> {
-        let first = self.reached < Part::Shape;
+        let first = self.reached < StepPart::Shape;
         let Self { stepper, shoot, solver, step, end, moments, .. } = self;
         let time = end.before();
         if first {
@@ -247,8 +247,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`Incomplete`](IntegrationError::Incomplete) without an equilibrium in this step, and
     /// [`NotFinite`](IntegrationError::NotFinite).
     pub fn sense(&mut self) -> Outcome {
-        self.require(Part::Shape)?;
-        self.make(Part::Stimuli, |this| this.stepper.sense(this.shoot))
+        self.require(StepPart::Shape)?;
+        self.make(StepPart::Stimuli, |this| this.stepper.sense(this.shoot))
     }
 
     /// Integrates the variables of the laws over the step, to fourth order, by exponential collocation with stimuli
@@ -258,8 +258,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`Incomplete`](IntegrationError::Incomplete) without stimuli, [`Variables`](IntegrationError::Variables), and
     /// [`Parameter`](IntegrationError::Parameter) for rates that contradict the declaration of the laws.
     pub fn integrate_variables(&mut self) -> Outcome {
-        self.require(Part::Stimuli)?;
-        self.make(Part::Variables, |this| this.stepper.integrate_variables(this.shoot, this.step))
+        self.require(StepPart::Stimuli)?;
+        self.make(StepPart::Variables, |this| this.stepper.integrate_variables(this.shoot, this.step))
     }
 
     /// Sets the variables of the laws at the end of the step: `integrate` is called with each point of the growth zone,
@@ -271,8 +271,8 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// variables or rates that are not finite, and [`Parameter`](IntegrationError::Parameter) for rates that contradict
     /// the declaration of the laws.
     pub fn set_variables(&mut self, integrate: impl FnMut(&PointStep, &mut [f64])) -> Outcome {
-        self.require(Part::Stimuli)?;
-        self.make(Part::Variables, |this| this.stepper.set_variables(this.shoot, this.step, integrate))
+        self.require(StepPart::Stimuli)?;
+        self.make(StepPart::Variables, |this| this.stepper.set_variables(this.shoot, this.step, integrate))
     }
 
     /// Ends the step: the tissue outside the growth zone is mature from now on. If a law or the scene has a
@@ -287,11 +287,11 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     pub fn finish(mut self) -> Outcome<Statistics> {
         let size = self.stepper.laws.size();
         self.require(match (size.variables, size.stimuli) {
-            (0, 0) => Part::Shape,
-            (0, _) => Part::Stimuli,
-            _ => Part::Variables,
+            (0, 0) => StepPart::Shape,
+            (0, _) => StepPart::Stimuli,
+            _ => StepPart::Variables,
         })?;
-        if let Some(part) = Part::ALL.into_iter().find(|part| self.failed[*part as usize]) {
+        if let Some(part) = StepPart::ALL.into_iter().find(|part| self.failed[*part as usize]) {
             return Err(self.lacks(part));
         }
         if !self.is_explicit() {
@@ -307,12 +307,12 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     }
 
     /// Returns an error unless a part of the step was made.
-    fn require(&self, part: Part) -> Outcome {
+    fn require(&self, part: StepPart) -> Outcome {
         if self.reached >= part { Ok(()) } else { Err(self.lacks(part)) }
     }
 
     /// The error of a step without a part.
-    fn lacks(&self, part: Part) -> IntegrationError {
+    fn lacks(&self, part: StepPart) -> IntegrationError {
         IntegrationError::Incomplete { time: self.step.to, missing: part.name() }
     }
 }

@@ -10,6 +10,10 @@ use crate::stability::spectrum::{Linearisation, PartRoot, SpectrumPart};
 /// a tenth is at most half of that for k ≤ 5.
 const JUMP: f64 = 0.1;
 
+/// A family of linearisations along N parameters.
+pub(super) type LinearFamily<'a, const N: usize> =
+    dyn FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError> + 'a;
+
 /// A root of a part of the spectrum at N parameters, with approximate derivatives with respect to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Follower<const N: usize> {
@@ -101,10 +105,7 @@ impl<const N: usize> Follower<N> {
     ///
     /// # Errors
     /// Errors of `family`, or a root that is not where it is expected.
-    pub fn differentiate(
-        &mut self,
-        family: &mut impl FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError>,
-    ) -> Result<(), StabilityError> {
+    pub fn differentiate(&mut self, family: &mut LinearFamily<N>) -> Result<(), StabilityError> {
         for k in 0..N {
             let mut to = self.at;
             // Parameters are measured in units of their ranges. The relative rounding error of the root is
@@ -123,7 +124,7 @@ impl<const N: usize> Follower<N> {
         &mut self,
         free: &SVector<f64, N>,
         close: f64,
-        family: &mut impl FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError>,
+        family: &mut LinearFamily<N>,
     ) -> Result<(), StabilityError> {
         let mut last = f64::INFINITY;
         for _ in 0..8 {

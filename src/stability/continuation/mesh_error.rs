@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::follow::Follower;
+use super::follow::{Follower, LinearFamily};
 use crate::error::ParameterError;
 use crate::linearisation::StabilityError;
 use crate::stability::spectrum::Linearisation;
@@ -104,7 +104,7 @@ impl<const N: usize> Estimated<N> {
         free: &SVector<f64, N>,
         sizes: &SVector<f64, N>,
         close: f64,
-        family: &mut impl FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError>,
+        family: &mut LinearFamily<N>,
     ) -> Result<MeshError<N>, StabilityError> {
         let (before, place) = (self.place, &mut self.place);
         let linear = family(&before.at)?;

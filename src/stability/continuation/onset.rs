@@ -3,7 +3,7 @@
 use nalgebra::Vector1;
 
 use super::crossing::Crossing;
-use super::follow::Follower;
+use super::follow::{Follower, LinearFamily};
 use crate::error::ParameterError;
 use crate::linearisation::StabilityError;
 use crate::stability::spectrum::Linearisation;
@@ -36,7 +36,7 @@ pub fn onset(
     // The leading root at the unstable end is followed to the axis. If that fails, the range is bisected by counts.
     let mut leading = Follower::new(&linear, Vector1::new(unstable), linear.leading()?);
     for _ in 0..60 {
-        let crossing = follow_to_axis(&mut family, leading, stable)?;
+        let crossing = follow_to_axis(&mut |at| family(at[0]), leading, stable)?;
         let next = match &crossing {
             // It must be the last root to cross: no root is unstable just beyond.
             Some(crossing) => beyond(crossing.at[0], stable_end - crossing.at[0], from, to),
@@ -86,7 +86,7 @@ pub fn crossings(
         let crossing = match last {
             Some((root, number)) if number == change || narrow => {
                 let root = Follower::new(&more.1, Vector1::new(more.0), root);
-                follow_to_axis(&mut |parameter| Ok(at(parameter)?.1), root, fewer.0)?
+                follow_to_axis(&mut |parameter| Ok(at(parameter[0])?.1), root, fewer.0)?
             }
             _ => None,
         };
@@ -131,7 +131,7 @@ pub(super) fn beyond(crossing: f64, direction: f64, from: f64, to: f64) -> f64 {
 /// Follows an unstable root to the axis by the secant method for its real part, between its parameter and
 /// `end`; none if the root is lost or does not reach the axis.
 fn follow_to_axis(
-    family: &mut impl FnMut(f64) -> Result<Linearisation, StabilityError>,
+    family: &mut LinearFamily<1>,
     mut root: Follower<1>,
     end: f64,
 ) -> Result<Option<Follower<1>>, StabilityError> {
@@ -140,7 +140,7 @@ fn follow_to_axis(
     let mut next = unstable + 1e-3 * (stable - unstable);
     for _ in 0..40 {
         let to = Vector1::new(next);
-        if root.advance(to, root.predict(&to), &family(next)?).is_err() {
+        if root.advance(to, root.predict(&to), &family(&to)?).is_err() {
             return Ok(None);
         }
         if root.is_on_axis(ON_AXIS) || (stable - unstable).abs() <= 1e-15 * next.abs() {

@@ -14,6 +14,9 @@ use crate::stability::spectrum::Linearisation;
 /// parameters, of which a curve of some hundred points covers the whole range.
 const SAMPLES: usize = 16;
 
+/// A family of linearisations with two parameters on meshes with a number of elements.
+type MeshFamily<'a> = dyn FnMut(&Vector2<f64>, usize) -> Result<Linearisation, StabilityError> + 'a;
+
 impl Refinement {
     /// Follows a boundary as [`boundary`](super::boundary()) does, to the tolerance. Errors are relative to the value
     /// of the parameter or frequency. If the range of a parameter contains zero, they are relative to its larger end.
@@ -75,7 +78,7 @@ impl Refinement {
         &self,
         place: &Follower<2>,
         settings: &BoundarySettings,
-        family: &mut impl FnMut(&Vector2<f64>, usize) -> Result<Linearisation, StabilityError>,
+        family: &mut MeshFamily,
     ) -> Result<(Estimated<2>, usize), StabilityError> {
         let sizes = settings.sizes(place);
         self.converge(|n, coarser: Option<(Estimated<2>, usize)>| {
@@ -100,7 +103,7 @@ impl Refinement {
         (parameters, root): (Vector2<f64>, Complex<f64>),
         mesh: usize,
         settings: &BoundarySettings,
-        family: &mut impl FnMut(&Vector2<f64>, usize) -> Result<Linearisation, StabilityError>,
+        family: &mut MeshFamily,
     ) -> Result<Follower<2>, StabilityError> {
         let mut there = *place;
         if mesh == self.first {

@@ -1,12 +1,11 @@
 //! The characteristic matrix of small disturbances about a steady state.
 
-use faer::MatRef;
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::transfer::TransferFunction;
-use crate::equilibrium::NewtonSolver;
 use crate::linearisation::{
-    AnalyticMatrix, StabilityError, SteadyLaws, rigid_conditions, stimulus_derivatives, visit_bends, visit_stimuli,
+    AnalyticMatrix, StabilityError, SteadyLaws, eigenvalues, rigid_conditions, stimulus_derivatives, visit_bends,
+    visit_stimuli,
 };
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
@@ -57,8 +56,7 @@ pub(in crate::stability) struct CharacteristicMatrix {
 
 impl CharacteristicMatrix {
     /// Linearises `shoot` about `rod`, which is in equilibrium under a load and with a support, and whose laws are in a
-    /// steady state. Their gradients need not vanish. `regr` returns the REGR at a point, 1/s. The solver computes the
-    /// response of the equilibrium.
+    /// steady state. Their gradients need not vanish. `regr` returns the REGR at a point, 1/s.
     ///
     /// # Errors
     /// Laws without differential growth, too many variables, or derivatives that are not finite.
@@ -68,7 +66,6 @@ impl CharacteristicMatrix {
         statics: (&impl Load, &impl Support),
         regr: impl Fn(&Growing) -> f64,
         (steady, force): (&SteadyLaws, &InternalForce),
-        solver: &mut NewtonSolver,
     ) -> Result<Self, StabilityError> {
         let (strain, turn) = stimulus_derivatives(shoot, rod, force);
         let law = shoot.model.tropism();
@@ -96,7 +93,7 @@ impl CharacteristicMatrix {
         if unknowns.is_empty() {
             return Err(StabilityError::NothingDriven);
         }
-        let (response, displacement) = respond(shoot, rod, statics, &unknowns, force, solver)?;
+        let (response, displacement) = respond(shoot, rod, statics, &unknowns, force)?;
         let rigid_response = respond_rigidly(rod, &unknowns, &strain, &turn);
         let responses: Vec<&DMatrix<f64>> =
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
@@ -182,10 +179,7 @@ impl CharacteristicMatrix {
         let quotient = derivative.map(|z| z.re).lu().solve(&value.map(|z| -z.re));
         let quotient = quotient.filter(|quotient| quotient.iter().all(|x| x.is_finite()));
         let quotient = quotient.ok_or(StabilityError::NotFinite { what: "characteristic matrix at zero" })?;
-        let matrix = MatRef::from_column_major_slice(quotient.as_slice(), unknowns.len(), unknowns.len());
-        let what = "roots next to zero";
-        let failed = |_| StabilityError::NoConvergence { what, residual: quotient.amax() };
-        let mut roots = matrix.eigenvalues().map_err(failed)?;
+        let mut roots = eigenvalues(&quotient, "roots next to zero")?;
         roots.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         roots.truncate(self.conditions);
         roots.retain(|root| root.norm() < NEUTRAL * self.slowest_rate());
@@ -286,12 +280,11 @@ fn respond(
     statics: (&impl Load, &impl Support),
     unknowns: &[(usize, usize)],
     force: &InternalForce,
-    solver: &mut NewtonSolver,
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), StabilityError> {
     let m = shoot.model.tropism().size().stimuli;
     let mut response: DMatrix<f64> = DMatrix::zeros(rod.zone().len() * m, unknowns.len());
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
-    visit_bends(shoot, rod, statics, force, solver, unknowns.iter().copied(), |j, weight, moved, force| {
+    visit_bends(shoot, rod, statics, force, unknowns.iter().copied(), |j, weight, moved, force| {
         visit_stimuli(shoot, moved, force, |i, _, stimuli| {
             for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(stimuli) {
                 *sum += weight * x;

@@ -11,7 +11,6 @@ use super::motion::{ForcedResponse, Root};
 use super::parts::{PartRoot, SpectrumPart, SpectrumParts};
 use super::roots::{rightmost, roots_right_of, threshold, with_conjugate, zero_near};
 use super::steady_state::solve_rod;
-use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::linearisation::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
@@ -65,7 +64,7 @@ impl Linearisation {
             return Self::on(shoot, rod);
         }
         // From a state that is not steady the solver could converge to another one.
-        let _ = check(shoot, &mut rod, &mut precise_solver())?;
+        let _ = check(shoot, &mut rod)?;
         rod.cut(parts);
         solve_rod(shoot, &mut rod)?;
         Self::on(shoot, rod)
@@ -73,11 +72,10 @@ impl Linearisation {
 
     /// Linearises a shoot about a rod.
     fn on(shoot: &Shoot<impl Model>, mut rod: Rod) -> Result<Self, StabilityError> {
-        let mut solver = precise_solver();
-        let (force, steady) = check(shoot, &mut rod, &mut solver)?;
+        let (force, steady) = check(shoot, &mut rod)?;
         let regr = |at: &Growing| shoot.model.growth().regr(at.apex_distance, at.time);
         let statics = (shoot.model.load(), shoot.model.support());
-        let characteristic = CharacteristicMatrix::about(shoot, &rod, statics, regr, (&steady, &force), &mut solver)?;
+        let characteristic = CharacteristicMatrix::about(shoot, &rod, statics, regr, (&steady, &force))?;
         let characteristic = Arc::new(characteristic);
         let spectrum = SpectrumParts::of(&characteristic)?;
         Ok(Self { characteristic, spectrum, coarser: None })
@@ -259,13 +257,10 @@ impl Linearisation {
 
 /// Brings a rod into mechanical equilibrium, and returns an error unless it is then in a steady state. Returns
 /// the force in the rod and the state of the laws.
-fn check(
-    shoot: &Shoot<impl Model>,
-    rod: &mut Rod,
-    solver: &mut NewtonSolver,
-) -> Result<(InternalForce, SteadyLaws), StabilityError> {
+fn check(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(InternalForce, SteadyLaws), StabilityError> {
     let (material, statics) = (shoot.model.constitutive(), (shoot.model.load(), shoot.model.support()));
-    let (force, found) = equilibrate(rod, material, statics, &shoot.environment(), shoot.reactions(), solver)?;
+    let (force, found) =
+        equilibrate(rod, material, statics, &shoot.environment(), shoot.reactions(), &mut precise_solver())?;
     let negative = found.inertia.negative;
     if negative > 0 {
         return Err(StabilityError::MechanicallyUnstable { negative });
@@ -274,10 +269,7 @@ fn check(
     check_steady(shoot.model.tropism(), &steady)?;
     check_autonomous(shoot, rod, shoot.model.load(), force.reactions(), &steady)?;
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
-    let gradient = steady.largest_gradient();
-    if !gradient.is_finite() {
-        return Err(StabilityError::NotFinite { what: "growth gradient" });
-    }
+    let gradient = steady.largest_gradient()?;
     if gradient * steady.radius() >= 1e-8 {
         return Err(StabilityError::NotSteadyState { iterations: 0, gradient });
     }

@@ -6,6 +6,7 @@ use super::block::Block;
 use super::characteristic::CharacteristicMatrix;
 use crate::error::ParameterError;
 use crate::linearisation::StabilityError;
+use crate::numerics::krylov::null_vector;
 use crate::tropism::Handedness;
 
 /// Displacement of a held apex relative to the largest: rounding, and the error of differences.
@@ -105,15 +106,7 @@ impl Root {
     pub(super) fn new(block: &Block, value: Complex<f64>) -> Self {
         let characteristic = &block.characteristic;
         let matrix = block.matrix(value, &characteristic.transfers_at(value)).value;
-        let lu = matrix.clone().lu();
-        // Entries without a pattern: no mode is orthogonal to this vector.
-        let start = |i: usize| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos());
-        let mut v = DVector::from_fn(block.unknowns.len(), |i, _| start(i));
-        for _ in 0..3 {
-            if let Some(next) = lu.solve(&v).filter(|next| next.norm().is_normal()) {
-                v = next.normalize();
-            }
-        }
+        let v = null_vector(matrix.clone());
         let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
         let ForcedResponse { mut strain, mut displacement } = ForcedResponse::new(characteristic, &block.unknowns, &v);
         let moving = place_that_moves(&displacement);

@@ -10,11 +10,10 @@ use crate::linearisation::{
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::ContactState;
-use crate::support::{Joint, Reaction, Support};
+use crate::support::{Reaction, Support};
 
 /// Largest gradient of the laws in a steady state, relative to 1/radius: above the rounding of an equilibrium,
 /// and a hundredth of what a linearisation allows.
@@ -45,12 +44,7 @@ pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), Stability
 pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
     let environment = shoot.environment();
     let (load, support, scene) = (shoot.model.load(), shoot.model.support(), shoot.model.scene());
-    if support.base() != Some(Joint::Free) {
-        rod.set_base_position(scene.position(environment.time))?;
-    }
-    if support.base().is_none() {
-        rod.set_base(scene.base(environment.time))?;
-    }
+    rod.place_base(scene, support.base(), environment.time)?;
     // The shape, as that of an unloaded rod, which has the visible strain as its intrinsic strain.
     let p = rod.order().points();
     let mut shape = rod.clone();
@@ -109,10 +103,7 @@ fn iterate(
     let (mut force, mut steady) = evaluate(rod, guess)?;
     check_autonomous(shoot, rod, load, force.reactions(), &steady)?;
     for iterations in 0.. {
-        let gradient = steady.largest_gradient();
-        if !gradient.is_finite() {
-            return Err(StabilityError::NotFinite { what: "growth gradient" });
-        }
+        let gradient = steady.largest_gradient()?;
         if gradient * steady.radius() <= tolerance {
             break;
         }
@@ -121,8 +112,7 @@ fn iterate(
             return Err(failed);
         }
         // The gradients must vanish at points with a REGR of zero, too: all have a REGR of one here.
-        let (at, mut linear) = ((&steady, &force), precise_solver());
-        let matrix = CharacteristicMatrix::about(shoot, rod, (load, support), |_| 1.0, at, &mut linear)?;
+        let matrix = CharacteristicMatrix::about(shoot, rod, (load, support), |_| 1.0, (&steady, &force))?;
         let step = matrix.steady_step(&steady).ok_or(failed.clone())?;
         let mut fraction = 1.0;
         (*rod, (force, steady)) = loop {

@@ -1,11 +1,10 @@
 //! The linear response of the laws at one material point.
 
-use faer::MatRef;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::sets::connected;
 use crate::error::ParameterError;
-use crate::linearisation::{AnalyticMatrix, StabilityError, SteadyLaws};
+use crate::linearisation::{AnalyticMatrix, StabilityError, SteadyLaws, eigenvalues};
 use crate::tropism::{Declaration, TropismLaw, law_matrices};
 
 /// Largest relative difference of two matrices that are equal up to the rounding of the differences from which
@@ -88,10 +87,7 @@ impl TransferFunction {
         let noise = 1e-9 * self.rates_y.amax();
         for set in &self.sets {
             let block = DMatrix::from_fn(set.len(), set.len(), |i, j| self.rates_y[(set[i], set[j])]);
-            let matrix = MatRef::from_column_major_slice(block.as_slice(), set.len(), set.len());
-            let what = "search for the laws' own rates";
-            let failed = |_| StabilityError::NoConvergence { what, residual: block.amax() };
-            let mut rates = matrix.eigenvalues().map_err(failed)?;
+            let mut rates = eigenvalues(&block, "search for the laws' own rates")?;
             rates.iter_mut().filter(|rate| rate.norm() <= noise).for_each(|rate| *rate = Complex::ZERO);
             let driven = (self.rates_x.select_rows(set) * &self.local).amax() > 0.0;
             let acts = driven && self.gradient_y.select_columns(set).amax() > 0.0;

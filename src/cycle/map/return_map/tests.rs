@@ -5,7 +5,7 @@ use nalgebra::Complex;
 
 use super::*;
 use crate::constitutive::LinearElastic;
-use crate::cycle::map::monodromy::Monodromy;
+use crate::cycle::map::Monodromy;
 use crate::growth::{Ongoing, UniformGrowth};
 use crate::scene::Still;
 use crate::tropism::{Memory, Proprioception, Response};
