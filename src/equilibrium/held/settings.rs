@@ -96,7 +96,7 @@ pub(super) const SETTINGS: Settings = Settings {
     approach: 0.5,
     iterations: 60,
     nearby: 1e-3,
-    away: 1e3,
+    away: 1e2,
     halvings: 5,
     shift: (0.1, 4.0),
     least_shift: 1e-6,
