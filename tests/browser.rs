@@ -9,10 +9,10 @@
 //!
 //! The program opens each film at three times. It checks that the images are not empty, that they differ,
 //! and that the console is empty. The live page simulates two hours. Its tip position must agree with the
-//! result of the native program, a slider must change it, and the simulation must be sufficiently fast. A pole that
-//! is moved towards the shoot must touch it without an overlap. A
-//! simulated user (`tests/browser/user.js`) must catch the moving tip with a reaction time of 250 ms. If
-//! Chromium is not installed, the program reports this and returns no error.
+//! result of the native program, a slider must change it, and the simulation must be sufficiently fast. A shoot that
+//! grows beside a pole must touch it without an overlap. A simulated user (`tests/browser/user.js`) must catch the
+//! moving tip with a reaction time of 250 ms. If Chromium is not installed, the program reports this and returns no
+//! error.
 
 use std::error::Error;
 use std::fs::{self, File};

@@ -15,7 +15,7 @@ const FRAMES: u32 = 200;
 /// Largest number of times whose data are shown.
 const MOST: usize = 1000;
 
-/// Writes a film of the fitted shoot at its start, with the data. `step` is the time step, s.
+/// Writes a film of the data and of the fitted shoot, which is given at its initial time. `step` is the time step, s.
 pub fn write(
     file: &Path,
     mut shoot: Shoot<DynLaws>,
@@ -26,12 +26,13 @@ pub fn write(
     if points.is_angle() {
         return Err("angles of the tip have no places for a film".into());
     }
-    let about = "Dots are measured, and the shoot has the estimated parameters.";
+    let about = "Dots are measured points; the shoot has the estimated parameters.";
     let mut film = Film::new("Data and the fitted shoot", about, 0.5);
     let every = series.times().len().div_ceil(MOST).max(1);
     let mut shown = series.times().iter().zip(series.frames()).step_by(every).peekable();
     let last = series.times().last().copied().unwrap_or(0.0);
-    let grid = (0..=FRAMES).map(|k| last * f64::from(k) / f64::from(FRAMES));
+    // Rounding must not lead beyond the last time.
+    let grid = (0..=FRAMES).map(|k| (last * f64::from(k) / f64::from(FRAMES)).min(last));
     let mut times: Vec<f64> = shown.clone().map(|(time, _)| *time).chain(grid).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();

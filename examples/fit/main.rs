@@ -117,6 +117,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     if options.flag("film") {
         let shoot = plant.build(&found.values(), plant.oscillator(&found.values()))?;
         film::write(&out.join("film.html"), shoot, (&analysis.series[0], &points), &found, analysis.fit.step)?;
+        println!("wrote film.html to {}, for a browser", out.display());
     }
     println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());
     Ok(())

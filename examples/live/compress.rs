@@ -1,6 +1,7 @@
 //! Compression of the module that the page contains, to half its size. `expand` in `live.js` is the inverse.
 //!
-//! The format is that of a block of LZ4: sequences of new bytes, each followed by a copy of earlier bytes.
+//! The format is that of a block of LZ4, without its conditions on the last bytes: sequences of new bytes, each
+//! followed by a copy of earlier bytes.
 
 use std::collections::HashMap;
 

@@ -199,8 +199,8 @@ function gap() {
   return Math.min(...frame.line.map((p) => Math.hypot(p[0] - x, p[1] - y))) - radius - SHOOT;
 }
 
-// Lets a shoot grow beside the pole until they touch. Returns the smallest gap in the following hour (m), and the number
-// of frames of one minute that are simulated and drawn in a second.
+// Lets a shoot grow beside the pole until they touch. Returns the smallest gap in the following hour (m), the number of
+// frames of one minute that are simulated and drawn in a second, and the time of the first contact (h).
 function meetPole() {
   choose({ ...PRESETS["Growing shoot and a pole"], [POLE]: 5 });
   for (let i = 0; i < 1440 && gap() > TOUCH; i++) advance(60);
@@ -210,7 +210,7 @@ function meetPole() {
   return { gap: least, framesPerSecond: 60000 / (performance.now() - began), metAt: frame.time / 3600 - 1 };
 }
 
-// Writes the tip after so many hours, for a comparison with the same run outside a browser, and the speed.
+// Writes the tip after a number of hours, for a comparison with a run outside a browser, the speed, and the gap at a pole.
 function check(hours) {
   const go = () => { for (let i = 0; i < Math.round(30 * hours); i++) advance(120); return frame.tip; };
   restart();

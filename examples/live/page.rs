@@ -1,5 +1,5 @@
 //! HTML page that simulates a shoot, with sliders for its parameters. The user can tilt the base, apply a
-//! force to the tip, and drag a pole into the way of the shoot.
+//! force to the tip, and drag a pole into the path of the shoot.
 //!
 //! The shoot of `examples/live/shoot.rs` is compiled to WebAssembly and embedded in one HTML file, which
 //! needs no network.

@@ -1,8 +1,8 @@
-// The pointer on the pole, which it drags over the floor into the way of the shoot.
+// The pointer on the pole, which it drags over the floor into the path of the shoot.
 
 // Pointer (CSS pixels) and place of the pole (m) at the start of a drag.
 const drag = { from: null, place: null };
-// Largest distance of the pole from the base along x and y, mm, and the nearest distance in pixels that selects it.
+// Largest coordinate of the pole along x and y, mm, and the smallest half-width of the region that selects it, CSS pixels.
 const [FAR, NEAR_POLE] = [60, 8];
 
 // Whether a pointer is on the pole.

@@ -41,7 +41,7 @@ const RECENT: f64 = 12.0;
 const MOST_READ: usize = 240;
 /// Largest time step, s.
 const STEP: f64 = MINUTE;
-/// Largest speed of the pole, m/s: less than its radius in a step.
+/// Largest speed of the pole, m/s: 1 mm in the largest time step.
 const SPEED: f64 = 1e-3 / MINUTE;
 /// Smallest gap between the pole and the base, m.
 const GAP: f64 = 1e-3;

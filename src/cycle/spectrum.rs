@@ -28,6 +28,11 @@ const TOLERANCE: f64 = 1e-10;
 /// Norm of a vector after deflation that is rounding, relative to the norm before: the root of the machine
 /// precision, and a factor of ten.
 const NEGLIGIBLE: f64 = 1e-7;
+/// Relative residual of the largest remaining eigenvalue at which it bounds the modulus of all remaining ones.
+const BOUND: f64 = 0.01;
+/// Factor between that eigenvalue and the bound. Within a cluster the largest one is approximated from below.
+const MARGIN: f64 = 1.1;
+
 /// A Floquet multiplier of a periodic orbit, or a characteristic root of a rotating wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -93,7 +98,7 @@ impl LeadingSpectrum {
             let most = MOST.min(size - locked.len());
             let (krylov, found) = Krylov::of(&begin, most, CONVERGED, deflated, |hessenberg, last| {
                 let vectors = hessenberg.ncols();
-                // The largest eigenvalue then dominates a first vector without symmetry.
+                // From eight vectors on, the largest eigenvalue dominates a first vector without symmetry.
                 let due = last || vectors >= 8 && vectors.is_multiple_of((vectors / 8).max(2));
                 if due { decide(hessenberg, missing, below).transpose() } else { None }
             })?;
@@ -122,10 +127,6 @@ impl LeadingSpectrum {
 /// Returns the leading eigenvalues if `missing` of them have converged, a bound on all eigenvalues if it is smaller
 /// than `below`, or none if more vectors are needed.
 fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Option<Leading>, CycleError> {
-    /// Relative residual of the largest remaining eigenvalue at which it bounds the modulus of all remaining ones.
-    const BOUND: f64 = 0.01;
-    /// Factor between that eigenvalue and the bound. Within a cluster the largest one is approximated from below.
-    const MARGIN: f64 = 1.1;
     let rounding = CONVERGED * hessenberg.norm();
     let converged =
         |one: &Ritz| one.residual <= (TOLERANCE * one.value.norm()).max(rounding) && one.value.norm() > SMALLEST;

@@ -48,8 +48,8 @@ pub struct NewtonSolver {
     /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad: from 2.3e-16
     /// to 0.1, 1e-11 by default. `Adaptive` sets it from its tolerance, and `MethodOfSteps::new` uses 1e-8.
     pub tolerance: f64,
-    /// Largest number of Newton iterations. With a support, the increments of the load path and the search for
-    /// contacts have bounds of their own, and [`Equilibrium::iterations`], the sum over them, may be larger.
+    /// Largest number of Newton iterations. With a support, it holds for each increment of the load path, and
+    /// [`Equilibrium::iterations`], the sum over the increments, may be larger.
     pub max_iterations: usize,
     /// Whether only stable equilibria are accepted: the energy is minimised, and the search leaves saddles. Otherwise
     /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded

@@ -100,7 +100,7 @@ pub enum FitError {
     #[error(
         "the simulations exceed the limit `max_work` of {limit} evaluations of the forces in an element. Each covers \
          {:.4} s, in which the shoot grows from {:.4} m to {:.4} m: are the times of the data and those of the laws \
-         in s? Otherwise increase the limit, or take fewer initial guesses or longer time steps",
+         in s? If they are, increase the limit, or take fewer initial guesses or longer time steps",
         Number(*duration), Number(lengths[0]), Number(lengths[1])
     )]
     WorkLimit {

@@ -21,6 +21,8 @@ const ONE_SIDED: f64 = 1e-6;
 /// Ratio of successive steps of central quotients, and their largest number. The last step is 5e-13.
 const RATIO: f64 = 3.0;
 const STEPS: usize = 16;
+/// Number of steps of one-sided quotients. With the last one, rounding is 1e-6 of the derivative.
+const SHORTER: usize = 5;
 
 /// Relative difference of two successive quotients up to which both steps are short enough. The extrapolated quotient
 /// is then accurate to a few thousandths.
@@ -40,8 +42,11 @@ impl Problem<'_> {
     /// Jacobian by one-sided difference quotients of first order, with half the runs.
     pub fn one_sided_jacobian(&self, point: &Point) -> Result<DMatrix<f64>, FitError> {
         self.columns(point, |k| {
-            let quotient = |h: f64| Ok((self.displaced(point, k, h)? - &point.residuals) / h);
-            quotient(ONE_SIDED).or_else(|_| quotient(-ONE_SIDED)).or_else(|_: FitError| self.extrapolated(point, k))
+            let quotient = |h: f64| Ok::<_, FitError>((self.displaced(point, k, h)? - &point.residuals) / h);
+            // At a bound, or at the edge of the domain of the family, only one side has a shoot.
+            let steps = std::iter::successors(Some(ONE_SIDED), |h| Some(h / RATIO)).take(SHORTER);
+            let found = steps.flat_map(|h| [h, -h]).map(quotient).find_map(Result::ok);
+            found.map_or_else(|| self.extrapolated(point, k), Ok)
         })
     }
 

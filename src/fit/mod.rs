@@ -60,8 +60,8 @@
 //! Standard errors are those of the linearised problem. They account for outliers, with a robust [`Loss`], and for the
 //! correlation of successive residuals.
 
-// An editor may read the files in this order. `run.rs` has the main loop: `guess` searches in growing parts of the
-// data, `last_search` in all data. Both call `search.rs` for a `Problem`, the residuals over the noise
+// Order of the files for a reader: `run.rs` has the main loop. Its `guess` searches in growing parts of the data, and
+// `last_search` in all data. Both call `search.rs` for a `Problem`, the residuals over the noise
 // (`problem.rs`), which `residuals.rs` simulates and `jacobian.rs` differentiates. `answer.rs` assembles the
 // estimates from the point that the last search has reached, with `noise.rs`, `confidence.rs` and `warning.rs`.
 // `settings.rs`, `parameter.rs` and `series.rs` contain the input and its checks. `dependence.rs`, `profile.rs` and

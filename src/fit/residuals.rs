@@ -101,7 +101,7 @@ pub(super) fn simulate<M: Model, E: Display>(
         let statistics = integrator.advance(&mut shoot, time).map_err(|error| match error {
             IntegrationError::WorkLimit { .. } => {
                 let growth = shoot.model().growth();
-                let grown = if growth.elongates() { growth.length(length, end) } else { length };
+                let grown = if growth.elongates() { growth.length(length, end - start) } else { length };
                 FitError::WorkLimit { limit: work.limit, duration: end - start, lengths: [length, grown] }
             }
             error => FitError::Run { values: family.named(values), error: Box::new(error) },

@@ -54,9 +54,9 @@ pub struct Fit {
     /// Largest standard error of an identifiable parameter; 0.5 by default. It is relative for a logarithmic parameter,
     /// otherwise it is divided by the distance of the bounds.
     pub widest: f64,
-    /// Largest work of all simulations of a [`run`](Self::run), in evaluations of the forces in an element; 100 million
-    /// by default, which take three to five minutes on one core. Times in a wrong unit may exceed it. A profile, the
-    /// dependences, and each trial oscillator of a scan have the same limit.
+    /// Largest work of all successful simulations of a [`run`](Self::run), in evaluations of the forces in an element;
+    /// 100 million by default, which take three to five minutes on one core. Times in a wrong unit may exceed it. A
+    /// profile, the dependences, and each trial oscillator of a scan have the same limit.
     pub max_work: usize,
     /// Number of threads; that of the machine by default.
     pub threads: usize,

@@ -132,9 +132,9 @@ pub enum Warning {
     /// A constant explains the data almost as well as the model, or better: the plant hardly moves, or the model, a
     /// given value or the unit of the times is wrong.
     #[error(
-        "a constant explains series {series} almost as well as the model: the standard deviation of the data is \
-         {ratio:.1} times that of the residuals, because the plant hardly moves, or the model, a given value or the \
-         unit of the times is wrong; errors of the estimates are larger than stated"
+        "a constant explains series {series} almost as well as the model, or better: the standard deviation of the \
+         data is {ratio:.2} times that of the residuals, because the plant hardly moves, or the model, a given value \
+         or the unit of the times is wrong; errors of the estimates are larger than stated"
     )]
     NoMotion {
         /// Index of the series, from 0.

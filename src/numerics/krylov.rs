@@ -76,7 +76,7 @@ pub(crate) struct Ritz {
 
 /// The null vector of a nearly singular matrix, of norm one, by inverse iteration.
 pub(crate) fn null_vector(matrix: DMatrix<Complex<f64>>) -> DVector<Complex<f64>> {
-    // Entries without a pattern: no null vector is orthogonal to this vector.
+    // The entries have no pattern: null vectors in practice are not orthogonal to this vector.
     let start = |i: usize, _| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos());
     let mut vector = DVector::from_fn(matrix.nrows(), start);
     let lu = matrix.lu();
@@ -145,7 +145,7 @@ pub(crate) fn gmres<E>(
     let (krylov, found) = Krylov::of(right, most, 1e-15, apply, |hessenberg, last| {
         Some(best(hessenberg)).filter(|(_, residual)| last || *residual < tolerance)
     })?;
-    // The last answer is one.
+    // The last call always returns an answer.
     let (weights, residual) = found.unwrap_or_else(|| best(&krylov.hessenberg));
     Ok((krylov.combine(&weights), residual))
 }

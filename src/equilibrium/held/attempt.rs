@@ -88,8 +88,9 @@ impl HeldSearch<'_> {
             if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
                 if course.saddles == SETTINGS.saddles.0 {
                     let negative = self.found.inertia.negative;
-                    let neutral = || self.not_found(turn);
-                    return Err(if negative > 0 { EquilibriumError::Unstable { negative } } else { neutral() });
+                    let unstable = EquilibriumError::Unstable { negative };
+                    // Without negative directions the equilibrium is neutral, and the search has not converged.
+                    return Err(if negative > 0 { unstable } else { self.not_found(turn) });
                 }
                 self.leave_saddle(rod, &start, &trial.linear, course.saddles);
                 course.saddles += 1;

@@ -8,8 +8,8 @@ pub(super) struct Settings {
     /// is the largest displacement relative to the sum of gap and radius. The linear model of the gap holds within it,
     /// and a rod does not pass through a thin pole.
     pub approach: f64,
-    /// Largest number of iterations of Newton's method or a descent nearby, which nearly all searches that succeed do
-    /// not reach. The bound of the whole search limits a descent to any equilibrium.
+    /// Largest number of iterations of Newton's method or of a descent nearby. Nearly all successful searches take
+    /// fewer. A descent to any equilibrium is limited by the bound of the whole search alone.
     pub iterations: usize,
     /// Largest displacement of the centre line from the initial guess in a descent nearby, relative to the length. It
     /// exceeds the motions that follow failures of Newton's method next to an equilibrium.
