@@ -17,7 +17,7 @@ const NAMED: f64 = 0.1;
 const EDGE: f64 = 1e-7;
 
 /// Estimates at the point that a search has reached, without warnings about ambiguous frames. `objectives` are those of
-/// all searches.
+/// the searches in the last part of the data.
 pub(super) fn estimates(
     problem: &Problem,
     reached: &Point,

@@ -102,8 +102,8 @@ impl Linear {
     /// 7.6). Here m is the share of residuals inside the threshold, s² the mean square of the derivative of the loss
     /// in a series, and R the correlation of its successive residuals. For white noise and squares the covariance is s²
     /// (JᵀJ)⁻¹. Residuals that are smaller than the noise do not narrow the intervals: m is at most its value for
-    /// normal noise, and white noise is added until the mean square has at least its value for normal noise. Priors are
-    /// residuals with their own standard deviation.
+    /// normal noise, and white noise is added until the mean square has at least its value for normal noise. Priors add
+    /// the inverse squares of their standard deviations to A⁻¹ and to B.
     pub fn of(problem: &Problem, point: &Point, jacobian: &DMatrix<f64>, singular: &Singular, noise: &Noise) -> Self {
         let (normal_variance, normal_share) = problem.loss.for_normal_noise();
         let inside = point.residuals.iter().filter(|r| problem.loss.is_inside(**r)).count().max(1) as f64;

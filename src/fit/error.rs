@@ -60,8 +60,9 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Extent of the shoot at the initial values, m. For data that are too large, it is the length in the view. For
-        /// data that are too small, it is the length at the end of the data, or the distance of the tip in the view.
+        /// Extent of the shoot at the initial values, m. For data that are too large, it is the length at the end of
+        /// the data in the view. For data that are too small, it is that length, or the distance of the tip in the
+        /// view.
         modelled: f64,
     },
     /// A parameter is invalid.

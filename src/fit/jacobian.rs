@@ -18,7 +18,7 @@ pub(super) const DIFFERENCE: f64 = 1e-5;
 /// end of a search by less than 1e-4 standard errors.
 const ONE_SIDED: f64 = 1e-6;
 
-/// Ratio of successive steps of central quotients, and their largest number. The last step is 5e-13.
+/// Ratio of successive steps of central quotients, and their largest number. The last step is 7e-13.
 const RATIO: f64 = 3.0;
 const STEPS: usize = 16;
 /// Number of steps of one-sided quotients. With the last one, rounding is 1e-6 of the derivative.

@@ -52,10 +52,11 @@
 //!
 //! The residuals are the differences of simulated and measured coordinates over their noise. A point of a centre line
 //! has no known arc length; its residual is its distance from the simulated line across the tangent. A bounded
-//! Levenberg–Marquardt search minimises their loss. Jacobians are difference quotients of runs that follow the
-//! [grid](crate::integrator::Grid) of one run. On a fixed grid the simulated path is smooth in all parameters. Relative
-//! errors are below 1e-4 for the one-sided quotients of the search, and below 1e-6 for the central ones of the
-//! standard errors.
+//! Levenberg–Marquardt search minimises the loss of the residuals and of the priors: from several initial guesses in
+//! growing parts of the data, then from the best one in all data, and again after each estimate of the noise. Jacobians
+//! are difference quotients of runs that follow the [grid](crate::integrator::Grid) of one run. On a fixed grid the
+//! simulated path is smooth in all parameters. Relative errors are below 1e-4 for the one-sided quotients of the
+//! search, and below 1e-6 for the central ones of the standard errors.
 //!
 //! Standard errors are those of the linearised problem. They account for outliers, with a robust [`Loss`], and for the
 //! correlation of successive residuals.

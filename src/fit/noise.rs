@@ -72,7 +72,7 @@ impl Noise {
 
     /// Number of standard deviations by which the correlations at all lags of a series exceed those of white noise: the
     /// test of G. E. P. Box and D. A. Pierce (J. Am. Stat. Assoc. 65, 1509, 1970). A wrong model or a local minimum
-    /// leaves residuals that are smaller than the noise, and have this sign over many frames.
+    /// leaves residuals that are smaller than the noise, and keep their sign over many frames.
     pub fn excess(&self) -> f64 {
         self.0.iter().map(|series| series.excess).fold(0.0, f64::max)
     }

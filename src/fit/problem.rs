@@ -32,7 +32,7 @@ pub(super) struct Problem<'a> {
     pub values: Vec<f64>,
     /// Indices of the free parameters.
     pub free: Vec<usize>,
-    /// Noise of each series, m, or rad for angles.
+    /// Noise of each series, in the unit of the data, or rad for angles.
     pub noise: Vec<f64>,
     /// Time up to which the data are used, s.
     pub until: f64,

@@ -44,8 +44,8 @@ impl Fit {
         self.run_showing(family, data, |_| {})
     }
 
-    /// The same as [`run`](Self::run). After each search, `show` receives the completed part of the work, from 0 to 1:
-    /// the simulated times of the completed searches over those of all.
+    /// The same as [`run`](Self::run). After each search but the last one, `show` receives the completed part of the
+    /// work, below 1: the simulated times of the completed searches over those of all.
     ///
     /// # Errors
     /// The errors of [`run`](Self::run).
@@ -126,8 +126,8 @@ impl Fit {
     }
 }
 
-/// Search from a guess. The shoot at the guess, where a search in a part of the data has ended, may fail at a later
-/// time. Then the search begins at the initial values of the family.
+/// Search from a guess. A search that returns an error, such as that of a shoot which fails at a later time than the
+/// part of the data of the search before, begins again at the initial values of the family.
 fn search_from(problem: &Problem, guess: &DVector<f64>, end: End) -> Result<Reached, FitError> {
     search(problem, guess.clone(), end).or_else(|_| search(problem, problem.unknowns(), end))
 }

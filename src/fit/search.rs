@@ -1,10 +1,11 @@
 //! Bounded Levenberg–Marquardt search (K. Levenberg, Q. Appl. Math. 2, 164, 1944; D. Marquardt, J. SIAM 11, 431, 1963).
 //!
-//! An iteration linearises the residuals, and tries steps with increasing damping until one lowers the objective.
-//! Damping shortens steps, above all those along combinations with a small effect. The search has converged if no step
-//! that is longer than the accuracy lowers the objective, neither with more damping nor with the least one.
+//! An iteration linearises the residuals, and tries steps with increasing damping until one lowers the objective by
+//! more than half the square of the accuracy. Damping shortens steps, above all those along combinations with a small
+//! effect. The search has converged if no step that is longer than the accuracy does so, neither with more damping nor
+//! with the least one.
 //!
-//! Coordinates at a bound towards which the objective decreases are kept there. The others solve the damped normal
+//! Unknowns at a bound towards which the objective decreases are kept there. The others solve the damped normal
 //! equations, and are clipped to the bounds.
 
 use nalgebra::{DMatrix, DVector};
@@ -22,8 +23,7 @@ const MORE: f64 = 10.0;
 /// Smallest and largest damping.
 const DAMPINGS: [f64; 2] = [1e-9, 1e12];
 
-/// Damping of the last steps that are tried. The weakest combinations that have an effect have squares of relative
-/// singular values of 1e-12 and more, and the first damping hides steps along them.
+/// Damping of the last steps that are tried. The first damping hides steps along combinations with a weak effect.
 const LEAST: [f64; 3] = [DAMPINGS[0], 1e-7, 1e-5];
 
 /// Largest change of an unknown in an iteration. A logarithmic parameter changes by at most the factor e.

@@ -127,14 +127,13 @@ fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Resul
         return Ok(());
     }
     let (observed, length, start) = (series.extent(), shoot.rod().length(), shoot.time());
-    let longest = length * series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
     let duration = series.times[series.times.len() - 1] - start;
     let growth = shoot.model().growth();
-    let expected = if series.dimension() == 3 && growth.elongates() {
+    let last = if growth.elongates() { growth.length(length, duration) } else { length };
+    let longest = length.max(last) * series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
+    let expected = if series.dimension() == 3 {
         // With times in another unit the shoot would grow far beyond the data.
-        growth.length(length, start + duration)
-    } else if series.dimension() == 3 {
-        length
+        last
     } else if series.times[0] - start <= EARLY * duration {
         series.view.image(&shoot.tip()).norm()
     } else {

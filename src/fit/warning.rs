@@ -45,8 +45,8 @@ pub enum Warning {
     /// The last search did not converge. The estimates are those of its last point, which is not a minimum. They may be
     /// the initial guess of another fit.
     #[error(
-        "the search did not converge in {iterations} iterations, and its last point is not a minimum: permit more \
-         iterations, or begin another fit at these values"
+        "the search did not converge in {iterations} iterations, or the estimate of the noise did not settle, and its \
+         last point is not a minimum: permit more iterations, or begin another fit at these values"
     )]
     NotConverged {
         /// Number of iterations of the search.
@@ -69,11 +69,13 @@ pub enum Warning {
         scatter: f64,
     },
     /// A few frames have residuals far above those of the others, and the loss is that of squares.
-    #[error("{count} coordinates of series {series} are outliers beyond five times the scatter: use the robust loss")]
+    #[error(
+        "{count} coordinates of series {series} are outliers beyond five times the robust deviation of the residuals: use the robust loss"
+    )]
     Outliers {
         /// Index of the series, from 0.
         series: usize,
-        /// Number of coordinates whose residual exceeds five times the scatter.
+        /// Number of coordinates whose residual exceeds five times the robust deviation.
         count: usize,
     },
     /// The residuals do not have the size of the given noise.
