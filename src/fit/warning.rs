@@ -70,7 +70,8 @@ pub enum Warning {
     },
     /// A few frames have residuals far above those of the others, and the loss is that of squares.
     #[error(
-        "{count} coordinates of series {series} are outliers beyond five times the robust deviation of the residuals: use the robust loss"
+        "{count} coordinates of series {series} are outliers beyond five times the robust deviation of the \
+         residuals: use the robust loss"
     )]
     Outliers {
         /// Index of the series, from 0.
