@@ -90,6 +90,12 @@ fn times_in_hours_and_in_milliseconds_are_recognised() {
     let length = 0.05 + 0.04 * duration / 72e3;
     assert!((lengths[1] / length - 1.0).abs() < 1e-9 && duration > 1e6, "{found}");
     assert!(found.to_string().contains("are the times of the data and those of the laws in s?"), "{found}");
+    // With these times the shoot grows to 0.41 m. Points at 0.4 m are not in a wrong unit, although their distance from
+    // the base is eight initial lengths.
+    let (longer, farther) = (times.iter().map(|time| 30.0 * time), positions.iter().map(|p| 8.0 * p));
+    let data = [Series::tips(longer.collect(), &farther.collect::<Vec<_>>())];
+    let found = Fit { max_work: 1, ..fit }.run(&family, &data).unwrap_err();
+    assert!(matches!(found, FitError::WorkLimit { .. }), "{found}");
 }
 
 #[test]

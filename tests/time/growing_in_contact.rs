@@ -158,27 +158,28 @@ fn random_shoots_that_grow_against_obstacles_reach_their_ends() {
             continue;
         }
         let mut shoot = scene.shoot.clone();
-        let (mut depth, start) = (0.0_f64, Instant::now());
+        let (mut depth, mut first, start) = (0.0_f64, None, Instant::now());
         let result = advance(&mut shoot, scene.end, |shoot, step| {
             let length = shoot.rod().length();
             let present = -scene.least_gap(shoot) / length;
             depth = depth.max(present);
             excess = excess.max(present / step.equilibrium_error);
             let largest = shoot.reactions().iter().map(|at| at.normal).fold(0.0, f64::max);
-            for at in shoot.reactions() {
+            let outside = shoot.reactions().iter().find(|at| {
                 let obstacle = &scene.obstacles[at.obstacle.unwrap()];
                 // Squares avoid the rounding of a small tangential force.
                 let cone = (1.0 + obstacle.friction.powi(2)) * at.normal.powi(2);
                 let within = at.force.norm_squared() <= cone + 1e-11 * largest.powi(2);
-                assert!(at.normal >= 0.0 && within, "{} at {} s: {at:?}", scene.name, shoot.time());
+                !(at.normal >= 0.0 && within)
+            });
+            // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is
+            // 1.5e-8 with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.
+            if first.is_none() && (!(present < 2e-6) || outside.is_some()) {
+                first = Some(format!("{} at {} s: penetration {present:e}, {outside:?}", scene.name, shoot.time()));
             }
         });
         (scenes, deepest) = (scenes + 1, deepest.max(depth));
-        // The solver reports an error if its nodes cannot follow a contact exactly. The largest penetration is 1.5e-8
-        // with the default seeds, and 3.2e-6 with seeds 60 to 95, at a thin pole with friction.
-        if depth >= 2e-6 {
-            failures.push(format!("{}: penetration {depth:e}", scene.name));
-        }
+        failures.extend(first);
         fast += usize::from(result.is_ok() && start.elapsed().as_secs() < 10);
         match result {
             Ok(statistics) => ratios.push(statistics.factorisations as f64 / steps.factorisations as f64),
