@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+/// Largest difference of the norm of a frame or a direction from one, and largest rotation of a base that keeps its
+/// frame (rad): far above the rounding of products of quaternions, and below any error of a shape.
+pub(crate) const UNIT: f64 = 1e-9;
+
 /// A parameter that is missing or out of range.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
@@ -113,9 +117,9 @@ impl ParameterError {
             .map_err(|error| Self { needed: Some(needed), ..error })
     }
 
-    /// Returns an error unless a norm is one up to 1e-9, far above the rounding of products of quaternions.
+    /// Returns an error unless a norm is one up to [`UNIT`].
     pub(crate) fn unit(name: &'static str, norm: f64) -> Result<(), Self> {
-        Self::unless((norm - 1.0).abs() < 1e-9, name, norm, "1")
+        Self::unless((norm - 1.0).abs() < UNIT, name, norm, "1")
     }
 
     /// The error of a parameter that was not given.

@@ -126,9 +126,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     let out = options.out_dir();
     let store = Store::open(&out, grid)?;
     if !merge {
-        let missing = store.missing(part)?;
-        let wanted = (0..grid.etas.count).filter(|row| part.contains(*row)).count();
-        println!("{} of {wanted} rows are there already", wanted - missing.len());
+        let wanted: Vec<usize> = (0..grid.etas.count).filter(|row| part.contains(*row)).collect();
+        let missing = store.missing(&wanted)?;
+        println!("{} of {} rows are there already", wanted.len() - missing.len(), wanted.len());
         compute(&grid, &store, &missing, cores).map_err(|error| -> Box<dyn Error> { error })?;
     }
     if whole { publish(&grid, &store, cores, &out) } else { Ok(()) }

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use super::grid::Grid;
 use super::point::Numbers;
 use super::row;
-use morphorod::ensemble::Shard;
 use morphorod_plot::file::{named, write_whole};
 
 /// Row files of one sweep. Several processes may share the folder.
@@ -40,16 +39,16 @@ impl Store {
         (0..self.grid.etas.count).map(|row| self.read_row(row)).collect()
     }
 
-    /// Returns the rows of a part without a file. Only files of this part are read, so that the cost of a part does not
-    /// grow with the number of the others.
+    /// Returns those of some rows that have no file. The files of other rows are not read, so that the cost of a part
+    /// of a sweep does not grow with the number of the others.
     ///
     /// # Errors
-    /// Returns the first file of the part that is not a valid row of this sweep, with the reason.
-    pub fn missing(&self, part: Shard) -> io::Result<Vec<usize>> {
+    /// Returns the first of these files that is not a valid row of this sweep, with the reason.
+    pub fn missing(&self, rows: &[usize]) -> io::Result<Vec<usize>> {
         let mut missing = Vec::new();
-        for row in (0..self.grid.etas.count).filter(|row| part.contains(*row)) {
-            if self.read_row(row)?.is_none() {
-                missing.push(row);
+        for row in rows {
+            if self.read_row(*row)?.is_none() {
+                missing.push(*row);
             }
         }
         Ok(missing)

@@ -36,7 +36,7 @@ impl Krylov {
                 hessenberg[(k + 1, k)] = remainder;
                 basis.push(next / remainder);
             }
-            let last = invariant || k + 1 == most;
+            let last = invariant || k + 1 >= most;
             let answer = decide(&hessenberg, last);
             if last || answer.is_some() {
                 return Ok((Self { basis, hessenberg }, answer));

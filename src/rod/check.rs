@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Rod, UNIT};
-use crate::error::{Number, debug_by_display};
+use super::Rod;
+use crate::error::{Number, UNIT, debug_by_display};
 
 /// Inconsistency of the data of a rod.
 #[derive(Clone, PartialEq, thiserror::Error)]

@@ -77,10 +77,6 @@ pub struct Rod {
     reactions: Vec<Reaction>,
 }
 
-/// Largest difference of the norm of a frame from one, and largest rotation of a base that keeps its frame (rad):
-/// far above the rounding of products of quaternions, and below any error of a shape.
-const UNIT: f64 = 1e-9;
-
 impl Rod {
     /// A straight rod without intrinsic strain, with its base at the origin.
     ///

@@ -3,9 +3,10 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::Rod;
 use super::check::{RodError, unless};
 use super::shape::weighted_jacobian;
-use super::{Rod, UNIT};
+use crate::error::UNIT;
 use crate::so3;
 
 /// Largest rotation from the first end of an element to one of its nodes, rad. The logarithm, which gives the rotation

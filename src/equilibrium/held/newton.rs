@@ -59,8 +59,8 @@ impl HeldSearch<'_> {
     /// nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
-        let most = if course.reach == Reach::Far { self.bound } else { SETTINGS.iterations };
-        let end = self.bound.min(self.found.iterations.saturating_add(most));
+        let nearby = self.found.iterations + SETTINGS.iterations;
+        let end = if course.reach == Reach::Far { self.bound } else { self.bound.min(nearby) };
         while self.found.iterations < end {
             self.found.iterations += 1;
             self.drop_candidates();

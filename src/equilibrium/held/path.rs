@@ -64,7 +64,7 @@ impl HeldSearch<'_> {
             }
             self.turn_held(rod, (next - done) / (1.0 - done));
             self.increments += 1;
-            self.bound = self.found.iterations + each;
+            self.bound = self.found.iterations.saturating_add(each);
             let smallest = !moves || share <= SETTINGS.smallest_increment || done + share <= done;
             match self.settle(rod) {
                 Ok(()) => {

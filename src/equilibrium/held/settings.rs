@@ -14,7 +14,8 @@ pub(super) struct Settings {
     /// Largest displacement of the centre line from the initial guess in a descent nearby, relative to the length. It
     /// exceeds the motions that follow failures of Newton's method next to an equilibrium.
     pub nearby: f64,
-    /// As `nearby`, in a descent to any equilibrium: a rod that moves farther is not held.
+    /// As `nearby`, in a descent to any equilibrium. A rod that nothing holds moves by about half of its length in each
+    /// step, without end.
     pub away: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
