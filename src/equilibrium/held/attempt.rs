@@ -8,7 +8,7 @@ use nalgebra::DVector;
 
 use super::candidate::deepest;
 use super::linear::Linear;
-use super::reduced::Contact;
+use super::reduced::LinearContact;
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::trial::{Attempt, Course, Merit, Start, Step, Trial};
@@ -29,7 +29,7 @@ const NEAR_SADDLE: Closeness = Closeness { turn: 1e-2, residual: 1e-4 };
 const AT_SADDLE: Closeness = Closeness { turn: 1e-10, residual: 1e-10 };
 
 /// Whether a step fits the range of the linear rod.
-enum Fit {
+enum RangeCheck {
     Fits,
     Misses,
     /// Obstacles within reach have been added to the candidates.
@@ -39,8 +39,8 @@ enum Fit {
 /// A step that fits.
 struct Fitting {
     /// The contacts before and after corrections.
-    uncorrected: Vec<Contact>,
-    corrected: Vec<Contact>,
+    uncorrected: Vec<LinearContact>,
+    corrected: Vec<LinearContact>,
     /// Its share of the unbalanced couples and violations.
     share: f64,
 }
@@ -97,13 +97,13 @@ impl HeldSearch<'_> {
                 return Ok(Attempt::Moved);
             }
             match self.fit(rod, &mut start, &mut trial, (shift, &mut searched)) {
-                Fit::Found => continue,
-                Fit::Misses => {
+                RangeCheck::Found => continue,
+                RangeCheck::Misses => {
                     // If nodes have moved, the equilibrium on the nodes before is close, and a shift is tried.
                     self.return_to(rod, &start);
                     return Ok(if is_newton && course.answer.is_none() { Attempt::Lost } else { Attempt::Rejected });
                 }
-                Fit::Fits => {}
+                RangeCheck::Fits => {}
             }
             if additions < SETTINGS.additions && self.add_to(rod, &mut start) {
                 additions += 1;
@@ -186,7 +186,13 @@ impl HeldSearch<'_> {
     }
 
     /// Finds a share of the step that fits, and moves the rod.
-    fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, (shift, searched): (f64, &mut bool)) -> Fit {
+    fn fit(
+        &mut self,
+        rod: &mut Rod,
+        start: &mut Start,
+        trial: &mut Trial,
+        (shift, searched): (f64, &mut bool),
+    ) -> RangeCheck {
         let (zero, before) = (DVector::zeros(trial.linear.response.size()), deepest(&start.candidates));
         let mut fitting: Option<Fitting> = None;
         let (mut failures, mut last) = (0, f64::INFINITY);
@@ -207,7 +213,7 @@ impl HeldSearch<'_> {
                 if self.add_candidates(rod, reach) {
                     self.locate(rod);
                     start.candidates.clone_from(&self.candidates);
-                    return Fit::Found;
+                    return RangeCheck::Found;
                 }
             }
             if !trial.solved {
@@ -229,7 +235,7 @@ impl HeldSearch<'_> {
             let share = trial.linear.share;
             if factor >= 1.0 {
                 if share == 1.0 || factor < 2.0 || trial.contacts.is_empty() {
-                    return Fit::Fits;
+                    return RangeCheck::Fits;
                 }
                 fitting = Some(Fitting { uncorrected, corrected: trial.contacts.clone(), share });
                 trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
@@ -242,12 +248,12 @@ impl HeldSearch<'_> {
                 trial.linear.share = share * (0.9 * factor).clamp(0.25, 0.9);
             }
         }
-        let Some(Fitting { uncorrected, share, .. }) = fitting else { return Fit::Misses };
+        let Some(Fitting { uncorrected, share, .. }) = fitting else { return RangeCheck::Misses };
         trial.linear.share = share;
         self.take_contacts(trial, start, &zero, uncorrected);
         self.move_by(rod, start, trial, 1.0);
         self.correct(rod, start, trial);
-        Fit::Fits
+        RangeCheck::Fits
     }
 
     /// Adds candidates at which the rod penetrates obstacles after a step, and returns to the start. Returns whether

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::line::{Line, Place};
+use super::line::{Line, LinePlace};
 use super::obstacles::{Gaps, Sample};
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
@@ -110,7 +110,7 @@ impl HeldSearch<'_> {
     ) -> impl Iterator<Item = [Sample; 2]> + 'b {
         let all = values.windows(2).zip(self.line.places.windows(2));
         // A gap changes by at most the length of the centre line.
-        let low = move |(values, ends): &(&[f64], &[Place])| {
+        let low = move |(values, ends): &(&[f64], &[LinePlace])| {
             values[0] + values[1] - (ends[1].path - ends[0].path) < 2.0 * bound
         };
         all.filter(low).map(|(_, ends)| [&ends[0], &ends[1]].map(|place| gaps.at(place)))

@@ -20,7 +20,7 @@ const CHECK_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// The law of a spring or an elastic joint.
 #[derive(Clone, Copy)]
-pub(super) enum Law<'a> {
+pub(super) enum ElasticLaw<'a> {
     /// A linear law: stiffness, and the argument without force.
     Linear(Matrix3<f64>, Vector3<f64>),
     /// The potential of a user.
@@ -29,13 +29,13 @@ pub(super) enum Law<'a> {
 
 /// The laws of the springs and elastic joints of a rod.
 #[derive(Default)]
-pub(super) struct Laws<'a> {
-    pub springs: Vec<Law<'a>>,
+pub(super) struct ElasticLaws<'a> {
+    pub springs: Vec<ElasticLaw<'a>>,
     /// Frames without rotation and laws, in the order of the elastic joints of the system.
-    pub joints: Vec<(UnitQuaternion<f64>, Law<'a>)>,
+    pub joints: Vec<(UnitQuaternion<f64>, ElasticLaw<'a>)>,
 }
 
-impl Law<'_> {
+impl ElasticLaw<'_> {
     pub fn energy(&self, x: &Vector3<f64>, time: f64) -> Energy {
         match self {
             Self::User(potential) => potential.energy(x, time),
@@ -110,7 +110,7 @@ impl Spring {
     }
 
     /// Evaluates the law at the present position (m) and time (s).
-    pub fn locate(&mut self, laws: &Laws, position: &Vector3<f64>, time: f64) {
+    pub fn locate(&mut self, laws: &ElasticLaws, position: &Vector3<f64>, time: f64) {
         let Energy { value, gradient, stiffness } = laws.springs[self.law].energy(position, time);
         (self.energy, self.gradient) = (value, gradient);
         // The eigenvalues of a matrix that is not finite are not found.

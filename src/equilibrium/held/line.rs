@@ -7,7 +7,7 @@ use crate::rod::Rod;
 
 /// A place of a rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct LinePlace {
     pub element: usize,
     pub x: f64,
     pub arc_length: f64,
@@ -22,7 +22,7 @@ pub(super) struct Line {
     /// Tangents ∂p/∂s at the material points.
     pub tangents: Vec<Vector3<f64>>,
     /// The base and the stations of all elements, from base to apex. The last station of an element is its end.
-    pub places: Vec<Place>,
+    pub places: Vec<LinePlace>,
     /// Number of stations in an element.
     stations: usize,
 }
@@ -30,7 +30,7 @@ pub(super) struct Line {
 impl Line {
     pub fn new(rod: &Rod, tangents: Vec<Vector3<f64>>) -> Self {
         let stations = &rod.reference().stations;
-        let base = Place { element: 0, x: 0.0, arc_length: 0.0, path: 0.0, position: rod.base_position() };
+        let base = LinePlace { element: 0, x: 0.0, arc_length: 0.0, path: 0.0, position: rod.base_position() };
         let mut places = Vec::with_capacity(1 + rod.elements() * stations.len());
         places.push(base);
         let mut line = Self { tangents, places, stations: stations.len() };
@@ -46,14 +46,14 @@ impl Line {
     }
 
     /// The place at coordinate `x` of an element.
-    pub fn place(&self, rod: &Rod, (element, x): (usize, f64)) -> Place {
+    pub fn place(&self, rod: &Rod, (element, x): (usize, f64)) -> LinePlace {
         self.within(rod, (element, x), &upto_parts(rod, element, x))
     }
 
     /// The place at coordinate `x` of an element, given the weights (m) of the integral up to there.
-    fn within(&self, rod: &Rod, (element, x): (usize, f64), parts: &[f64]) -> Place {
+    fn within(&self, rod: &Rod, (element, x): (usize, f64), parts: &[f64]) -> LinePlace {
         let p = rod.order().points();
-        let mut place = Place { element, x, ..self.places[element * self.stations] };
+        let mut place = LinePlace { element, x, ..self.places[element * self.stations] };
         for (tangent, part) in self.tangents[element * p..(element + 1) * p].iter().zip(parts) {
             place.position += tangent * *part;
             place.path += tangent.norm() * part;
@@ -63,7 +63,7 @@ impl Line {
     }
 
     /// The stations of all elements, from base to apex.
-    pub fn stations(&self) -> &[Place] {
+    pub fn stations(&self) -> &[LinePlace] {
         &self.places[1..]
     }
 }

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
-use super::response::Response;
+use super::response::LinearResponse;
 
 /// Largest eigenvalue of the scaled matrix of the reactions that is attributed to rounding.
 pub(super) const NEUTRAL: f64 = 1e-8;
@@ -89,7 +89,7 @@ pub(super) fn along(first: usize, direction: &Vector3<f64>) -> impl Iterator<Ite
 
 /// The linear rod.
 pub(super) struct Linear {
-    pub response: Response,
+    pub response: LinearResponse,
     /// Conditions of holds, springs and increased pivots.
     pub links: Rows,
     pub roles: Vec<Role>,

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::candidate::Candidate;
 use super::elastic::Spring;
 use super::linear::{Conditions, Linear, Role, Rows, along};
-use super::response::{Response, Spot};
+use super::response::{LinearResponse, Spot};
 use super::search::HeldSearch;
 use crate::rod::Rod;
 
@@ -29,7 +29,7 @@ impl HeldSearch<'_> {
         let sites = self.sites.iter().map(|site| spot(site.element, site.x, false));
         let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.slides));
         let spots: Vec<Spot> = sites.chain(candidates).collect();
-        let mut response = Response::of(&mut *self.body, rod, &spots, &self.boosts);
+        let mut response = LinearResponse::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();
         let size = response.added() - first;
         self.add_yielding(&mut response);
@@ -96,7 +96,7 @@ impl HeldSearch<'_> {
     }
 
     /// Adds the compliances of the obstacles: one that yields is displaced by the forces on all of its surfaces.
-    fn add_yielding(&self, response: &mut Response) {
+    fn add_yielding(&self, response: &mut LinearResponse) {
         for (i, a) in self.candidates.iter().enumerate() {
             let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
             for (j, b) in self.candidates.iter().enumerate().filter(together) {

@@ -2,7 +2,7 @@
 
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
-use super::sites::Site;
+use super::sites::HeldSite;
 use super::trial::{Merit, Start, Trial};
 use crate::rod::Rod;
 
@@ -27,7 +27,7 @@ impl HeldSearch<'_> {
                 residual = residual.max((tangential - within).norm());
             }
         }
-        let missing = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        let missing = self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs());
         residual = missing.fold(residual, |residual, distance| residual.max(distance / self.length));
         Merit { energy, violation: self.violation(), friction, residual }
     }

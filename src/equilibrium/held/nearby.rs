@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::linear::Linear;
 use super::search::HeldSearch;
-use super::sites::Site;
+use super::sites::HeldSite;
 use crate::equilibrium::{EquilibriumError, NearbyEquilibria};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
@@ -15,7 +15,7 @@ pub(in crate::equilibrium) struct HeldTangent<'a> {
     search: HeldSearch<'a>,
     linear: Linear,
     /// The holds with their forces in the equilibrium.
-    sites: Vec<Site>,
+    sites: Vec<HeldSite>,
 }
 
 impl<'a> HeldSearch<'a> {

@@ -12,7 +12,7 @@ use super::line::{COMPARED, displacement};
 use super::placement::Misplaced;
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
-use super::sites::Site;
+use super::sites::HeldSite;
 use super::trial::{Attempt, Course, Reach, Step};
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
@@ -238,7 +238,7 @@ impl HeldSearch<'_> {
 
     /// Largest displacement of a hold or spring of a rod that stretches, from its place in `sites`, m. A step may
     /// stretch the rod without a rotation.
-    pub(super) fn stretch(&self, rod: &Rod, sites: &[Site]) -> f64 {
+    pub(super) fn stretch(&self, rod: &Rod, sites: &[HeldSite]) -> f64 {
         if self.body.line_compliance(rod, 0, 0).is_none() {
             return 0.0;
         }

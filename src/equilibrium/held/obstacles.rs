@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::Candidate;
 use super::law::{Gap, Status};
-use super::line::{Line, Place};
+use super::line::{Line, LinePlace};
 use super::reduced::Surfaces;
 use super::settings::SETTINGS;
 use crate::numerics::scalar::bracketed_root;
@@ -156,11 +156,11 @@ pub(super) struct Gaps<'b, 'a> {
 }
 
 impl Gaps<'_, '_> {
-    pub fn at(&self, place: &Place) -> Sample {
+    pub fn at(&self, place: &LinePlace) -> Sample {
         let gap = self.obstacles.gap_at(self.obstacle, &place.position);
         let tangent = self.rod.frame_within(place.element, place.x) * Vector3::z();
         let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
-        let Place { element, x, arc_length, path, .. } = *place;
+        let LinePlace { element, x, arc_length, path, .. } = *place;
         Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
     }
 
@@ -223,7 +223,7 @@ pub(super) fn largest_share(
     let places = &line.places;
     let (mut share, last) = (f64::INFINITY, places.len() - 1);
     for obstacle in 0..obstacles.contacts.len() {
-        let at = |place: &Place| {
+        let at = |place: &LinePlace| {
             let gap = obstacles.gap_at(obstacle, &place.position);
             (gap.value, Obstacles::radius(&gap))
         };

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use super::increment::{Before, Motion};
-use super::line::{COMPARED, Line, Place, displacement};
+use super::line::{COMPARED, Line, LinePlace, displacement};
 use super::obstacles::{Obstacles, candidate_share, largest_share};
 use super::search::{Found, HeldSearch, Snapshot, project};
 use super::settings::SETTINGS;
@@ -166,7 +166,7 @@ impl HeldSearch<'_> {
     /// Whether an obstacle moves until the end of the increment.
     fn obstacles_move(&self) -> bool {
         let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
-        let moves = |place: &Place| {
+        let moves = |place: &LinePlace| {
             (0..self.obstacles.contacts.len()).any(|i| self.obstacles.motion(i, &place.position, time) > 0.0)
         };
         self.line.places.iter().any(moves)

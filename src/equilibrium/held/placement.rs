@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::candidate::Candidate;
 use super::ends::End;
 use super::law::Status;
-use super::line::{Line, Place};
+use super::line::{Line, LinePlace};
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use super::trial::Course;
@@ -294,7 +294,8 @@ impl HeldSearch<'_> {
         let places = &self.line.places;
         let mut patches: Vec<Patch> = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
-            let touches = |at: &Place| self.obstacles.gap_at(obstacle, &at.position).value.abs() <= SAME * self.length;
+            let touches =
+                |at: &LinePlace| self.obstacles.gap_at(obstacle, &at.position).value.abs() <= SAME * self.length;
             for ends in places.windows(2).filter(|ends| ends.iter().all(touches)) {
                 let (from, to) = (ends[0].arc_length, ends[1].arc_length);
                 match patches.last_mut() {
@@ -311,7 +312,7 @@ impl HeldSearch<'_> {
     }
 
     /// The candidates of a contact: a point, or the ends and all stations of a segment.
-    fn stations_of(&self, rod: &Rod, patch: &Patch, stations: &[Place]) -> Vec<Candidate> {
+    fn stations_of(&self, rod: &Rod, patch: &Patch, stations: &[LinePlace]) -> Vec<Candidate> {
         let margin = SAME * self.length;
         let point = patch.from == patch.to;
         let new = |s: f64, at| Candidate { arc_length: s, ..Candidate::at(patch.obstacle, at, point) };

@@ -7,7 +7,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 
 use super::law::Gap;
-use super::reduced::{Contact, Reduced};
+use super::reduced::{LinearContact, Reduced};
 
 /// Compliance that is added to each contact, relative to the mean one, for contacts that are not independent.
 const REDUNDANT: f64 = 1e-13;
@@ -55,7 +55,7 @@ impl Reduced<'_> {
     /// Sets the normal forces to those with which no contact penetrates and each loaded one touches, for the present
     /// normals, displacements along the rod, and friction, which is limited to its cone. Returns whether they exist,
     /// which they may not if the rod is unstable.
-    pub(super) fn press(&self, contacts: &mut [Contact]) -> bool {
+    pub(super) fn press(&self, contacts: &mut [LinearContact]) -> bool {
         let coordinates = self.coordinates(contacts);
         let linear: Vec<Linearised> = contacts.iter().map(|at| self.linearised(at, &coordinates)).collect();
         let Some(Pressed { mut compliance, settled, by_forces, moved }) = self.pressed(&linear) else { return false };
@@ -87,11 +87,11 @@ impl Reduced<'_> {
         true
     }
 
-    fn linearised(&self, at: &Contact, coordinates: &DVector<f64>) -> Linearised {
+    fn linearised(&self, at: &LinearContact, coordinates: &DVector<f64>) -> Linearised {
         // Derivatives of the component of the place in a direction.
         let along = |direction: Vector3<f64>| {
             let mut row = DVector::zeros(coordinates.len());
-            Contact { force: direction, ..*at }.load(&mut row);
+            LinearContact { force: direction, ..*at }.load(&mut row);
             row
         };
         let (place, tangent) = Self::place(at, coordinates);

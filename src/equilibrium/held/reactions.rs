@@ -7,7 +7,7 @@ use super::law::Status;
 use super::response::upto_parts;
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
-use super::sites::Site;
+use super::sites::HeldSite;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto_weights;
 use crate::rod::Rod;
@@ -62,7 +62,7 @@ impl HeldSearch<'_> {
             couples.push((joint.node, rod.frames()[joint.node] * joint.couple));
         }
         for (node, couple) in couples {
-            let at_node = |site: &Site| site.node() == node;
+            let at_node = |site: &HeldSite| site.node() == node;
             match self.sites.iter().position(at_node) {
                 Some(i) => all[i].couple += couple,
                 None if node == 0 => {

@@ -18,7 +18,7 @@ pub(super) trait Surfaces {
 
 /// A candidate in the linear rod.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Contact {
+pub(super) struct LinearContact {
     pub obstacle: usize,
     /// Coefficient of friction.
     pub friction: f64,
@@ -45,7 +45,7 @@ pub(super) struct Contact {
     pub status: Status,
 }
 
-impl Contact {
+impl LinearContact {
     /// The reactions that are conjugate to the coordinates.
     pub fn load(&self, reactions: &mut DVector<f64>) {
         reactions.fixed_rows_mut::<3>(self.first).copy_from(&self.force);
@@ -76,7 +76,7 @@ pub(super) struct Slide {
 impl Evaluated {
     /// The sum of the squares of the residuals of the law and of the place of least gap, N². An open contact may be
     /// anywhere.
-    pub fn squares(&self, contact: &Contact) -> f64 {
+    pub fn squares(&self, contact: &LinearContact) -> f64 {
         let slide = self.slide.as_ref().filter(|_| self.law.status != Status::Open);
         self.law.residual.norm_squared() + slide.map_or(0.0, |slide| (contact.k * slide.excess).powi(2))
     }
@@ -105,19 +105,19 @@ pub(super) struct Reduced<'a> {
 
 impl Reduced<'_> {
     /// The reactions of the contacts.
-    pub fn reactions(&self, contacts: &[Contact]) -> DVector<f64> {
+    pub fn reactions(&self, contacts: &[LinearContact]) -> DVector<f64> {
         let mut reactions = DVector::zeros(self.free.len());
         contacts.iter().for_each(|contact| contact.load(&mut reactions));
         reactions
     }
 
     /// The coordinates for the forces and displacements of the contacts.
-    pub fn coordinates(&self, contacts: &[Contact]) -> DVector<f64> {
+    pub fn coordinates(&self, contacts: &[LinearContact]) -> DVector<f64> {
         &self.free + self.compliance * self.reactions(contacts)
     }
 
     /// The place and the tangent of a contact, for given coordinates.
-    pub fn place(contact: &Contact, coordinates: &DVector<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn place(contact: &LinearContact, coordinates: &DVector<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let place: Vector3<f64> = coordinates.fixed_rows::<3>(contact.first).into_owned();
         if contact.range.is_none() {
             return (place, Vector3::zeros());
@@ -127,7 +127,7 @@ impl Reduced<'_> {
         (place + tangent * travel + contact.bend * (0.5 * travel * travel), tangent + contact.bend * travel)
     }
 
-    fn evaluate(&self, contact: &Contact, coordinates: &DVector<f64>) -> Evaluated {
+    fn evaluate(&self, contact: &LinearContact, coordinates: &DVector<f64>) -> Evaluated {
         let (place, tangent) = Self::place(contact, coordinates);
         let mut gap = self.surfaces.gap(contact.obstacle, &place);
         gap.value -= contact.clearance;
@@ -148,11 +148,11 @@ impl Reduced<'_> {
     }
 
     /// The sum of the squares of the residuals, N².
-    pub fn merit(contacts: &[Contact], all: &[Evaluated]) -> f64 {
+    pub fn merit(contacts: &[LinearContact], all: &[Evaluated]) -> f64 {
         contacts.iter().zip(all).map(|(contact, at)| at.squares(contact)).sum()
     }
 
-    pub fn evaluate_all(&self, contacts: &[Contact]) -> Vec<Evaluated> {
+    pub fn evaluate_all(&self, contacts: &[LinearContact]) -> Vec<Evaluated> {
         let coordinates = self.coordinates(contacts);
         contacts.iter().map(|contact| self.evaluate(contact, &coordinates)).collect()
     }
@@ -160,9 +160,9 @@ impl Reduced<'_> {
     /// The first Newton step, with the laws linearised at the start of the step of the rod. An ordinary step would
     /// linearise them at the place that the rod reaches with constant forces, which is far for an almost unstable rod.
     /// `None` if the step is not finite.
-    pub fn first_step(&self, contacts: &[Contact], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
+    pub fn first_step(&self, contacts: &[LinearContact], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
         let displacements = self.coordinates(contacts) - &self.start;
-        let linear = |contact: &Contact| {
+        let linear = |contact: &LinearContact| {
             let mut at = self.evaluate(contact, &self.start);
             let mut displacement: Vector3<f64> = displacements.fixed_rows::<3>(contact.first).into_owned();
             if let Some(slide) = &mut at.slide {
@@ -178,7 +178,7 @@ impl Reduced<'_> {
     }
 
     /// The displacements of a contact by another one.
-    fn coupling(&self, contact: &Contact, other: &Contact) -> Coupling {
+    fn coupling(&self, contact: &LinearContact, other: &LinearContact) -> Coupling {
         let block = |x: usize, y: usize| -> Matrix3<f64> {
             self.compliance.fixed_view::<3, 3>(contact.first + x, other.first + y).into_owned()
         };
@@ -198,7 +198,12 @@ impl Reduced<'_> {
     }
 
     /// One Newton step: changes of the force and of the travel of every contact.
-    pub fn step(&self, contacts: &[Contact], all: &[Evaluated], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
+    pub fn step(
+        &self,
+        contacts: &[LinearContact],
+        all: &[Evaluated],
+        proximal: f64,
+    ) -> Option<Vec<(Vector3<f64>, f64)>> {
         let zero = Vector3::zeros();
         let mut steps: Vec<(Vector3<f64>, f64)> =
             all.iter().map(|at| (zero, at.slide.as_ref().map_or(0.0, |slide| -slide.excess))).collect();

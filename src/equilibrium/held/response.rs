@@ -45,7 +45,7 @@ struct Chord {
 
 /// A place with its derivatives.
 #[derive(Debug, Clone)]
-struct Place {
+struct SpotParts {
     element: usize,
     /// The part of the element up to the place.
     part: Part,
@@ -57,10 +57,10 @@ struct Place {
 
 /// The response of a rod with a factorised tangent.
 #[derive(Debug, Default)]
-pub(super) struct Response {
+pub(super) struct LinearResponse {
     points: usize,
     chords: Vec<Chord>,
-    places: Vec<Place>,
+    places: Vec<SpotParts>,
     /// Unknowns whose diagonal entry was increased; their coordinates follow those of the places.
     boosts: Vec<usize>,
     /// Displacement of a free base per force, m/N, with its three coordinates after those of the boosts.
@@ -83,7 +83,7 @@ impl Part {
     }
 }
 
-impl Response {
+impl LinearResponse {
     /// The response of a rod whose tangent is factorised, at `spots` and in the unknowns `boosts`.
     pub fn of(body: &mut dyn Mechanics, rod: &Rod, spots: &[Spot], boosts: &[(usize, f64)]) -> Self {
         let points = rod.order().points();
@@ -102,7 +102,7 @@ impl Response {
             let tangent = spot
                 .turns
                 .then(|| Part::new(body.system(), spot.element, body.tangent_rows(rod, spot.element, spot.x), points));
-            response.places.push(Place { element: spot.element, part, weights, tangent, first });
+            response.places.push(SpotParts { element: spot.element, part, weights, tangent, first });
             first += if spot.turns { 6 } else { 3 };
         }
         response.compute(body.system_mut());
@@ -130,7 +130,7 @@ impl Response {
 
     /// The first coordinate after those of the places.
     pub fn added(&self) -> usize {
-        self.places.iter().map(Place::size).sum()
+        self.places.iter().map(SpotParts::size).sum()
     }
 
     /// The first coordinate of a place.
@@ -154,10 +154,10 @@ impl Response {
     }
 
     /// The compliance by the interiors and the centre line between two places.
-    fn inside(&self, system: &System, a: &Place, b: &Place) -> Matrix3<f64> {
+    fn inside(&self, system: &System, a: &SpotParts, b: &SpotParts) -> Matrix3<f64> {
         let element = a.element.min(b.element);
         let chord = &self.chords[element];
-        let of = |place: &Place| match place.element > element {
+        let of = |place: &SpotParts| match place.element > element {
             true => (chord.part.clone(), chord.weights),
             false => (place.part.clone(), place.weights),
         };
@@ -186,7 +186,7 @@ impl Response {
             for i in 0..self.places.len() {
                 let (a, b) = (&self.places[i], &self.places[j]);
                 let inside = self.inside(system, a, b);
-                let with = |tangent: &Option<Part>, other: &Place, element: usize| match tangent {
+                let with = |tangent: &Option<Part>, other: &SpotParts, element: usize| match tangent {
                     Some(tangent) if other.element > element => {
                         self.interior(system, element, tangent, &self.chords[element].part)
                     }
@@ -376,7 +376,7 @@ impl Part {
     }
 }
 
-impl Place {
+impl SpotParts {
     fn size(&self) -> usize {
         if self.tangent.is_some() { 6 } else { 3 }
     }

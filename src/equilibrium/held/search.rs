@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::candidate::{Candidate, deepest};
-use super::elastic::{Laws, Spring, elastic_joint};
+use super::elastic::{ElasticLaws, Spring, elastic_joint};
 use super::increment::{Before, Motion};
 use super::law::Status;
 use super::line::Line;
@@ -11,7 +11,7 @@ use super::linear::Role;
 use super::mechanics::Mechanics;
 use super::obstacles::Obstacles;
 use super::settings::{SAME, SETTINGS};
-use super::sites::{HeldFrame, Site, sort};
+use super::sites::{HeldFrame, HeldSite, sort};
 use crate::equilibrium::joints::Joints;
 use crate::equilibrium::{ContactViolation, Equilibrium, EquilibriumError, Inertia};
 use crate::load::PointReaction;
@@ -31,9 +31,9 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) body: Box<dyn Mechanics + 'a>,
     /// The rod without additional nodes at contacts.
     pub(super) parent: &'a Rod,
-    pub(super) sites: Vec<Site>,
+    pub(super) sites: Vec<HeldSite>,
     pub(super) frames: Vec<HeldFrame>,
-    pub(super) laws: Laws<'a>,
+    pub(super) laws: ElasticLaws<'a>,
     pub(super) obstacles: Obstacles<'a>,
     pub(super) candidates: Vec<Candidate>,
     /// The rod at the start of the increment.
@@ -68,7 +68,7 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
 #[derive(Clone)]
 pub(super) struct Snapshot {
     pub(super) rod: Rod,
-    sites: Vec<Site>,
+    sites: Vec<HeldSite>,
     frames: Vec<HeldFrame>,
     joints: Joints,
     candidates: Vec<Candidate>,
@@ -285,7 +285,7 @@ impl<'a> HeldSearch<'a> {
 
     /// Sum of the distances by which holds and contacts are violated, m.
     pub(super) fn violation(&self) -> f64 {
-        let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        let links = self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs());
         links.chain(self.candidates.iter().map(|at| (-self.least_gap(at)).max(0.0))).sum()
     }
 
@@ -300,7 +300,7 @@ impl<'a> HeldSearch<'a> {
 
     /// Largest distance by which a hold or a contact is violated, m.
     pub(super) fn largest_violation(&self) -> f64 {
-        let links = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs());
+        let links = self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs());
         let loaded = self.candidates.iter().filter(|at| at.status != Status::Open).map(|at| at.gap.value.abs());
         links.chain(loaded).fold(deepest(&self.candidates), f64::max)
     }

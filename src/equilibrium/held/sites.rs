@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::elastic::{Law, Laws, Spring};
+use super::elastic::{ElasticLaw, ElasticLaws, Spring};
 use crate::equilibrium::EquilibriumError;
 use crate::equilibrium::joints::{ElasticJoint, FreeBase, Joints};
 use crate::error::ParameterError;
@@ -20,7 +20,7 @@ const AT_KEPT_NODE: f64 = 1e-5;
 
 /// A place at which a support acts.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Site {
+pub(super) struct HeldSite {
     pub element: usize,
     pub x: f64,
     /// Unit vectors along which the position is given.
@@ -34,7 +34,7 @@ pub(super) struct Site {
     pub position: Vector3<f64>,
 }
 
-impl Site {
+impl HeldSite {
     /// A site at a place in an element, without condition yet.
     pub fn at((element, x): (usize, f64), spring: Option<Spring>) -> Self {
         let zero = Vector3::zeros();
@@ -95,8 +95,8 @@ pub(super) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 /// The site of a hold of the position; `None` for a hold of the frame alone.
-fn site_of(hold: &Hold, node: usize, laws: &mut Laws) -> Option<Site> {
-    let mut site = Site::at_node(node);
+fn site_of(hold: &Hold, node: usize, laws: &mut ElasticLaws) -> Option<HeldSite> {
+    let mut site = HeldSite::at_node(node);
     match hold.position {
         Position::Free => return None,
         Position::At(point) => (site.fixed, site.target) = (vec![Vector3::x(), Vector3::y(), Vector3::z()], point),
@@ -104,7 +104,7 @@ fn site_of(hold: &Hold, node: usize, laws: &mut Laws) -> Option<Site> {
         Position::OnPlane { through, normal } => (site.fixed, site.target) = (vec![normal.into_inner()], through),
         Position::Spring { anchor, stiffness } => {
             site.spring = Some(Spring::new(laws.springs.len()));
-            laws.springs.push(Law::Linear(stiffness, anchor));
+            laws.springs.push(ElasticLaw::Linear(stiffness, anchor));
         }
     }
     Some(site)
@@ -143,12 +143,12 @@ pub(super) fn sort<'a>(
     support: &'a dyn Support,
     time: f64,
     joints: &mut Joints,
-) -> Result<(Vec<Site>, Vec<HeldFrame>, Laws<'a>), EquilibriumError> {
+) -> Result<(Vec<HeldSite>, Vec<HeldFrame>, ElasticLaws<'a>), EquilibriumError> {
     joints.clear();
     joints.base_rotates = support.base().is_some();
     let free = FreeBase { length: rod.length(), reach: rod.length(), stiffness: 1.0, least: 0.0, exact: false };
     joints.free_base = (support.base() == Some(Joint::Free)).then_some(free);
-    let (mut sites, mut frames, mut laws) = (Vec::new(), Vec::<HeldFrame>::new(), Laws::default());
+    let (mut sites, mut frames, mut laws) = (Vec::new(), Vec::<HeldFrame>::new(), ElasticLaws::default());
     if let Some(Joint::Hinge(axis)) = support.base() {
         frames.push(HeldFrame { node: 0, frame: rod.frames()[0], axis: Some(axis.into_inner()) });
     }
@@ -170,7 +170,7 @@ pub(super) fn sort<'a>(
             }
             Orientation::Spring { frame, stiffness } => {
                 joints.elastic.push(ElasticJoint::at(node));
-                laws.joints.push((frame, Law::Linear(Matrix3::identity() * stiffness, Vector3::zeros())));
+                laws.joints.push((frame, ElasticLaw::Linear(Matrix3::identity() * stiffness, Vector3::zeros())));
             }
         }
     }
@@ -180,12 +180,12 @@ pub(super) fn sort<'a>(
         match argument {
             Argument::Position => {
                 let spring = Some(Spring::new(laws.springs.len()));
-                sites.push(Site { spring, ..Site::at_node(node) });
-                laws.springs.push(Law::User(potential));
+                sites.push(HeldSite { spring, ..HeldSite::at_node(node) });
+                laws.springs.push(ElasticLaw::User(potential));
             }
             Argument::Rotation { frame } => {
                 joints.elastic.push(ElasticJoint::at(node));
-                laws.joints.push((frame, Law::User(potential)));
+                laws.joints.push((frame, ElasticLaw::User(potential)));
             }
         }
     }

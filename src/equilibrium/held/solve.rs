@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use super::law::Status;
-use super::reduced::{Contact, Evaluated, Reduced};
+use super::reduced::{Evaluated, LinearContact, Reduced};
 
 /// Number of Newton iterations, and of fractions of a step that are tried in each.
 const ITERATIONS: usize = 40;
@@ -47,7 +47,7 @@ type Steps = [(Vector3<f64>, f64)];
 
 impl Reduced<'_> {
     /// Sets the scales of the laws, with or without the displacements of the whole rod.
-    fn scale(&self, contacts: &mut [Contact], with_rigid: bool) {
+    fn scale(&self, contacts: &mut [LinearContact], with_rigid: bool) {
         for contact in contacts {
             let own = self.compliance.fixed_view::<3, 3>(contact.first, contact.first).trace();
             let trace = if with_rigid { own } else { own - 3.0 * contact.rigid };
@@ -58,7 +58,7 @@ impl Reduced<'_> {
     /// Solves for the forces and displacements of the contacts, with their present values as initial guess. Unless it
     /// is `near` the solution, the first step linearises the laws at the start of the step of the rod. Returns whether
     /// the laws are satisfied, at least to [`USEFUL`]. If they are not, the contacts are unchanged.
-    pub fn solve(&self, contacts: &mut Vec<Contact>, near: bool) -> bool {
+    pub fn solve(&self, contacts: &mut Vec<LinearContact>, near: bool) -> bool {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
         let rigid = contacts.iter().any(|contact| contact.rigid > 0.0);
         let scales: &[bool] = if rigid { &[true, false] } else { &[true] };
@@ -78,7 +78,7 @@ impl Reduced<'_> {
 
     /// The contacts at which Newton's iteration begins. `None` if the first step is not finite, or if the active set
     /// has no solution and the present contacts have been tried.
-    fn initial(&self, contacts: &[Contact], near: bool, pressed: bool) -> Option<Vec<Contact>> {
+    fn initial(&self, contacts: &[LinearContact], near: bool, pressed: bool) -> Option<Vec<LinearContact>> {
         if pressed {
             let mut pressed = contacts.to_vec();
             // The second time, the normals are those at the places to which the first forces lead.
@@ -93,12 +93,12 @@ impl Reduced<'_> {
     }
 
     /// The largest force, N.
-    fn largest(&self, contacts: &[Contact]) -> f64 {
+    fn largest(&self, contacts: &[LinearContact]) -> f64 {
         contacts.iter().map(|contact| contact.force.norm()).fold(self.scale, f64::max)
     }
 
     /// The largest residual, relative to the largest force or to the rounding of the gap.
-    fn relative(&self, contacts: &[Contact], all: &[Evaluated]) -> f64 {
+    fn relative(&self, contacts: &[LinearContact], all: &[Evaluated]) -> f64 {
         let largest = self.largest(contacts);
         let each = contacts.iter().zip(all).map(|(contact, at)| {
             let size = self.free.fixed_rows::<3>(contact.first).norm();
@@ -108,7 +108,7 @@ impl Reduced<'_> {
     }
 
     /// Evaluates all contacts after those that are open have moved to their places of least gap.
-    fn follow(&self, contacts: &mut [Contact]) -> Vec<Evaluated> {
+    fn follow(&self, contacts: &mut [LinearContact]) -> Vec<Evaluated> {
         let mut all = self.evaluate_all(contacts);
         let widest = contacts.iter().filter_map(|at| at.range).map(|[from, to]| to - from).fold(0.0, f64::max);
         for _ in 0..FOLLOWINGS {
@@ -129,7 +129,7 @@ impl Reduced<'_> {
     }
 
     /// The contacts after a fraction of a step.
-    fn moved(contacts: &[Contact], steps: &Steps, fraction: f64) -> Vec<Contact> {
+    fn moved(contacts: &[LinearContact], steps: &Steps, fraction: f64) -> Vec<LinearContact> {
         let mut moved = contacts.to_vec();
         for (contact, (force, travel)) in moved.iter_mut().zip(steps) {
             contact.force += force * fraction;
@@ -142,7 +142,7 @@ impl Reduced<'_> {
 
     /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases. Returns whether
     /// the laws are satisfied, at least to [`USEFUL`].
-    fn newton(&self, contacts: &mut Vec<Contact>) -> bool {
+    fn newton(&self, contacts: &mut Vec<LinearContact>) -> bool {
         let mut all = self.follow(contacts);
         let mut merit = Self::merit(contacts, &all);
         let (mut extra, mut stalls) = (0.0_f64, 0);
@@ -159,7 +159,7 @@ impl Reduced<'_> {
             }
             let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL.0).max(extra);
             let Some(steps) = self.step(contacts, &all, proximal) else { return false };
-            let mut best: Option<(f64, Vec<Contact>, Vec<Evaluated>)> = None;
+            let mut best: Option<(f64, Vec<LinearContact>, Vec<Evaluated>)> = None;
             let falls = (0..FRACTIONS).any(|halvings| {
                 let fraction = 0.5_f64.powi(halvings as i32);
                 let trial = Self::moved(contacts, &steps, fraction);
@@ -203,8 +203,8 @@ impl Reduced<'_> {
 
     /// Improves the solution by further steps as long as the contacts keep their states and the largest residual over
     /// its scale, a length, decreases: rounding of the force at a stiff contact may hide the gap at a compliant one.
-    fn polish(&self, contacts: &mut Vec<Contact>, mut all: Vec<Evaluated>) {
-        let length = |contacts: &[Contact], all: &[Evaluated]| {
+    fn polish(&self, contacts: &mut Vec<LinearContact>, mut all: Vec<Evaluated>) {
+        let length = |contacts: &[LinearContact], all: &[Evaluated]| {
             let each = contacts.iter().zip(all).map(|(contact, at)| at.law.residual.norm() / contact.k);
             each.fold(0.0, f64::max)
         };
@@ -224,7 +224,7 @@ impl Reduced<'_> {
     }
 
     /// Records the states, and removes the force of open contacts.
-    fn finish(contacts: &mut [Contact], all: &[Evaluated]) {
+    fn finish(contacts: &mut [LinearContact], all: &[Evaluated]) {
         for (contact, at) in contacts.iter_mut().zip(all) {
             contact.status = at.law.status;
             if contact.status == Status::Open {

@@ -7,7 +7,7 @@ use super::law::Status;
 use super::line::moved;
 use super::linear::Linear;
 use super::obstacles::{candidate_share, largest_share};
-use super::reduced::{Contact, Reduced};
+use super::reduced::{LinearContact, Reduced};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::trial::{Start, Step, Trial};
@@ -54,7 +54,12 @@ impl HeldSearch<'_> {
 
     /// The contacts of the linear rod, and the contact problem without their forces, for coordinates that differ by
     /// `offset` from those of the linear rod.
-    fn problem<'b>(&'b self, linear: &'b Linear, start: &Start, offset: &DVector<f64>) -> (Vec<Contact>, Reduced<'b>) {
+    fn problem<'b>(
+        &'b self,
+        linear: &'b Linear,
+        start: &Start,
+        offset: &DVector<f64>,
+    ) -> (Vec<LinearContact>, Reduced<'b>) {
         let moved = linear.free_candidates(offset);
         let mut present = DVector::zeros(linear.size);
         let yielded = self.obstacles.displacements(start.candidates.iter().map(|at| (at.obstacle, at.force)));
@@ -83,7 +88,7 @@ impl HeldSearch<'_> {
                 }
                 [from.max(-reach), to.min(reach)]
             });
-            Contact {
+            LinearContact {
                 obstacle: at.obstacle,
                 friction: self.obstacles.contacts[at.obstacle].friction,
                 force: at.force,
@@ -99,7 +104,7 @@ impl HeldSearch<'_> {
                 status: at.status,
             }
         });
-        let contacts: Vec<Contact> = each.collect();
+        let contacts: Vec<LinearContact> = each.collect();
         let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
         let mut problem =
             Reduced { surfaces: &self.obstacles, compliance: &linear.compliance, free, start: present, scale };
@@ -128,7 +133,7 @@ impl HeldSearch<'_> {
         trial: &mut Trial,
         start: &Start,
         offset: &DVector<f64>,
-        guess: Option<(&[Contact], f64)>,
+        guess: Option<(&[LinearContact], f64)>,
     ) {
         let (mut contacts, problem) = self.problem(&trial.linear, start, offset);
         if let Some((guess, factor)) = guess {
@@ -153,7 +158,7 @@ impl HeldSearch<'_> {
         trial: &mut Trial,
         start: &Start,
         offset: &DVector<f64>,
-        contacts: Vec<Contact>,
+        contacts: Vec<LinearContact>,
     ) {
         let linear = &trial.linear;
         let changes = Self::changes(linear, start, &contacts);
@@ -167,11 +172,11 @@ impl HeldSearch<'_> {
     }
 
     /// The changes of the reactions of contacts since the start of a step.
-    fn changes(linear: &Linear, start: &Start, contacts: &[Contact]) -> DVector<f64> {
+    fn changes(linear: &Linear, start: &Start, contacts: &[LinearContact]) -> DVector<f64> {
         let [mut before, mut after] = [0, 1].map(|_| DVector::zeros(linear.size));
         for (contact, from) in contacts.iter().zip(&start.candidates) {
             contact.load(&mut after);
-            Contact { force: from.force, travel: 0.0, ..*contact }.load(&mut before);
+            LinearContact { force: from.force, travel: 0.0, ..*contact }.load(&mut before);
         }
         after - before
     }

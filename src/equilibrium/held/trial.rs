@@ -6,9 +6,9 @@ use super::candidate::Candidate;
 use super::ends::End;
 use super::line::Line;
 use super::linear::Linear;
-use super::reduced::Contact;
+use super::reduced::LinearContact;
 use super::search::Snapshot;
-use super::sites::Site;
+use super::sites::HeldSite;
 use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
 use crate::equilibrium::system::Configuration;
@@ -63,7 +63,7 @@ impl Course {
 /// The start of a step.
 pub(super) struct Start {
     pub shape: Configuration,
-    pub sites: Vec<Site>,
+    pub sites: Vec<HeldSite>,
     pub candidates: Vec<Candidate>,
     pub turns: Vec<Vector3<f64>>,
     pub condensed: Vec<Row>,
@@ -106,7 +106,7 @@ pub(super) enum Attempt {
 /// A step on the linear rod.
 pub(super) struct Trial {
     pub linear: Linear,
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<LinearContact>,
     /// Changes of the reactions of holds and springs.
     pub links: DVector<f64>,
     /// Largest rotation, rad.

@@ -17,8 +17,8 @@ impl Surfaces for Ball {
     }
 }
 
-fn contact(first: usize, friction: f64, range: Option<[f64; 2]>) -> Contact {
-    Contact {
+fn contact(first: usize, friction: f64, range: Option<[f64; 2]>) -> LinearContact {
+    LinearContact {
         obstacle: 0,
         friction,
         force: Vector3::zeros(),
@@ -52,7 +52,7 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
         contacts[0].force = Vector3::new(0.2, 0.1, 0.25);
         contacts[0].travel = 0.05;
         contacts[1].force = Vector3::new(-0.1, 0.2, 0.2);
-        let residuals = |contacts: &[Contact]| {
+        let residuals = |contacts: &[LinearContact]| {
             let all = problem.evaluate_all(contacts);
             let mut values = Vec::new();
             for (contact, at) in contacts.iter().zip(&all) {
@@ -85,7 +85,7 @@ fn active_set_keeps_the_solution_and_approaches_it() {
     let mut solution = vec![contact(0, 0.0, Some([-1.0, 1.0])), contact(6, 0.0, None)];
     assert!(problem.solve(&mut solution, false));
     assert!(solution.iter().all(|at| at.status != Status::Open));
-    let distance = |contacts: &[Contact]| {
+    let distance = |contacts: &[LinearContact]| {
         let each =
             contacts.iter().zip(&solution).map(|(a, b)| (a.force - b.force).norm() + (a.travel - b.travel).abs());
         each.sum::<f64>()
@@ -148,7 +148,8 @@ fn two_points_share_a_load_by_their_coupled_compliance() {
     }
     let free = DVector::from_vec(vec![0.0, 0.0, -depth, 0.0, 0.0, -depth, 0.0, 0.0, depth]);
     let problem = Reduced { surfaces: &Floor, compliance: &compliance, start: free.clone(), free, scale: 0.0 };
-    let mut contacts: Vec<Contact> = (0..3).map(|i| Contact { clearance: 0.0, ..contact(3 * i, 0.0, None) }).collect();
+    let mut contacts: Vec<LinearContact> =
+        (0..3).map(|i| LinearContact { clearance: 0.0, ..contact(3 * i, 0.0, None) }).collect();
     assert!(problem.solve(&mut contacts, false));
     for (point, expected) in contacts.iter().zip([depth / (a + c), depth / (a + c), 0.0]) {
         assert_relative_eq!(point.force, Vector3::z() * expected, epsilon = 1e-14);
@@ -176,7 +177,7 @@ fn contact_that_bears_almost_no_force_is_solved_to_the_rounding_of_its_place() {
         let direction = Vector3::new(0.3 + 0.05 * f64::from(i), 0.7, 0.2).normalize();
         let free = DVector::from_row_slice((FAR + direction * (1.0 - 1e-12)).as_slice());
         let problem = Reduced { surfaces: &FarBall, compliance: &compliance, start: free.clone(), free, scale: 1e-27 };
-        let mut contacts = vec![Contact { clearance: 0.0, ..contact(0, 0.0, None) }];
+        let mut contacts = vec![LinearContact { clearance: 0.0, ..contact(0, 0.0, None) }];
         assert!(problem.solve(&mut contacts, false), "{i}");
         let place = Reduced::place(&contacts[0], &problem.coordinates(&contacts)).0;
         let gap = problem.surfaces.gap(0, &place).value;
@@ -203,7 +204,7 @@ fn solution_whose_residual_is_hidden_by_rounding_needs_no_second_guess() {
     let compliance = DMatrix::identity(3, 3) * a;
     let free = DVector::from_vec(vec![0.0, 0.0, -depth]);
     let problem = Reduced { surfaces: &floor, compliance: &compliance, start: free.clone(), free, scale: 0.0 };
-    let mut contacts = vec![Contact { clearance: 0.0, ..contact(0, 0.0, None) }];
+    let mut contacts = vec![LinearContact { clearance: 0.0, ..contact(0, 0.0, None) }];
     assert!(problem.solve(&mut contacts, false));
     assert_relative_eq!(contacts[0].force, Vector3::z() * (depth / a), max_relative = 1e-9);
     // One guess takes 36 evaluations of the gap, and two take 73.
@@ -232,8 +233,8 @@ fn problems_of_many_close_stations_are_solved_to_rounding() {
         }
         let problem = Reduced { surfaces: &Floor, compliance: &compliance, start: free.clone(), free, scale: 0.0 };
         let at_rest = (Vector3::zeros(), Vector3::zeros());
-        let each = (0..count).map(|i| Contact { clearance: 0.0, anchor: at_rest, ..contact(3 * i, 0.0, None) });
-        let mut contacts: Vec<Contact> = each.collect();
+        let each = (0..count).map(|i| LinearContact { clearance: 0.0, anchor: at_rest, ..contact(3 * i, 0.0, None) });
+        let mut contacts: Vec<LinearContact> = each.collect();
         assert!(problem.solve(&mut contacts, false), "{phase}");
         let coordinates = problem.coordinates(&contacts);
         for point in &contacts {
@@ -256,8 +257,8 @@ fn first_step_solves_laws_that_are_linear_at_the_start_of_the_step() {
     let problem = Reduced { surfaces: &Floor, compliance: &compliance, free, start, scale: 0.0 };
     let at_rest = (Vector3::zeros(), Vector3::zeros());
     // With this force the point would be open at the place that the rod reaches with it.
-    let lifted = Contact { force: Vector3::z(), k: 3.0, ..contact(0, 0.0, Some([-1.0, 1.0])) };
-    let mut point = Contact { clearance: 0.0, anchor: at_rest, ..lifted };
+    let lifted = LinearContact { force: Vector3::z(), k: 3.0, ..contact(0, 0.0, Some([-1.0, 1.0])) };
+    let mut point = LinearContact { clearance: 0.0, anchor: at_rest, ..lifted };
     for curve in [2.0, 5.0] {
         (point.curve, point.bend) = (curve, Vector3::z() * curve);
         let steps = problem.first_step(&[point], 0.0).unwrap();

@@ -2,10 +2,10 @@
 
 use nalgebra::{DVector, Matrix3, Vector3};
 
-use super::Response;
+use super::LinearResponse;
 use crate::equilibrium::system::System;
 
-impl Response {
+impl LinearResponse {
     /// The first coordinates of all places and of a free base.
     fn displaced(&self) -> Vec<usize> {
         self.places.iter().map(|place| place.first).chain([self.size() - 3]).collect()
