@@ -38,7 +38,6 @@ use crate::support::Reaction;
 use crate::tropism::{Declaration, Growing};
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
-use memories::Declared;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth};
 use part::StepPart;
@@ -55,8 +54,6 @@ pub(super) struct Stepper {
     /// The integral up to the exit of a point from the growth zone.
     exit_integral: GradientIntegral,
     collocation: ExponentialCollocation,
-    /// Declared memories, which are compared with the rates.
-    memories: Declared,
     force: InternalForce,
     /// Data that the solver of an equilibrium must not change.
     unshaped: Unshaped,
@@ -160,7 +157,6 @@ impl Stepper {
         (self.statistics, self.max_work) = (Statistics::default(), max_work);
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
-        self.memories.read(&self.laws);
         self.stimuli.resize(self.laws.size().stimuli, 0.0);
         self.laws.check()
     }

@@ -15,9 +15,9 @@ use crate::rod::Rod;
 use crate::scene::{Environment, Scene};
 use crate::sensing;
 use crate::shoot::Shoot;
-use crate::state::{LEVELS, State};
+use crate::state::{LEVELS, Nodes, State};
 use crate::support::{Joint, Support, closest_about};
-use crate::tropism::{Growing, Site, TropismLaw};
+use crate::tropism::{Declaration, Growing, Site, TropismLaw};
 
 /// Rotation of the axis of a base's hinge that is attributed to rounding, rad. The base is not rotated then.
 const HINGE_ROUNDING: f64 = 1e-12;
@@ -261,34 +261,10 @@ impl Stepper {
         times[count - 1] = 1.0;
         let transient = transient.map(|tau| tau / size);
         self.collocation.prepare(&self.laws, size, Levels { count, times, transient });
-        let first = state.rod.zone().start;
         let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
-        let (mut check, mut defined) = (Ok(()), true);
-        let integrated =
-            state.history.each_step((&smooth, unread), |[before, rates_before], stimuli, variables, rates| {
-                variables.copy_from_slice(before);
-                let integrated = self.collocation.integrate(tropism, stimuli, variables, rates_before);
-                rates.fill(f64::NAN);
-                tropism.rates(variables, stimuli[count - 1], rates);
-                // The integration and the analysis of stability use the declaration of the laws. It is compared
-                // with the rates in every step.
-                let finite = integrated && rates.iter().all(|rate| rate.is_finite());
-                if finite {
-                    check = self.memories.check(variables, rates, stimuli[count - 1]);
-                } else {
-                    tropism.rates(before, stimuli[count - 1], rates);
-                    defined = rates.iter().all(|rate| rate.is_finite());
-                }
-                finite && check.is_ok()
-            });
-        integrated.or_else(|point| {
-            // More specific errors take precedence.
-            self.check_size(tropism)?;
-            check?;
-            if !defined {
-                return Err(IntegrationError::NotFinite { what: RATE, time: step.to });
-            }
-            Err(IntegrationError::Variables { time: step.to, point: first + point })
+        let collocation = &mut self.collocation;
+        integrate_points((state, tropism), &self.laws, (&smooth, unread), step.to, |_, [_, rates], stimuli, variables| {
+            collocation.integrate(tropism, stimuli, variables, rates)
         })
     }
 
@@ -305,25 +281,13 @@ impl Stepper {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
-        let (first, levels, mut check) = (state.rod.zone().start, state.history.last_two(), Ok(()));
-        let mut point = first;
-        let set = state.history.each_step((&levels, 0), |[before, rates_before], stimuli, variables, rates| {
+        let levels = state.history.last_two();
+        let set = |point: usize, [before, rates]: [&[f64]; 2], stimuli: &[&[f64]; LEVELS], variables: &mut [f64]| {
             let stimuli = [stimuli[0], stimuli[1]];
-            variables.copy_from_slice(before);
-            integrate(&PointStep { point, variables: before, rates: rates_before, stimuli, law: tropism }, variables);
-            point += 1;
-            rates.fill(f64::NAN);
-            tropism.rates(variables, stimuli[1], rates);
-            let finite = variables.iter().chain(&*rates).all(|number| number.is_finite());
-            if finite {
-                check = self.memories.check(variables, rates, stimuli[1]);
-            }
-            finite && check.is_ok()
-        });
-        set.or_else(|point| {
-            check?;
-            Err(IntegrationError::Variables { time: step.to, point: first + point })
-        })
+            integrate(&PointStep { point, variables: before, rates, stimuli, law: tropism }, variables);
+            variables.iter().all(|number| number.is_finite())
+        };
+        integrate_points((state, tropism), &self.laws, (&levels, 0), step.to, set)
     }
 
     /// Returns whether a step is not longer than the shortest delay, and depends only on the past.
@@ -333,16 +297,7 @@ impl Stepper {
 
     /// Returns an error if the laws have changed their declaration since the call began.
     fn check_size(&self, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
-        let (now, before) = (tropism.size(), self.laws.size());
-        let requirement = "the same throughout a call";
-        for (name, counts) in [
-            ("number of variables that the tropism laws declare", [now.variables, before.variables]),
-            ("number of stimuli that the tropism laws declare", [now.stimuli, before.stimuli]),
-            ("number of reads of present stimuli", [now.reads_present.into(), before.reads_present.into()]),
-        ] {
-            ParameterError::count(name, counts, requirement)?;
-        }
-        Ok(())
+        check_size(&self.laws, tropism)
     }
 
     /// Evaluates the rates of the variables at the last level.
@@ -354,6 +309,60 @@ impl Stepper {
             tropism.rates(point.variables, point.stimuli, point.rates);
         }
     }
+}
+
+/// Returns an error if laws have changed their declaration.
+fn check_size(laws: &Declaration, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
+    let (now, before) = (tropism.size(), laws.size());
+    let requirement = "the same throughout a call";
+    for (name, counts) in [
+        ("number of variables that the tropism laws declare", [now.variables, before.variables]),
+        ("number of stimuli that the tropism laws declare", [now.stimuli, before.stimuli]),
+        ("number of reads of present stimuli", [now.reads_present.into(), before.reads_present.into()]),
+    ] {
+        ParameterError::count(name, counts, requirement)?;
+    }
+    Ok(())
+}
+
+/// Sets the variables at the last level, at the time `to` (s), and evaluates their rates, for each point of the zone but
+/// the first `unread` ones. `integrate` is called with the index of the point in the rod, its variables and their rates
+/// at the level before, its stimuli at `levels`, and the variables to be changed, which are those before. It returns
+/// whether it succeeds.
+fn integrate_points<T: TropismLaw>(
+    (state, tropism): (&mut State, &T),
+    laws: &Declaration,
+    (levels, unread): (&Nodes, usize),
+    to: f64,
+    mut integrate: impl FnMut(usize, [&[f64]; 2], &[&[f64]; LEVELS], &mut [f64]) -> bool,
+) -> Outcome {
+    let (first, last) = (state.rod.zone().start, levels.len() - 1);
+    let (mut points, mut check, mut defined) = (first + unread.., Ok(()), true);
+    let integrated = state.history.each_step((levels, unread), |before, stimuli, variables, rates| {
+        variables.copy_from_slice(before[0]);
+        let succeeded = points.next().is_some_and(|point| integrate(point, before, stimuli, variables));
+        rates.fill(f64::NAN);
+        tropism.rates(variables, stimuli[last], rates);
+        // The integration and the analysis of stability use the declaration of the laws. It is compared with the rates
+        // in every step.
+        let finite = succeeded && rates.iter().all(|rate| rate.is_finite());
+        if finite {
+            check = laws.check_rates(variables, rates, stimuli[last]);
+        } else {
+            tropism.rates(before[0], stimuli[last], rates);
+            defined = rates.iter().all(|rate| rate.is_finite());
+        }
+        finite && check.is_ok()
+    });
+    integrated.or_else(|point| {
+        // More specific errors take precedence.
+        check_size(laws, tropism)?;
+        check?;
+        if !defined {
+            return Err(IntegrationError::NotFinite { what: RATE, time: to });
+        }
+        Err(IntegrationError::Variables { time: to, point: first + point })
+    })
 }
 
 /// The error of a rate of the intrinsic strain at a time (s) that is not finite, with the cause if it is known.
