@@ -6,6 +6,7 @@
 
 use super::IntegrationError;
 use super::error::Outcome;
+use super::stepper::StepEnd;
 
 /// Steps and changes of elements of a run of [`MethodOfSteps`](super::MethodOfSteps), in the order in which they were
 /// made.
@@ -27,17 +28,9 @@ impl Grid {
 pub(super) struct GridStep {
     /// Start of the step, s.
     pub from: f64,
-    /// End of the step, s.
-    pub to: f64,
-    /// Whether there is a discontinuity at the end.
-    pub discontinuity: bool,
-    /// Whether the end is a breaking point.
-    pub kink: bool,
-    /// Number of delays through which a discontinuity of a law or the scene has caused the one at the end.
-    pub generation: u8,
-    /// Time towards which the step was made, s: the next time that steps must not pass.
-    pub target: f64,
-    /// What is at this time.
+    /// End of the step.
+    pub end: StepEnd,
+    /// What is at the target of the step.
     pub anchor: Anchor,
     /// Changes of the elements at the start of the step, in their order.
     pub changes: Vec<Change>,

@@ -64,7 +64,7 @@ pub struct Rod {
     /// Material points of every element.
     points: Vec<MaterialPoint>,
     /// Distance of the ends of the elements from the apex, up to date in the growth zone.
-    node_distance: Vec<f64>,
+    pub(crate) node_distance: Vec<f64>,
     /// The length at t = 0, m.
     initial_length: f64,
     /// Ends of elements that merging must keep.

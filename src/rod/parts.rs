@@ -149,16 +149,6 @@ impl Rod {
         self.chain_frames();
     }
 
-    /// Distances of the ends of the elements from the apex, m; up to date in the growth zone.
-    pub(crate) fn node_distances(&self) -> &[f64] {
-        &self.node_distance
-    }
-
-    /// Distances of the ends of the elements from the apex, to be changed.
-    pub(crate) fn node_distances_mut(&mut self) -> &mut [f64] {
-        &mut self.node_distance
-    }
-
     /// The length at t = 0, m.
     pub(crate) fn initial_length(&self) -> f64 {
         self.initial_length

@@ -171,7 +171,7 @@ impl<M: Model> Shoot<M> {
             return rates;
         }
         let (p, weights, zone) = (rod.order().points(), &rod.reference().weights, growth.zone_length());
-        let speed = |node: usize| growth.apical_speed(rod.node_distances()[node].min(zone), time);
+        let speed = |node: usize| growth.apical_speed(rod.node_distance[node].min(zone), time);
         for e in rod.first_growing()..rod.elements() {
             let points = rod.element_points(e);
             let rates = &mut rates[e * p..(e + 1) * p];

@@ -107,7 +107,7 @@ impl History {
     }
 
     /// Levels after a discontinuity of the rates. Each has the same time as the level before it.
-    pub fn discontinuities(&self) -> impl Iterator<Item = usize> {
+    pub fn discontinuities(&self) -> impl DoubleEndedIterator<Item = usize> {
         (1..self.levels()).filter(|level| self.time(level - 1) == self.time(*level))
     }
 

@@ -45,7 +45,7 @@ pub(super) fn adapt(
     let boundary = growth.flow(growth.zone_length(), to, from).0;
     let first = state.rod.first_growing();
     for e in first..state.rod.elements() {
-        let (a, b) = (state.rod.node_distances()[e], state.rod.node_distances()[e + 1]);
+        let (a, b) = (state.rod.node_distance[e], state.rod.node_distance[e + 1]);
         // A boundary that differs from a node by rounding is on the node.
         let margin = ROUNDING * (a - b);
         if boundary >= a - margin {

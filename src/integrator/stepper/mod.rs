@@ -251,11 +251,6 @@ impl Stepper {
         Ok(())
     }
 
-    /// Resets the work of the integration of the variables for a step and its corrections.
-    fn begin_variables(&mut self) {
-        self.collocation.begin_step();
-    }
-
     /// Adapts the elements to a step, stores the initial strains and positions, and appends a level to the history.
     fn begin_step(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, end: StepEnd) -> Outcome<StepInterval> {
         let (from, to) = (shoot.state.time, end.time);

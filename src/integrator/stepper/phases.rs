@@ -4,7 +4,6 @@
 use nalgebra::Vector3;
 
 use super::collocation::Levels;
-use super::gradient_integral::Undefined;
 use super::transient::smooth_levels;
 use super::{IntegrationError, Outcome, PointStep, ROUNDING, StepInterval, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, check_balance};
@@ -24,6 +23,9 @@ const HINGE_ROUNDING: f64 = 1e-12;
 
 /// Name of the rates of variables in errors. The default of [`TropismLaw::rates`] is NaN.
 pub(super) const RATE: &str = "rate of a variable of the tropism laws, which `TropismLaw::rates` writes,";
+
+/// Name of the gradients of the laws in errors.
+const GRADIENT: &str = "growth gradient";
 
 impl Stepper {
     /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
@@ -60,8 +62,9 @@ impl Stepper {
         self.gradient_integral.add(laws, history, (leaving, start), places, changes);
         if let Some(i) = self.changes.iter().position(|change| !change.sum().is_finite()) {
             // A point that leaves the zone in the step is examined at all times of the step.
-            let undefined = self.gradient_integral.undefined(laws, history, (i, start), &self.places[i]);
-            return Err(not_finite(shoot, undefined, to));
+            let point = (&self.places[i], state.rod.length());
+            let undefined = self.gradient_integral.undefined(laws, history, (i, start), point);
+            return Err(undefined.unwrap_or(IntegrationError::NotFinite { what: GRADIENT, time: to }));
         }
         Ok(self.apply_changes(shoot))
     }
@@ -104,8 +107,9 @@ impl Stepper {
         if rate[0].sum().is_finite() {
             return Ok(rate[0]);
         }
-        let undefined = self.gradient_integral.undefined((growth, tropism), &state.history, (index, start), &place[0]);
-        Err(not_finite(shoot, undefined, time))
+        let (laws, point) = ((growth, tropism), (&place[0], state.rod.length()));
+        let undefined = self.gradient_integral.undefined(laws, &state.history, (index, start), point);
+        Err(undefined.unwrap_or(IntegrationError::NotFinite { what: GRADIENT, time }))
     }
 
     /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
@@ -363,14 +367,6 @@ fn integrate_points<T: TropismLaw>(
         }
         Err(IntegrationError::Variables { time: to, point: first + point })
     })
-}
-
-/// The error of a rate of the intrinsic strain at a time (s) that is not finite, with the cause if it is known.
-fn not_finite(shoot: &Shoot<impl Model>, undefined: Option<Undefined>, time: f64) -> IntegrationError {
-    let Some(Undefined { what, law, apex_distance, time }) = undefined else {
-        return IntegrationError::NotFinite { what: "growth gradient", time };
-    };
-    IntegrationError::Undefined { what, law, arc_length: shoot.state.rod.length() - apex_distance, time }
 }
 
 /// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of
