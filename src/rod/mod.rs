@@ -257,10 +257,13 @@ impl Rod {
     /// The volume of the rod, m³.
     #[must_use]
     pub fn volume(&self) -> f64 {
-        let reference = self.reference();
-        let weights = reference.weights.iter().cycle();
-        let each = self.points.iter().zip(weights);
-        each.map(|(point, w)| w * point.jacobian * point.section.area()).sum()
+        self.integral(self.points.iter().map(|point| point.section.area()))
+    }
+
+    /// The integral along the rod of values at its material points.
+    pub(crate) fn integral(&self, values: impl Iterator<Item = f64>) -> f64 {
+        let each = self.points.iter().zip(self.reference().weights.iter().cycle()).zip(values);
+        each.map(|((point, w), value)| w * point.jacobian * value).sum()
     }
 
     /// Rotates the whole rod so that its base has the given frame.

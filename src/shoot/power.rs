@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::Shoot;
-use super::energies::integral;
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
@@ -159,7 +158,7 @@ impl<M: Model> Shoot<M> {
             }
             power - load_rates.get(i).map_or(0.0, |rate| rate.dot(&(frame * rod.line_strain_at_point(e, g))))
         });
-        integral(rod, each) - load_rate_at_base.dot(&rod.base_position())
+        rod.integral(each) - load_rate_at_base.dot(&rod.base_position())
     }
 
     /// REGR at the points of the shape plus a constant in each element, 1/s. With it the length of the element has the

@@ -272,14 +272,6 @@ impl History {
         nodes
     }
 
-    /// Returns the last two levels.
-    pub fn last_two(&self) -> Nodes {
-        let last = self.levels.len().saturating_sub(1);
-        let (mut nodes, first) = (Nodes { count: 2, ..Nodes::default() }, last.saturating_sub(1));
-        (nodes.levels[0], nodes.levels[1]) = (first, last);
-        nodes
-    }
-
     /// Times (s) between `from` and `to` at which the time `delay` seconds earlier is that of a level. Times closer to
     /// an end than [`CLOSE`] times the interval are not between them.
     pub fn passings(&self, delay: f64, from: f64, to: f64) -> impl Iterator<Item = f64> + Clone {

@@ -267,9 +267,13 @@ impl Stepper {
         self.collocation.prepare(&self.laws, size, Levels { count, times, transient });
         let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
         let collocation = &mut self.collocation;
-        integrate_points((state, tropism), &self.laws, (&smooth, unread), step.to, |_, [_, rates], stimuli, variables| {
-            collocation.integrate(tropism, stimuli, variables, rates)
-        })
+        integrate_points(
+            (state, tropism),
+            &self.laws,
+            (&smooth, unread),
+            step.to,
+            |_, [_, rates], stimuli, variables| collocation.integrate(tropism, stimuli, variables, rates),
+        )
     }
 
     /// Sets the variables at the last level by a function of those at the level before and of the stimuli at both, for
@@ -285,7 +289,7 @@ impl Stepper {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
-        let levels = state.history.last_two();
+        let levels = state.history.smooth(2, f64::NEG_INFINITY, 0.0);
         let set = |point: usize, [before, rates]: [&[f64]; 2], stimuli: &[&[f64]; LEVELS], variables: &mut [f64]| {
             let stimuli = [stimuli[0], stimuli[1]];
             integrate(&PointStep { point, variables: before, rates, stimuli, law: tropism }, variables);

@@ -65,10 +65,7 @@ pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool,
 }
 
 /// Breaking points of the discontinuities in the history, s: their times plus the delays of the laws.
-pub(super) fn breaking_points(
-    shoot: &Shoot<impl Model>,
-    laws: &Declaration,
-) -> impl Iterator<Item = (f64, Anchor)> {
+pub(super) fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration) -> impl Iterator<Item = (f64, Anchor)> {
     let history = &shoot.state.history;
     history.discontinuities().rev().enumerate().flat_map(move |(discontinuity, level)| {
         let delays = laws.delays().enumerate().filter(|(_, delay)| *delay > 0.0);
