@@ -13,7 +13,7 @@ use nalgebra::{Complex, DMatrix};
 use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver};
 use crate::cycle::corrector::check_residual;
-use crate::cycle::equations::Evaluation;
+use crate::cycle::equations::EvaluatedEquations;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::Monodromy;
 use crate::cycle::periodic::guess::state_of_waves;

@@ -15,11 +15,8 @@ use crate::scene::{Environment, Scene};
 use crate::sensing;
 use crate::shoot::Shoot;
 use crate::state::{LEVELS, Nodes, State};
-use crate::support::{Joint, Support, closest_about};
+use crate::support::{Joint, Support};
 use crate::tropism::{Declaration, Growing, Site, TropismLaw};
-
-/// Rotation of the axis of a base's hinge that is attributed to rounding, rad. The base is not rotated then.
-const HINGE_ROUNDING: f64 = 1e-12;
 
 /// Name of the rates of variables in errors. The default of [`TropismLaw::rates`] is NaN.
 pub(super) const RATE: &str = "rate of a variable of the tropism laws, which `TropismLaw::rates` writes,";
@@ -153,28 +150,17 @@ impl Stepper {
         if !base.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "frame of the base", time });
         }
-        // `set_base` would normalise a quaternion that is not a rotation.
-        let (name, norm) = ("norm of the base frame's quaternion", base.norm());
-        ParameterError::unless((norm - 1.0).abs() < ROUNDING, name, norm, "1")?;
+        ParameterError::unit("norm of the base frame's quaternion", base.norm())?;
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
         shoot.state.gravity = environment.gravity;
         let base_joint = model.support().base().filter(|_| started);
         let rod = &mut shoot.state.rod;
-        if base_joint != Some(Joint::Free) && rod.set_base_position(position).is_err() {
+        if base_joint != Some(Joint::Free) && !position.sum().is_finite() {
             return Err(IntegrationError::NotFinite { what: "position of the base", time });
         }
-        match base_joint {
-            None => rod.set_base(base)?,
-            Some(Joint::Ball | Joint::Free) => {}
-            Some(Joint::Hinge(axis)) => {
-                let hinged = closest_about(&axis, &base, &rod.frames()[0]);
-                if hinged.angle_to(&rod.frames()[0]) > HINGE_ROUNDING {
-                    rod.set_base(hinged)?;
-                }
-            }
-        }
+        rod.place_base((base, position), base_joint)?;
         Ok(environment)
     }
 

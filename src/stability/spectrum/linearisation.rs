@@ -194,12 +194,6 @@ impl Linearisation {
         Root { error: self.error_of(part, value), ..Root::new(block, value) }
     }
 
-    /// Keeps a linearisation on a coarser mesh for estimates of errors. A share of the change of a root is its error.
-    pub(in crate::stability) fn compare_with(&mut self, mut coarser: Self, share: f64) {
-        coarser.coarser = None;
-        self.coarser = Some((Box::new(coarser), share));
-    }
-
     /// The unstable isolated root with the smallest real part, and the number of roots that it represents.
     ///
     /// # Errors

@@ -109,6 +109,5 @@ fn place_that_moves(displacement: &[Vector3<Complex<f64>>]) -> Vector3<Complex<f
 /// Re a at first and moves along −Im a. None if it moves on a line, because Re a and Im a are parallel.
 fn handedness(a: &Vector3<Complex<f64>>, tangent: &Vector3<f64>) -> Option<Handedness> {
     let area = -a.map(|z| z.re).cross(&a.map(|z| z.im)).dot(tangent);
-    let sense = if area > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
-    (area.abs() >= 1e-6 * a.norm_squared()).then_some(sense)
+    Handedness::of(area).filter(|_| area.abs() >= 1e-6 * a.norm_squared())
 }

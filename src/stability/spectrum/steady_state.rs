@@ -10,6 +10,7 @@ use crate::linearisation::{
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
 use crate::rod::Rod;
+use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::ContactState;
@@ -44,7 +45,7 @@ pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), Stability
 pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
     let environment = shoot.environment();
     let (load, support, scene) = (shoot.model.load(), shoot.model.support(), shoot.model.scene());
-    rod.place_base(scene, support.base(), environment.time)?;
+    rod.place_base((scene.base(environment.time), scene.position(environment.time)), support.base())?;
     // The shape, as that of an unloaded rod, which has the visible strain as its intrinsic strain.
     let p = rod.order().points();
     let mut shape = rod.clone();
