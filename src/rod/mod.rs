@@ -62,7 +62,7 @@ pub struct Rod {
     /// Strain v of the centre line at the material points, along the directors; empty without shear and stretch.
     line_strains: Vec<Vector3<f64>>,
     /// Material points of every element.
-    points: Vec<MaterialPoint>,
+    pub(crate) points: Vec<MaterialPoint>,
     /// Distance of the ends of the elements from the apex, up to date in the growth zone.
     pub(crate) node_distance: Vec<f64>,
     /// The length at t = 0, m.
@@ -70,7 +70,7 @@ pub struct Rod {
     /// Ends of elements that merging must keep.
     kept: Vec<bool>,
     /// Index of the first element in the growth zone.
-    first_growing: usize,
+    pub(crate) first_growing: usize,
     /// Loss of intrinsic strain by merging, for every element.
     loss: Vec<MergingLoss>,
     /// Forces and couples of supports in the last equilibrium; empty without a support.
@@ -215,11 +215,6 @@ impl Rod {
     /// The reactions of the last equilibrium, to be replaced.
     pub(crate) fn reactions_mut(&mut self) -> &mut Vec<Reaction> {
         &mut self.reactions
-    }
-
-    /// The first element in the growth zone; equal to the number of elements for a mature rod.
-    pub(crate) fn first_growing(&self) -> usize {
-        self.first_growing
     }
 
     /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a

@@ -21,11 +21,6 @@ impl Rod {
         &mut self.points[start..end]
     }
 
-    /// The material points, to be changed.
-    pub(crate) fn points_mut(&mut self) -> &mut [MaterialPoint] {
-        &mut self.points
-    }
-
     /// The rotation vectors of the nodes 1 … p of all elements.
     pub(crate) fn rotations(&self) -> &[Vector3<f64>] {
         &self.rotations

@@ -97,7 +97,7 @@ fn check_history(state: &State, tropism: &impl TropismLaw) -> Result<(), StateEr
 /// Makes tissue mature that is outside a new growth zone of the given length (m).
 fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     let rod = &state.rod;
-    let first = rod.first_growing();
+    let first = rod.first_growing;
     // Ends of elements move by the exact flow, so their distances are accurate to rounding.
     let (growing, margin) = (rod.node_distance[first.min(rod.elements())], SAME_PLACE * rod.length());
     let ok = first == 0 || zone <= growing + margin;

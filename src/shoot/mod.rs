@@ -154,7 +154,7 @@ impl<M: Model> Shoot<M> {
     /// the whole shoot grows and is shorter. The accuracy is relative to the length of the shoot.
     pub(crate) fn check_zone(&self, state: &State, accuracy: f64) -> Result<(), ParameterError> {
         let (growth, rod) = (self.model.growth(), &state.rod);
-        let (zone, first) = (growth.zone_length(), rod.first_growing());
+        let (zone, first) = (growth.zone_length(), rod.first_growing);
         if !growth.elongates() {
             return Ok(());
         }
@@ -252,7 +252,7 @@ mod tests {
         assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
         assert_eq!(shoot.state, kept);
         let mut long = kept.clone();
-        long.rod.points_mut().iter_mut().for_each(|point| point.jacobian *= 1e6);
+        long.rod.points.iter_mut().for_each(|point| point.jacobian *= 1e6);
         long.rod.node_distance.iter_mut().for_each(|distance| *distance *= 1e6);
         let error = shoot.restore(&long).unwrap_err();
         assert!(matches!(&error, StateError::Parameter(error) if error.name == "length of the rod"), "{error}");

@@ -171,7 +171,7 @@ impl<M: Model> Shoot<M> {
         }
         let (p, weights, zone) = (rod.order().points(), &rod.reference().weights, growth.zone_length());
         let speed = |node: usize| growth.apical_speed(rod.node_distance[node].min(zone), time);
-        for e in rod.first_growing()..rod.elements() {
+        for e in rod.first_growing..rod.elements() {
             let points = rod.element_points(e);
             let rates = &mut rates[e * p..(e + 1) * p];
             rates.iter_mut().zip(points).for_each(|(rate, point)| *rate = growth.regr(point.apex_distance, time));
@@ -192,7 +192,7 @@ impl<M: Model> Shoot<M> {
         }
         let [before, after] = [-CHANGE, CHANGE].map(|part| {
             let mut rod = self.rod().clone();
-            for (point, rate) in rod.points_mut().iter_mut().zip(rates) {
+            for (point, rate) in rod.points.iter_mut().zip(rates) {
                 point.jacobian *= 1.0 + part * rate / largest;
             }
             InternalForce::of(&rod, self.model.load(), &self.environment())

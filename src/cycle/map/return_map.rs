@@ -152,7 +152,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         let environment = scene.environment(time);
         let first = self.rod.zone().start;
         for k in 0..strain.len() {
-            self.rod.points_mut()[first + k / 2].intrinsic[k % 2] = strain[k];
+            self.rod.points[first + k / 2].intrinsic[k % 2] = strain[k];
         }
         let (load, support) = (self.shoot.model.load(), self.shoot.model.support());
         self.rod.place_base((scene.base(time), scene.position(time)), support.base())?;

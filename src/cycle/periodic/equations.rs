@@ -43,7 +43,7 @@ impl Equations for PeriodicSolver {
     }
 
     fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
-        let (share, angle) = (if self.half() { 0.5 } else { 1.0 }, self.angle.unwrap_or(0.0));
+        let (share, angle) = (self.share(), self.angle.unwrap_or(0.0));
         let period = share * root.period();
         let start = state_of_mode(&mut self.return_map(shoot, period)?, root, amplitude, period)?;
         Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
@@ -52,7 +52,7 @@ impl Equations for PeriodicSolver {
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<OrbitUnknowns, CycleError> {
         // A whole orbit becomes half a swing, or the reverse.
         let (period, angle) = match orbit.settings.angle {
-            None => (if self.half() { 0.5 } else { 1.0 } * orbit.period, self.angle.unwrap_or(0.0)),
+            None => (self.share() * orbit.period, self.angle.unwrap_or(0.0)),
             Some(_) if self.angle.is_none() && orbit.angle.cos() < 0.0 => (2.0 * orbit.period, orbit.angle),
             Some(_) => (orbit.period, orbit.angle),
         };

@@ -24,8 +24,8 @@ impl Stepper {
         }
         let StepInterval { leaving, growth: [from, to], .. } = step;
         let rod = &mut shoot.state.rod;
-        let (zone, first, p) = (rod.zone(), rod.first_growing(), rod.order().points());
-        let points = &mut rod.points_mut()[zone];
+        let (zone, first, p) = (rod.zone(), rod.first_growing, rod.order().points());
+        let points = &mut rod.points[zone];
         let (leaving_points, staying) = points.split_at_mut((leaving * p).min(points.len()));
         for point in leaving_points {
             // These points leave the zone before the node that is on the boundary at the end of the step.

@@ -72,8 +72,7 @@ impl Stepper {
         let rod = &mut shoot.state.rod;
         let (length, zone) = (rod.length(), rod.zone());
         let mut largest = 0.0_f64;
-        for ((point, (intrinsic, _)), change) in rod.points_mut()[zone].iter_mut().zip(&self.starts).zip(&self.changes)
-        {
+        for ((point, (intrinsic, _)), change) in rod.points[zone].iter_mut().zip(&self.starts).zip(&self.changes) {
             let new = intrinsic + change;
             largest = largest.max((new - point.intrinsic).norm());
             point.intrinsic = new;

@@ -133,7 +133,7 @@ pub(in crate::integrator) fn permitted_step(
     }
     // Largest distance of growing tissue from the apex, since the zone may be longer than the shoot.
     let rod = &shoot.state.rod;
-    let reach = rod.node_distance[rod.first_growing().min(rod.elements())].min(zone);
+    let reach = rod.node_distance[rod.first_growing.min(rod.elements())].min(zone);
     let shortest = size.min(until - t) / MAX_PARTS;
     let mut step = size;
     while step > shortest && reach - growth.flow(zone, t + step, t).0 > mesh.longest_element {

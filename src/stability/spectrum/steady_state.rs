@@ -51,7 +51,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
     let mut shape = rod.clone();
     for e in 0..rod.elements() {
         for g in 0..p {
-            shape.points_mut()[e * p + g].intrinsic = rod.strain_at_point(e, g);
+            shape.points[e * p + g].intrinsic = rod.strain_at_point(e, g);
         }
     }
     iterate(shoot, &mut shape, (&(), &()), &[], &mut Unloaded, 0.1 * TOLERANCE)?;
@@ -63,7 +63,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
         if by_strain.iter().all(|matrix| matrix.iter().all(|slope| *slope == 0.0)) {
             return Err(StabilityError::NoProprioception);
         }
-        let (elements, what) = (rod.elements() - rod.first_growing(), "the shape of the steady state (rad)");
+        let (elements, what) = (rod.elements() - rod.first_growing, "the shape of the steady state (rad)");
         return Err(StabilityError::UnderResolved { elements, what, error });
     }
     // The visible strain is the sum of the elastic strain under the couple and the intrinsic strain.
@@ -78,7 +78,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
     let first = rod.zone().start;
     visit_sites(&shape, material, &force, false, |i, site| {
         let intrinsic = shape.points()[first + i].intrinsic;
-        rod.points_mut()[first + i].intrinsic = intrinsic + (intrinsic - site.strain);
+        rod.points[first + i].intrinsic = intrinsic + (intrinsic - site.strain);
     });
     iterate(shoot, rod, (load, support), force.reactions(), &mut precise_solver(), TOLERANCE)
 }
@@ -119,7 +119,7 @@ fn iterate(
         (*rod, (force, steady)) = loop {
             let mut moved = rod.clone();
             for (&(i, c), value) in matrix.unknowns.iter().zip(step.iter()) {
-                moved.points_mut()[first + i].intrinsic[c] += fraction * value;
+                moved.points[first + i].intrinsic[c] += fraction * value;
             }
             if let Ok(next) = evaluate(&mut moved, force.reactions())
                 && residual(&next.1) < residual(&steady)
