@@ -138,7 +138,10 @@ pub struct Laws<C, G = (), T = (), L = (), S = Still, U = ()> {
 
 /// Methods that replace one of the laws, by a law of any type.
 macro_rules! replacements {
-    ($($(#[$doc:meta])* $method:ident: $Trait:ident as $law:ident of ($($Type:ident),*), keeps ($($other:ident),*);)*) => {
+    ($(
+        $(#[$doc:meta])*
+        $method:ident: $Trait:ident as $law:ident of ($($Type:ident),*) keeps ($($other:ident),*);
+    )*) => {
         impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {$(
             $(#[$doc])*
             #[must_use]
@@ -152,17 +155,17 @@ macro_rules! replacements {
 
 replacements! {
     /// Replaces the elastic law.
-    with_constitutive: Constitutive as constitutive of (N, G, T, L, S, U), keeps (growth, tropism, load, scene, support);
+    with_constitutive: Constitutive as constitutive of (N, G, T, L, S, U) keeps (growth, tropism, load, scene, support);
     /// Replaces the growth law.
-    with_growth: GrowthLaw as growth of (C, N, T, L, S, U), keeps (constitutive, tropism, load, scene, support);
+    with_growth: GrowthLaw as growth of (C, N, T, L, S, U) keeps (constitutive, tropism, load, scene, support);
     /// Replaces the tropism law by a law or a tuple of laws.
-    with_tropism: TropismLaw as tropism of (C, G, N, L, S, U), keeps (constitutive, growth, load, scene, support);
+    with_tropism: TropismLaw as tropism of (C, G, N, L, S, U) keeps (constitutive, growth, load, scene, support);
     /// Replaces the load by a load or a tuple of loads.
-    with_load: Load as load of (C, G, T, N, S, U), keeps (constitutive, growth, tropism, scene, support);
+    with_load: Load as load of (C, G, T, N, S, U) keeps (constitutive, growth, tropism, scene, support);
     /// Replaces the scene.
-    with_scene: Scene as scene of (C, G, T, L, N, U), keeps (constitutive, growth, tropism, load, support);
+    with_scene: Scene as scene of (C, G, T, L, N, U) keeps (constitutive, growth, tropism, load, support);
     /// Replaces the support by a support or a tuple of supports.
-    with_support: Support as support of (C, G, T, L, S, N), keeps (constitutive, growth, tropism, load, scene);
+    with_support: Support as support of (C, G, T, L, S, N) keeps (constitutive, growth, tropism, load, scene);
 }
 
 /// Laws that are chosen at run time. A clone shares its laws with the original.

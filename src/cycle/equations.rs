@@ -102,6 +102,9 @@ pub trait Equations: Clone {
 /// The equations of a shoot at some unknowns, or the reason why they are not evaluated.
 pub type Computed<'a, E, M> = Result<<E as Equations>::Evaluation<'a, M>, CycleError>;
 
+/// A Jacobian and the symmetries of the equations.
+pub type WithSymmetries<J> = (J, Vec<Symmetry>);
+
 /// The equations of an orbit at some unknowns.
 pub trait EvaluatedEquations<E: Equations> {
     /// Rods in equilibrium.
@@ -118,7 +121,7 @@ pub trait EvaluatedEquations<E: Equations> {
 
     /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown of its own.
     /// None if the laws are singular.
-    fn linearise(&mut self) -> Result<Option<(E::Jacobian, Vec<Symmetry>)>, CycleError>;
+    fn linearise(&mut self) -> Result<Option<WithSymmetries<E::Jacobian>>, CycleError>;
 
     /// The orbit at converged unknowns, and the tangents of its symmetries. The linearisation at nearby unknowns
     /// may be known.

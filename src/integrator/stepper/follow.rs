@@ -1,9 +1,9 @@
 //! Recording of the grid of a run, and steps on a recorded grid.
 
+use super::grid::{Anchor, GridStep, GridUse};
 use super::step_end::{StepEnd, breaking_points, next_discontinuity_after, next_step_end};
 use super::{IntegrationError, Outcome, RunOptions, Stepper};
 use crate::error::ParameterError;
-use crate::integrator::grid::{Anchor, GridStep, GridUse};
 use crate::model::Model;
 use crate::shoot::Shoot;
 

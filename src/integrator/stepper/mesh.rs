@@ -3,10 +3,10 @@
 
 use nalgebra::Vector3;
 
+use super::grid::{Change, GridStep};
 use super::{IntegrationError, Outcome, ROUNDING, Statistics};
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
-use crate::integrator::grid::{Change, GridStep};
 use crate::rod::{MaterialPoint, Tissue, UNEVEN};
 use crate::shoot::Mesh;
 use crate::state::State;

@@ -5,6 +5,7 @@ mod contact_changes;
 mod elongation;
 mod follow;
 mod gradient_integral;
+mod grid;
 mod memories;
 mod mesh;
 mod options;
@@ -21,7 +22,6 @@ mod transient;
 use nalgebra::Vector3;
 
 use super::error::Outcome;
-use super::grid::GridUse;
 use super::undo::undo_on_error;
 use super::{
     ConstantHistory, FIRST_STEP, HistoryFunction, IntegrationError, MAX_HALVINGS, ORDER, ROUNDING, Statistics,
@@ -38,6 +38,8 @@ use crate::support::Reaction;
 use crate::tropism::{Declaration, Growing};
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
+pub use grid::Grid;
+pub(super) use grid::GridUse;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth};
 use part::StepPart;

@@ -1,11 +1,11 @@
 //! Choice of the end of the next step.
 
+use super::grid::Anchor;
 use super::transient::fastest_transient;
 use super::{FIRST_STEP, IntegrationError, ORDER, Outcome, ROUNDING, RunOptions};
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NOT_SHRINKING};
 use crate::integrator::error::MAX_PARTS;
-use crate::integrator::grid::Anchor;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
 use crate::shoot::{Mesh, Shoot};

@@ -4,11 +4,9 @@
 //! is discontinuous in the parameters. On the grid of one run it is smooth. Differences of such runs are derivatives
 //! of the computed shape.
 
-use super::IntegrationError;
-use super::error::Outcome;
-use super::stepper::StepEnd;
+use super::{IntegrationError, Outcome, StepEnd};
 
-/// Steps and changes of elements of a run of [`MethodOfSteps`](super::MethodOfSteps), in the order in which they were
+/// Steps and changes of elements of a run of [`MethodOfSteps`](crate::integrator::MethodOfSteps), in the order in which they were
 /// made.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grid {
@@ -25,7 +23,7 @@ impl Grid {
 
 /// A recorded step.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct GridStep {
+pub(in crate::integrator) struct GridStep {
     /// Start of the step, s.
     pub from: f64,
     /// End of the step.
@@ -42,7 +40,7 @@ pub(super) struct GridStep {
 
 /// A time that steps must not pass. It depends on the parameters, and the steps before it move with it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) enum Anchor {
+pub(in crate::integrator) enum Anchor {
     /// The end of the call of the integrator.
     #[default]
     Until,
@@ -54,7 +52,7 @@ pub(super) enum Anchor {
 
 /// A change of elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Change {
+pub(in crate::integrator) enum Change {
     /// The mature element of this index is merged with the next one.
     Merge(usize),
     /// The element of this index is halved.
@@ -65,7 +63,7 @@ pub(super) enum Change {
 
 /// Use of grids by a stepper.
 #[derive(Debug, Clone, Default)]
-pub(super) enum GridUse {
+pub(in crate::integrator) enum GridUse {
     /// Steps and elements are chosen.
     #[default]
     Free,
