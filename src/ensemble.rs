@@ -136,7 +136,7 @@ pub fn run<T: Send, E>(
             let (queue, member) = (Arc::clone(&queue), &member);
             scope.spawn(move || {
                 while let Some((index, result)) = start(&queue) {
-                    // Nobody receives the result if `take` has failed.
+                    // The result is not received if `take` has failed.
                     let _ = result.send(member(index));
                 }
             });

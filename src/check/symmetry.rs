@@ -97,8 +97,8 @@ fn rotated(values: &[f64], rotations: &[Rotation], angle: f64) -> Vec<f64> {
     out
 }
 
-/// Calls `check` with the index of each number whose rotation is declared, and with the value at the rotated site, which
-/// is the second one, the value that is expected there, and their size.
+/// Calls `check` with the index of each number whose rotation is declared, and with three values: that at the rotated
+/// site, which is the second one, the one that is expected there, and their size.
 fn compare(
     values: &[Vec<f64>],
     rotations: &[Rotation],

@@ -42,8 +42,8 @@ impl Rod {
         out
     }
 
-    /// Gives the base a frame and a position (m), as far as its joint fixes them. The base of a hinge keeps its rotation
-    /// about the axis.
+    /// Gives the base a frame and a position (m), as far as its joint fixes them. The base of a hinge keeps its
+    /// rotation about the axis.
     pub(crate) fn place_base(
         &mut self,
         (base, position): (UnitQuaternion<f64>, Vector3<f64>),

@@ -31,7 +31,10 @@ impl Stepper {
             return Anchor::Until;
         }
         let found = breaking_points(shoot, &self.laws).find(|(time, _)| *time == target);
-        found.map_or(Anchor::Discontinuity, |(_, anchor)| anchor)
+        match found {
+            Some((_, [discontinuity, delay])) => Anchor::BreakingPoint { discontinuity, delay },
+            None => Anchor::Discontinuity,
+        }
     }
 
     /// Returns the end of a recorded step in a run with other parameters. Between the start of the step and its
@@ -42,10 +45,13 @@ impl Stepper {
         let target = match step.anchor {
             Anchor::Until => options.until,
             Anchor::Discontinuity => next_discontinuity_after(shoot, from)?,
-            anchor => match breaking_points(shoot, &self.laws).find(|(_, other)| *other == anchor) {
-                Some((time, _)) => time,
-                None => return refuse("a discontinuity of it does not occur"),
-            },
+            Anchor::BreakingPoint { discontinuity, delay } => {
+                let mut points = breaking_points(shoot, &self.laws);
+                match points.find(|(_, indices)| *indices == [discontinuity, delay]) {
+                    Some((time, _)) => time,
+                    None => return refuse("a discontinuity of it does not occur"),
+                }
+            }
         };
         let end = step.end;
         let time = if end.time == end.target {

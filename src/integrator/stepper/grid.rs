@@ -6,8 +6,8 @@
 
 use super::{IntegrationError, Outcome, StepEnd};
 
-/// Steps and changes of elements of a run of [`MethodOfSteps`](crate::integrator::MethodOfSteps), in the order in which they were
-/// made.
+/// Steps and changes of elements of a run of [`MethodOfSteps`](crate::integrator::MethodOfSteps), in the order in which
+/// they were made.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grid {
     steps: Vec<GridStep>,

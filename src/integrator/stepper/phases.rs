@@ -318,10 +318,10 @@ fn check_size(laws: &Declaration, tropism: &impl TropismLaw) -> Result<(), Param
     Ok(())
 }
 
-/// Sets the variables at the last level, at the time `to` (s), and evaluates their rates, for each point of the zone but
-/// the first `unread` ones. `integrate` is called with the index of the point in the rod, its variables and their rates
-/// at the level before, its stimuli at `levels`, and the variables to be changed, which are those before. It returns
-/// whether it succeeds.
+/// Sets the variables at the last level, at the time `to` (s), for each point of the zone but the first `unread` ones,
+/// and evaluates their rates. `integrate` is called with the index of the point in the rod, its variables and their
+/// rates at the level before, its stimuli at `levels`, and the variables to be changed, which are those before. It
+/// returns whether it succeeds.
 fn integrate_points<T: TropismLaw>(
     (state, tropism): (&mut State, &T),
     laws: &Declaration,

@@ -1,6 +1,5 @@
 //! Choice of the end of the next step.
 
-use super::grid::Anchor;
 use super::transient::fastest_transient;
 use super::{FIRST_STEP, IntegrationError, ORDER, Outcome, ROUNDING, RunOptions};
 use crate::error::ParameterError;
@@ -64,12 +63,16 @@ pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool,
     Ok(next_discontinuity(&shoot.model, before(start))? <= after(start))
 }
 
-/// Breaking points of the discontinuities in the history, s: their times plus the delays of the laws.
-pub(super) fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration) -> impl Iterator<Item = (f64, Anchor)> {
+/// Breaking points of the discontinuities in the history, s: their times plus the delays of the laws. Each has the
+/// index of the discontinuity, counted from the last one backwards, and that of the delay.
+pub(super) fn breaking_points(
+    shoot: &Shoot<impl Model>,
+    laws: &Declaration,
+) -> impl Iterator<Item = (f64, [usize; 2])> {
     let history = &shoot.state.history;
     history.discontinuities().rev().enumerate().flat_map(move |(discontinuity, level)| {
         let delays = laws.delays().enumerate().filter(|(_, delay)| *delay > 0.0);
-        delays.map(move |(delay, value)| (history.time(level) + value, Anchor::BreakingPoint { discontinuity, delay }))
+        delays.map(move |(delay, value)| (history.time(level) + value, [discontinuity, delay]))
     })
 }
 
