@@ -47,10 +47,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::str::FromStr;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
+use std::sync::{Arc, Mutex};
 use std::thread;
 
 use crate::error::ParameterError;
@@ -128,31 +128,42 @@ pub fn run<T: Send, E>(
     if threads < 2 {
         return members.try_for_each(|index| take(index, member(index)));
     }
-    let queue = Queue {
-        state: Mutex::new(Progress { members, started: VecDeque::new(), taken: 0, stop: Stop::No }),
-        changed: Condvar::new(),
-        capacity: WAITING * threads,
-    };
     thread::scope(|scope| {
-        // Threads also stop if `take` fails or panics.
-        let _stop = StopOnDrop(|| queue.stop(Stop::Done));
+        let (sender, started) = mpsc::sync_channel(WAITING * threads);
+        // The list of started members ends when the last thread has dropped the queue.
+        let queue = Arc::new(Mutex::new((members, sender)));
         for _ in 0..threads {
-            scope.spawn(|| {
-                let _stop = StopOnDrop(|| {
-                    if thread::panicking() {
-                        queue.stop(Stop::Panicked)
-                    }
-                });
-                while let Some((position, index)) = queue.start() {
-                    queue.finish(position, member(index));
+            let (queue, member) = (Arc::clone(&queue), &member);
+            scope.spawn(move || {
+                while let Some((index, result)) = start(&queue) {
+                    // The result is not received if `take` has failed.
+                    let _ = result.send(member(index));
                 }
             });
         }
-        while let Some((index, result)) = queue.next() {
+        drop(queue);
+        for (index, result) in started {
+            // A member that panics does not send a result, and the panic continues when its thread is joined.
+            let Ok(result) = result.recv() else { break };
             take(index, result)?;
         }
         Ok(())
     })
+}
+
+/// Members that are not started, and the place to which the started ones are sent in order: the index of each with the
+/// receiver of its result.
+type Queue<I, T> = Mutex<(I, SyncSender<(usize, Receiver<T>)>)>;
+
+/// Starts the next member. Waits as long as too many results are not taken. Returns the index of the member and the
+/// sender of its result, or `None` after the last one, after an error of the caller, and after a panic of the members'
+/// iterator.
+fn start<T>(queue: &Queue<impl Iterator<Item = usize>, T>) -> Option<(usize, Sender<T>)> {
+    let (sender, receiver) = mpsc::channel();
+    let mut queue = queue.lock().ok()?;
+    let index = queue.0.next()?;
+    queue.1.send((index, receiver)).ok()?;
+    Some((index, sender))
 }
 
 /// Results of members 0 to `count` − 1, in their order, computed on a number of threads.
@@ -166,107 +177,6 @@ pub fn collect<T: Send>(count: usize, threads: usize, member: impl Fn(usize) -> 
         Ok::<(), Infallible>(())
     });
     results
-}
-
-/// Members of an ensemble between their start and the use of their results.
-struct Queue<I, T> {
-    state: Mutex<Progress<I, T>>,
-    changed: Condvar,
-    /// Largest number of members that are started and not taken.
-    capacity: usize,
-}
-
-struct Progress<I, T> {
-    /// Members that are not started.
-    members: I,
-    /// Indices of members that are started and not taken, in order, with results of those that are computed.
-    started: VecDeque<(usize, Option<T>)>,
-    /// Number of members before them.
-    taken: usize,
-    stop: Stop,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Stop {
-    No,
-    /// All members are started, or no further ones are needed.
-    Done,
-    /// A member panicked, and its result will not arrive.
-    Panicked,
-}
-
-impl<I: Iterator<Item = usize>, T> Queue<I, T> {
-    fn lock(&self) -> MutexGuard<'_, Progress<I, T>> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn wait<'a>(&self, state: MutexGuard<'a, Progress<I, T>>) -> MutexGuard<'a, Progress<I, T>> {
-        self.changed.wait(state).unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Ends the ensemble.
-    fn stop(&self, stop: Stop) {
-        self.lock().stop = stop;
-        self.changed.notify_all();
-    }
-
-    /// Starts the next member. Returns its position in the order and its index, or `None` after the last one.
-    fn start(&self) -> Option<(usize, usize)> {
-        let mut state = self.lock();
-        while state.stop == Stop::No && state.started.len() >= self.capacity {
-            state = self.wait(state);
-        }
-        if state.stop != Stop::No {
-            return None;
-        }
-        let Some(index) = state.members.next() else {
-            drop(state);
-            self.stop(Stop::Done);
-            return None;
-        };
-        state.started.push_back((index, None));
-        Some((state.taken + state.started.len() - 1, index))
-    }
-
-    /// Adds the result of a member.
-    fn finish(&self, position: usize, result: T) {
-        let mut state = self.lock();
-        let place = position - state.taken;
-        if let Some(member) = state.started.get_mut(place) {
-            member.1 = Some(result);
-        }
-        drop(state);
-        self.changed.notify_all();
-    }
-
-    /// Waits for the next result in order. `None` after the last one, and if a member panicked.
-    fn next(&self) -> Option<(usize, T)> {
-        let mut state = self.lock();
-        loop {
-            let ready = state.started.front_mut().and_then(|(index, result)| Some((*index, result.take()?)));
-            if let Some(ready) = ready {
-                state.started.pop_front();
-                state.taken += 1;
-                drop(state);
-                self.changed.notify_all();
-                return Some(ready);
-            }
-            let done = state.stop == Stop::Done && state.started.is_empty();
-            if done || state.stop == Stop::Panicked {
-                return None;
-            }
-            state = self.wait(state);
-        }
-    }
-}
-
-/// Calls a function when it is dropped, also while a panic unwinds.
-struct StopOnDrop<F: Fn()>(F);
-
-impl<F: Fn()> Drop for StopOnDrop<F> {
-    fn drop(&mut self) {
-        (self.0)();
-    }
 }
 
 #[cfg(test)]

@@ -251,7 +251,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let near = || rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);
         let zone = self.growth.zone_length();
-        let (in_zone, elongates) = (e >= rod.first_growing(), self.growth.elongates());
+        let (in_zone, elongates) = (e >= rod.first_growing, self.growth.elongates());
         let speed = |sigma: f64| if elongates { self.growth.apical_speed(sigma.min(zone), time) } else { 0.0 };
         let elastic = strain_near(self.material, &tissue, near, &couple);
         let line = self.material.line_response(&tissue, &frame.inverse_transform_vector(&force));

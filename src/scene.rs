@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
-use crate::pointers::forward_pointers;
+use crate::pointers::{forward_methods, forward_pointers};
 
 /// Time and gravity, the arguments of loads and laws that are the same along the whole shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -191,17 +191,14 @@ impl Turned {
 }
 
 impl<S: Scene> Scene for Turned<S> {
-    fn gravity(&self, t: f64) -> Vector3<f64> {
-        self.scene.gravity(t)
-    }
+    forward_methods!(self, Scene of self.scene =>
+        fn gravity(t: f64) -> Vector3<f64>;
+        fn position(t: f64) -> Vector3<f64>;
+    );
 
     fn base(&self, t: f64) -> UnitQuaternion<f64> {
         let base = self.scene.base(t);
         if t >= self.from && t < self.until { self.turn * base } else { base }
-    }
-
-    fn position(&self, t: f64) -> Vector3<f64> {
-        self.scene.position(t)
     }
 
     fn next_discontinuity(&self, t: f64) -> f64 {
@@ -238,20 +235,14 @@ pub struct Along<P, S = Still> {
 }
 
 impl<P: Fn(f64) -> Vector3<f64>, S: Scene> Scene for Along<P, S> {
-    fn gravity(&self, t: f64) -> Vector3<f64> {
-        self.scene.gravity(t)
-    }
-
-    fn base(&self, t: f64) -> UnitQuaternion<f64> {
-        self.scene.base(t)
-    }
+    forward_methods!(self, Scene of self.scene =>
+        fn gravity(t: f64) -> Vector3<f64>;
+        fn base(t: f64) -> UnitQuaternion<f64>;
+        fn next_discontinuity(t: f64) -> f64;
+    );
 
     fn position(&self, t: f64) -> Vector3<f64> {
         self.scene.position(t) + (self.path)(t)
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.scene.next_discontinuity(t)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

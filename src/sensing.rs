@@ -47,7 +47,7 @@ pub(crate) fn visit_sites(
     let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);
     let mut end_position = if with_position { rod.tip() } else { Vector3::repeat(f64::NAN) };
     let tip = end_position;
-    visit_elements(rod, material, force, rod.first_growing(), |e, rates, end_couple| {
+    visit_elements(rod, material, force, rod.first_growing, |e, rates, end_couple| {
         let points = rod.element_points(e);
         for g in (0..p).rev() {
             let (mut couple, mut position) = (*end_couple, end_position);

@@ -3,10 +3,7 @@
 use nalgebra::Vector3;
 
 use super::error::{At, LawError, Quantity};
-use crate::tropism::{
-    Declaration, Growing, Site, Source, TropismLaw, Variable, is_memory_rate, is_oscillation_rate,
-    rates_in_steady_state,
-};
+use crate::tropism::{Declaration, Growing, Site, Source, TropismLaw, Variable, rates_in_steady_state};
 
 /// Largest rate of a variable in its steady state relative to the terms that cancel in it. It allows for laws that
 /// compute their steady state by iteration.
@@ -115,21 +112,10 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
 
     fn check_memories(&self, state: &[f64], rates: &[f64]) -> Result<(), LawError> {
         for (k, variable) in self.declaration.variables().iter().enumerate() {
-            let remembered = match variable.remembers {
-                Source::Stimulus(i) => self.stimuli.get(i),
-                Source::Variable(i) => state.get(i),
-                Source::Computed => continue,
-            };
-            let (x, time) = (remembered.copied().unwrap_or(f64::NAN), variable.time_constant);
-            let turns = variable.turns.map(|(frequency, i)| (frequency, state.get(i).copied().unwrap_or(f64::NAN)));
-            let linear = match turns {
-                None => is_memory_rate(rates[k], [x, state[k]], time),
-                Some(turns) => is_oscillation_rate(rates[k], [x, state[k]], time, turns),
-            };
-            if !linear {
-                let values = [rates[k], Variable::linear_rate(state[k], x, time, turns)];
-                return Err(self.at.error(Quantity::Rate(k), values, "that of the declared memory, (x − y)/τ"));
-            }
+            variable.check_rate(k, rates[k], state, &self.stimuli).map_err(|expected| {
+                let requirement = "that of the declared memory, (x − y)/τ";
+                self.at.error(Quantity::Rate(k), [rates[k], expected], requirement)
+            })?;
         }
         Ok(())
     }

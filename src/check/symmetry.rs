@@ -12,17 +12,6 @@ const ANGLE: f64 = 1.0;
 /// Angle by which vectors among stimuli and variables are rotated alone, rad.
 const OTHER_ANGLE: f64 = 2.0;
 
-/// Values at a site, after a rotation of its directors, and at an inclined site, which sets the size of their rounding.
-struct Three<T>([T; 3]);
-
-impl<T> Three<T> {
-    /// Evaluates a quantity at each of the sites.
-    fn map<S>(&self, f: impl FnMut(&T) -> Result<S, LawError>) -> Result<Three<S>, LawError> {
-        let [a, b, c] = self.0.each_ref().map(f);
-        Ok(Three([a?, b?, c?]))
-    }
-}
-
 /// Checks that declared rotations of stimuli are those of the law, and that its rates and its gradient rotate if all
 /// rotations are declared.
 pub(super) fn check_rotation<T: TropismLaw>(
@@ -40,36 +29,36 @@ pub(super) fn check_rotation<T: TropismLaw>(
         Site { frame: site.frame * turn, strain: back * site.strain, couple: back * site.couple, rod: &rod, ..round };
     let incline = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, 0.8, 0.0) * ANGLE);
     let inclined = Site { frame: site.frame * incline, ..round };
-    let sites = Three([&round, &turned, &inclined]);
-    let sensed = sites.map(|site| Sensed::new(law, declaration, at, site))?;
+    // The last site sets the size of the rounding of values.
+    let sites = [&round, &turned, &inclined].into_iter();
+    let sensed: Vec<_> = sites.map(|site| Sensed::new(law, declaration, at, site)).collect::<Result<_, _>>()?;
     let size = declaration.size();
     let [x, y] = [size.stimuli, size.variables];
     let stimuli: Vec<_> = (0..x).map(|k| declaration.rotation(Source::Stimulus(k))).collect();
     let variables: Vec<_> = (0..y).map(|k| declaration.rotation(Source::Variable(k))).collect();
     check_pairs(&stimuli, at, Quantity::StimulusRotation)?;
     check_pairs(&variables, at, Quantity::VariableRotation)?;
-    let values = sensed.map(|sensed| Ok(sensed.stimuli.clone()))?;
+    let values: Vec<_> = sensed.iter().map(|sensed| sensed.stimuli.clone()).collect();
     let requirement = "that of the site with other d1 and d2, transformed as declared";
     compare(&values, &stimuli, |k, values| at.equal_to(Quantity::Stimulus(k), values, requirement))?;
     if stimuli.iter().chain(&variables).any(|rotation| *rotation == Rotation::Undeclared) {
         return Ok(());
     }
-    for state in 0..sensed.0[0].states.len() {
+    for state in 0..sensed[0].states.len() {
         // The state of the rotated site is that of the site, rotated.
-        let mut states = sensed.map(|sensed| Ok(sensed.states[state].clone()))?;
-        states.0[1] = rotated(&states.0[0], &variables, -ANGLE);
-        let mut each = sensed.0.iter().zip(&states.0);
-        let rates = sensed.map(|_| each.next().map_or(Ok(Vec::new()), |(sensed, state)| sensed.rates(state)))?;
+        let mut states: Vec<_> = sensed.iter().map(|sensed| sensed.states[state].clone()).collect();
+        states[1] = rotated(&states[0], &variables, -ANGLE);
+        let each = || sensed.iter().zip(&states);
+        let rates = each().map(|(sensed, state)| sensed.rates(state)).collect::<Result<Vec<_>, _>>()?;
         let requirement = "that of the site with other d1 and d2, transformed as declared";
         compare(&rates, &variables, |k, values| at.equal_to(Quantity::Rate(k), values, requirement))?;
-        let mut each = sensed.0.iter().zip(&states.0);
-        let gradients = sensed.map(|_| {
-            let Some((sensed, state)) = each.next() else { return Ok(Vec::new()) };
+        let gradients = each().map(|(sensed, state)| {
             let other_state = rotated(state, &variables, OTHER_ANGLE);
             let other = sensed.gradient(&other_state, &rotated(&sensed.stimuli, &stimuli, OTHER_ANGLE))?;
             // Terms without variables and stimuli cancel in the difference.
             Ok((sensed.gradient(state, &sensed.stimuli)? - other).as_slice().to_vec())
-        })?;
+        });
+        let gradients = gradients.collect::<Result<Vec<_>, LawError>>()?;
         let vector = [Rotation::First, Rotation::Second, Rotation::Invariant];
         let requirement = "rotated with d1 and d2, as its stimuli and variables are";
         compare(&gradients, &vector, |k, values| at.equal_to(Quantity::Gradient(k), values, requirement))?;
@@ -108,16 +97,15 @@ fn rotated(values: &[f64], rotations: &[Rotation], angle: f64) -> Vec<f64> {
     out
 }
 
-/// Calls `check` with the index of each number whose rotation is declared, and with the value at the rotated site, the
-/// one that is expected there, and their size.
+/// Calls `check` with the index of each number whose rotation is declared, and with three values: that at the rotated
+/// site, which is the second one, the one that is expected there, and their size.
 fn compare(
-    values: &Three<Vec<f64>>,
+    values: &[Vec<f64>],
     rotations: &[Rotation],
     mut check: impl FnMut(usize, [f64; 3]) -> Result<(), LawError>,
 ) -> Result<(), LawError> {
-    let [_, found, _] = &values.0;
-    let expected = rotated(&values.0[0], rotations, -ANGLE);
-    let largest = |k: usize| values.0.iter().map(|values| values[k].abs()).fold(0.0, f64::max);
+    let (found, expected) = (&values[1], rotated(&values[0], rotations, -ANGLE));
+    let largest = |k: usize| values.iter().map(|values| values[k].abs()).fold(0.0, f64::max);
     for (k, rotation) in rotations.iter().enumerate() {
         let size = match rotation {
             Rotation::Undeclared => continue,

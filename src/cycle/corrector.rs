@@ -12,7 +12,7 @@ use std::borrow::Borrow;
 
 use nalgebra::DVector;
 
-use super::equations::{Effort, Equations, Evaluation};
+use super::equations::{Effort, Equations, EvaluatedEquations};
 use super::error::CycleError;
 use super::extended::{Border, BorderedSystem, Difference, ExtraConditions, OrbitUnknowns};
 use crate::error::ParameterError;

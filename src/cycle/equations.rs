@@ -59,7 +59,7 @@ pub trait Equations: Clone {
     /// The derivative of the residual by the state.
     type Jacobian: StateJacobian;
     /// The equations at some unknowns.
-    type Evaluation<'a, M: Model + 'a>: Evaluation<Self>;
+    type Evaluation<'a, M: Model + 'a>: EvaluatedEquations<Self>;
     /// Whether exponents are logarithms of Floquet multipliers, determined up to multiples of 2πi/T.
     const FLOQUET: bool;
 
@@ -106,7 +106,7 @@ pub type Computed<'a, E, M> = Result<<E as Equations>::Evaluation<'a, M>, CycleE
 pub type WithSymmetries<J> = (J, Vec<Symmetry>);
 
 /// The equations of an orbit at some unknowns.
-pub trait Evaluation<E: Equations> {
+pub trait EvaluatedEquations<E: Equations> {
     /// Rods in equilibrium.
     fn rods(&self) -> Vec<Rod>;
 

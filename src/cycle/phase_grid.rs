@@ -41,14 +41,12 @@ impl PhaseGrid {
     /// Matrix of the shift θ ↦ θ − `delay` (rad).
     pub fn earlier(&self, delay: f64) -> DMatrix<f64> {
         let n = self.len();
-        DMatrix::from_fn(n, n, |j, l| kernel(self.angles[j] - delay - self.angles[l], n))
+        DMatrix::from_fn(n, n, |j, l| {
+            // The Dirichlet kernel Σ cos kφ over all waves, divided by their number.
+            let phase = self.angles[j] - delay - self.angles[l];
+            (1.0 + 2.0 * (1..=n / 2).map(|k| (k as f64 * phase).cos()).sum::<f64>()) / n as f64
+        })
     }
-}
-
-/// The Dirichlet kernel Σ cos kφ over all waves, divided by their number: one at zero, zero at all other phases.
-fn kernel(phi: f64, n: usize) -> f64 {
-    let waves = n / 2;
-    (1.0 + 2.0 * (1..=waves).map(|k| (k as f64 * phi).cos()).sum::<f64>()) / n as f64
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::confidence::{Linear, Singular, uncertain};
+use super::confidence::{LinearTheory, Singular, uncertain};
 use super::estimate::{Estimate, Estimates, Input, Verdict, WeakDirection, deviation};
 use super::noise::Noise;
 use super::problem::{Point, Problem};
@@ -37,7 +37,7 @@ pub(super) fn estimates(
     let singular = Singular::of(&jacobian, &slopes);
     let derivatives = point.residuals.map(|r| problem.loss.slope(r));
     let noise = Noise::of(&derivatives, &point.rows, &jacobian, &singular.inverse());
-    let linear = Linear::of(&problem, &point, &jacobian, &singular, &noise);
+    let linear = LinearTheory::of(&problem, &point, &jacobian, &singular, &noise);
     // With no more frames than parameters, further frames may determine a combination without effect.
     let mut times: Vec<f64> = point.rows.iter().map(|row| row.time).collect();
     times.dedup();
@@ -65,7 +65,7 @@ pub(super) fn estimates(
 }
 
 /// Estimates of all parameters. Combinations without effect are `structural` if further frames do not change that.
-fn parameter_estimates(problem: &Problem, linear: &Linear, widest: f64, structural: bool) -> Vec<Estimate> {
+fn parameter_estimates(problem: &Problem, linear: &LinearTheory, widest: f64, structural: bool) -> Vec<Estimate> {
     let estimate = |(k, parameter): (usize, &Parameter)| {
         let (name, value, relative) = (parameter.name.clone(), problem.values[k], parameter.logarithmic);
         let (error, verdict) = match problem.free.iter().position(|other| *other == k) {
@@ -86,7 +86,7 @@ fn parameter_estimates(problem: &Problem, linear: &Linear, widest: f64, structur
 }
 
 /// Combinations without effect, and then those with a standard error above `widest`, the largest error first.
-fn weak_directions(problem: &Problem, linear: &Linear, widest: f64, structural: bool) -> Vec<WeakDirection> {
+fn weak_directions(problem: &Problem, linear: &LinearTheory, widest: f64, structural: bool) -> Vec<WeakDirection> {
     let undetermined = linear.without_effect.iter().map(|changes| (changes.clone(), f64::INFINITY));
     let parameter = |i: usize| &problem.parameters[problem.free[i]];
     let direction = |(changes, error): (DVector<f64>, f64)| {

@@ -80,9 +80,9 @@ impl Singular {
     }
 }
 
-/// Linearised problem at the estimates.
+/// Uncertainty of the estimates in the linearised problem.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Linear {
+pub(super) struct LinearTheory {
     /// Indices of the parameters with a standard error.
     pub free: Vec<usize>,
     /// Covariance of the unknowns of these parameters, without the combinations that have no effect.
@@ -95,7 +95,7 @@ pub(super) struct Linear {
     pub without_effect: Vec<DVector<f64>>,
 }
 
-impl Linear {
+impl LinearTheory {
     /// Linearised problem at a point, with the Jacobian there, its decomposition, and the noise.
     ///
     /// The covariance is A B A with A = (m JᵀJ)⁻¹ and B = s² Jᵀ R J (P. J. Huber, Robust Statistics, 1981, section

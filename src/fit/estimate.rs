@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::confidence::Linear;
+use super::confidence::LinearTheory;
 use super::jacobian::DIFFERENCE;
 use super::parameter::free;
 use super::problem::Problem;
@@ -135,7 +135,7 @@ pub struct Estimates {
     /// by their norms.
     pub singular_values: Vec<f64>,
     pub(super) input: Input,
-    pub(super) linear: Linear,
+    pub(super) linear: LinearTheory,
 }
 
 /// Parameters, data and loss of a fit.
@@ -232,7 +232,7 @@ impl Estimates {
     /// zero outside the diagonal.
     #[must_use]
     pub fn correlations(&self) -> Vec<Vec<f64>> {
-        let Linear { free, covariance, .. } = &self.linear;
+        let LinearTheory { free, covariance, .. } = &self.linear;
         let mut all = DMatrix::<f64>::identity(self.parameters.len(), self.parameters.len());
         for (i, j) in (0..free.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
             let correlation = covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();

@@ -123,7 +123,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::fit::residuals::Row;
+    use crate::fit::residuals::Origin;
     use crate::fit::{Loss, Parameter, Series};
     use crate::integrator::Grid;
 
@@ -134,7 +134,7 @@ mod tests {
         let data = [Series::tips(vec![1.0], &[Vector3::x()])];
         let run = |values: &[f64], _: f64, _: Option<&Grid>| {
             let residual = values[0].ln().sin() + 1e-14 * (1e6 * values[1].ln()).sin();
-            let rows = (0..3).map(|index| Row { series: 0, index, time: 1.0 });
+            let rows = (0..3).map(|index| Origin { series: 0, index, time: 1.0 });
             Ok((rows.map(|row| (row, residual)).collect(), Grid::default()))
         };
         let problem = Problem {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::residuals::Row;
+use super::residuals::Origin;
 use crate::tracking::{RedNoise, median, normal_deviate};
 
 /// Largest part of the squares of the residuals that a fit absorbs, in the estimate of the noise.
@@ -47,7 +47,7 @@ struct Chain {
 impl Noise {
     /// Estimates the noise from the residuals of a fit, or from the derivatives of their loss, with the Jacobian J.
     /// `inverse` is (JᵀJ)⁻¹.
-    pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
+    pub fn of(residuals: &DVector<f64>, rows: &[Origin], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let count = rows.iter().map(|row| row.series + 1).max().unwrap_or(0);
         let of = |series| SeriesNoise::of(series, (residuals, rows), jacobian, inverse);
         Self((0..count).map(of).collect())
@@ -91,7 +91,7 @@ impl SeriesNoise {
     /// slow as the columns of J. The products of successive residuals are reduced by the same part.
     fn of(
         series: usize,
-        (residuals, rows): (&DVector<f64>, &[Row]),
+        (residuals, rows): (&DVector<f64>, &[Origin]),
         jacobian: &DMatrix<f64>,
         inverse: &DMatrix<f64>,
     ) -> Self {
@@ -125,7 +125,7 @@ fn significant([one, two]: [f64; 2], uncertainty: f64) -> RedNoise {
 }
 
 /// Chains of the residuals of a series.
-fn chains(rows: &[Row], series: usize) -> Vec<Chain> {
+fn chains(rows: &[Origin], series: usize) -> Vec<Chain> {
     let mut indices: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.series == series) {
         indices.entry(row.index).or_default().push(i);
@@ -186,7 +186,7 @@ mod tests {
     /// Rows of one coordinate in frames at times 0, 1, 2, 4.
     #[test]
     fn correlations_decay_with_time() {
-        let rows: Vec<_> = [0.0, 1.0, 2.0, 4.0].map(|time| Row { series: 0, index: 0, time }).into();
+        let rows: Vec<_> = [0.0, 1.0, 2.0, 4.0].map(|time| Origin { series: 0, index: 0, time }).into();
         let jacobian = DMatrix::from_column_slice(4, 1, &[1.0, 2.0, -1.0, 3.0]);
         let noise = RedNoise { share: 0.6, decay: 0.5 };
         let found = correlated_square(&chains(&rows, 0), &jacobian, noise);
@@ -205,7 +205,7 @@ mod tests {
     /// White noise with a wave of a third of its variance, and a period of 40 frames, is not white.
     #[test]
     fn slow_residuals_below_the_noise_are_distinguished_from_white_noise() {
-        let rows: Vec<_> = (0..400).map(|k| Row { series: 0, index: 0, time: f64::from(k) }).collect();
+        let rows: Vec<_> = (0..400).map(|k| Origin { series: 0, index: 0, time: f64::from(k) }).collect();
         // The signs of a quadratic residue sequence have no correlations.
         let sign = |k: u32| if (k * k % 401).is_multiple_of(2) { 1.0 } else { -1.0 };
         let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();
@@ -222,7 +222,7 @@ mod tests {
     /// A slow series of 40 frames, and a second one of 400 frames with white noise of three times its size.
     #[test]
     fn correlation_and_variance_of_each_series_are_its_own() {
-        let row = |series: usize| move |k: u32| Row { series, index: 0, time: f64::from(k) };
+        let row = |series: usize| move |k: u32| Origin { series, index: 0, time: f64::from(k) };
         let rows: Vec<_> = (0..40).map(row(0)).chain((0..400).map(row(1))).collect();
         // A wave has the correlation cos 2π/40. The signs of a quadratic residue sequence have none.
         let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();

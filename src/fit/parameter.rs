@@ -94,12 +94,6 @@ impl Parameter {
         Some([(unknown - self.unknown(centre)) / deviation, 1.0 / deviation])
     }
 
-    /// Whether rounding of the unknown changes the residual of the prior.
-    fn has_exact_prior(&self) -> bool {
-        let largest = self.limits().iter().fold(1.0_f64, |largest, x| largest.max(x.abs()));
-        self.prior_residual(0.0).is_some_and(|[_, slope]| slope * NARROWEST * largest > 1.0)
-    }
-
     /// Error of the estimate over that of its unknown: the distance of the bounds of a linear parameter, otherwise one.
     /// Errors of logarithmic parameters are relative.
     pub(super) fn unit(&self) -> f64 {
@@ -114,6 +108,9 @@ impl Parameter {
         };
         let is_finite = [low, high, self.start].iter().all(|x| x.abs() <= LARGEST);
         let is_apart = high - low > CLOSEST * low.abs().max(high.abs());
+        // Rounding of the unknown changes the residual of an exact prior.
+        let largest = self.limits().iter().fold(1.0_f64, |largest, x| largest.max(x.abs()));
+        let is_exact = self.prior_residual(0.0).is_some_and(|[_, slope]| slope * NARROWEST * largest > 1.0);
         let wrong_prior = "has a prior without a finite centre and a positive standard deviation";
         let conditions = [
             (!is_finite, "has an initial value or a bound that is not finite or beyond 1e100"),
@@ -123,7 +120,7 @@ impl Parameter {
             (self.logarithmic && !(low > 0.0), "has a bound that is not positive, though its scale is logarithmic"),
             (!(self.start >= low && self.start <= high), "has an initial value outside its bounds"),
             (!self.prior.is_none_or(is_normal), wrong_prior),
-            (is_free && self.has_exact_prior(), "has a prior that is almost exact: fix it"),
+            (is_free && is_exact, "has a prior that is almost exact: fix it"),
         ];
         refuse(&conditions, |problem| FitError::Parameter { name: self.name.clone(), problem })
     }

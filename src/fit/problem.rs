@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicUsize;
 use nalgebra::DVector;
 
 use super::parameter::free;
-use super::residuals::{Output, Row, Work, simulate};
+use super::residuals::{Origin, Output, Work, simulate};
 use super::series::Series;
 use super::{Family, Fit, FitError, Loss, Parameter};
 use crate::integrator::Grid;
@@ -47,7 +47,7 @@ pub(super) struct Point {
     /// Simulated minus measured coordinates over the noise.
     pub residuals: DVector<f64>,
     /// Origin of each residual.
-    pub rows: Vec<Row>,
+    pub rows: Vec<Origin>,
     /// Sum of the losses of all residuals and of half the squares of the priors.
     pub objective: f64,
     /// Grid of the run at this point.
@@ -123,7 +123,7 @@ impl Problem<'_> {
     }
 
     /// Residuals of a run (m, or rad) over the noise of their series.
-    fn over_noise(&self, residuals: &[(Row, f64)]) -> DVector<f64> {
+    fn over_noise(&self, residuals: &[(Origin, f64)]) -> DVector<f64> {
         let scaled = residuals.iter().map(|(row, residual)| residual / self.noise[row.series]);
         DVector::from_iterator(residuals.len(), scaled)
     }

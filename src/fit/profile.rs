@@ -3,13 +3,13 @@
 use std::fmt::Display;
 
 use super::estimate::QUANTILE_95;
-use super::search::{End, search};
+use super::search::{StoppingRule, search};
 use super::{Estimates, Family, Fit, FitError};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
 /// End of the searches of a profile.
-const SEARCH: End = End { accuracy: 0.01, iterations: 40 };
+const SEARCH: StoppingRule = StoppingRule { accuracy: 0.01, iterations: 40 };
 
 /// Relative accuracy of the distance to an end of the interval.
 const DISTANCE: f64 = 0.02;

@@ -38,7 +38,7 @@ const SHORTEST: f64 = 1e-3;
 
 /// Origin of a residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Row {
+pub(super) struct Origin {
     /// Index of the series.
     pub series: usize,
     /// Index of the residual in its frame.
@@ -49,7 +49,7 @@ pub(super) struct Row {
 
 /// Residuals of a run (simulated minus measured coordinates, in the unit of the data, or angles, rad) in the order of
 /// time, and the grid of the run.
-pub(super) type Output = (Vec<(Row, f64)>, Grid);
+pub(super) type Output = (Vec<(Origin, f64)>, Grid);
 
 /// Work of all simulations of a fit, and its limit, in evaluations of the forces in an element.
 pub(super) struct Work {
@@ -91,7 +91,7 @@ pub(super) fn simulate<M: Model, E: Display>(
     let cameras: Vec<_> = data.iter().map(|series| Camera::of(series, family, values)).collect();
     let mut residuals = Vec::new();
     let mut add = |(series, frame): (usize, usize), of_frame: Vec<f64>| {
-        let row = |index| Row { series, index, time: data[series].times[frame] };
+        let row = |index| Origin { series, index, time: data[series].times[frame] };
         residuals.extend(of_frame.into_iter().enumerate().map(|(index, r)| (row(index), r)));
     };
     let end = stops.last().map_or(start, |(time, _)| *time);
@@ -115,7 +115,7 @@ pub(super) fn simulate<M: Model, E: Display>(
     for (time, frame) in dense {
         add(frame, cameras[frame.0].tip_residuals(path.at(time), frame.1));
     }
-    residuals.sort_by(|(a, _): &(Row, f64), (b, _)| a.time.total_cmp(&b.time));
+    residuals.sort_by(|(a, _): &(Origin, f64), (b, _)| a.time.total_cmp(&b.time));
     Ok((residuals, integrator.take_grid()))
 }
 

@@ -8,7 +8,7 @@ use nalgebra::DVector;
 use super::answer::estimates;
 use super::parameter::initial_values;
 use super::problem::{Point, Problem};
-use super::search::{End, Reached, search};
+use super::search::{Reached, StoppingRule, search};
 use super::series::{Series, span};
 use super::warning::ambiguous_frames;
 use super::{Estimates, Family, Fit, FitError, Warning};
@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 
 /// End of a search in a part of the data, whose result is the initial guess of the next search.
-const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
+const INTERMEDIATE: StoppingRule = StoppingRule { accuracy: 0.1, iterations: 20 };
 
 /// Predicted length of a step, in standard errors, at which the last search ends.
 const FINAL: f64 = 1e-3;
@@ -114,7 +114,7 @@ impl Fit {
 
     /// Searches in all data from a guess, again after each change of an estimated noise.
     fn last_search(&self, problem: &mut Problem, guess: &DVector<f64>) -> Result<Reached, FitError> {
-        let end = End { accuracy: FINAL, iterations: self.iterations };
+        let end = StoppingRule { accuracy: FINAL, iterations: self.iterations };
         let mut reached = search_from(problem, guess, end)?;
         for _ in 0..NOISE_ESTIMATES {
             if !problem.estimate_noise(&reached.point) {
@@ -128,7 +128,7 @@ impl Fit {
 
 /// Search from a guess. A search that returns an error, such as that of a shoot which fails at a later time than the
 /// part of the data of the search before, begins again at the initial values of the family.
-fn search_from(problem: &Problem, guess: &DVector<f64>, end: End) -> Result<Reached, FitError> {
+fn search_from(problem: &Problem, guess: &DVector<f64>, end: StoppingRule) -> Result<Reached, FitError> {
     search(problem, guess.clone(), end).or_else(|_| search(problem, problem.unknowns(), end))
 }
 

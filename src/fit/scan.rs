@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::noise::Noise;
 use super::parameter::{free, initial_values};
 use super::problem::Problem;
-use super::residuals::Row;
+use super::residuals::Origin;
 use super::series::{Series, span};
 use super::{Estimates, Family, Fit, FitError, Verdict, Warning};
 use crate::ensemble;
@@ -205,7 +205,12 @@ impl Fit {
 /// The noise is that of the residuals without the part that the columns explain. With n residuals that have the
 /// information of ν, the quadratic form q of the score has, over ν, the distribution of F with 2 and ν degrees of
 /// freedom. The probability of a larger value is (1 + q/ν)^(−ν/2) = exp(−S/2).
-fn score(columns: &DMatrix<f64>, slopes: &DVector<f64>, explained: &DMatrix<f64>, rows: &[Row]) -> (DVector<f64>, f64) {
+fn score(
+    columns: &DMatrix<f64>,
+    slopes: &DVector<f64>,
+    explained: &DMatrix<f64>,
+    rows: &[Origin],
+) -> (DVector<f64>, f64) {
     let inverse = |matrix: DMatrix<f64>| matrix.try_inverse().unwrap_or_else(|| DMatrix::zeros(2, 2));
     let gradient = columns.tr_mul(slopes);
     let amplitudes = -inverse(columns.tr_mul(columns)) * &gradient;

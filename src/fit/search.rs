@@ -31,7 +31,7 @@ const LONGEST: f64 = 1.0;
 
 /// Conditions for the end of a search.
 #[derive(Clone, Copy)]
-pub(super) struct End {
+pub(super) struct StoppingRule {
     /// Predicted length of a step, in standard errors of the estimates, below which it is not tried. Residuals that are
     /// larger than the noise enlarge the standard errors.
     pub accuracy: f64,
@@ -47,11 +47,11 @@ pub(super) struct Reached {
 }
 
 /// Searches for a minimum of the objective from the unknowns `x`.
-pub(super) fn search(problem: &Problem, x: DVector<f64>, end: End) -> Result<Reached, FitError> {
+pub(super) fn search(problem: &Problem, x: DVector<f64>, end: StoppingRule) -> Result<Reached, FitError> {
     let mut point = problem.at(x)?;
     let mut damping = DAMPING;
     for _ in 0..end.iterations {
-        match Linearised::of(problem, &point)?.lower(damping, end.accuracy) {
+        match DampedProblem::of(problem, &point)?.lower(damping, end.accuracy) {
             Ok(Some((lower, used))) => (point, damping) = (lower, (used / MORE).max(DAMPINGS[0])),
             none => return Ok(Reached { point, converged: none.map(|_| true) }),
         }
@@ -60,7 +60,7 @@ pub(super) fn search(problem: &Problem, x: DVector<f64>, end: End) -> Result<Rea
 }
 
 /// Problem whose residuals are linearised at a point.
-struct Linearised<'a> {
+struct DampedProblem<'a> {
     problem: &'a Problem<'a>,
     at: &'a Point,
     /// Gradient of the objective, and approximation of its second derivatives.
@@ -70,7 +70,7 @@ struct Linearised<'a> {
     moving: Vec<usize>,
 }
 
-impl<'a> Linearised<'a> {
+impl<'a> DampedProblem<'a> {
     fn of(problem: &'a Problem, at: &'a Point) -> Result<Self, FitError> {
         let jacobian = problem.one_sided_jacobian(at)?;
         let slopes = at.residuals.map(|r| problem.loss.slope(r));

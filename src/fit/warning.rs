@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::Loss;
 use super::noise::Noise;
-use super::residuals::Row;
+use super::residuals::Origin;
 use super::series::{Series, span};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
@@ -163,7 +163,7 @@ fn listed(frames: &[usize]) -> String {
 }
 
 /// Warnings about the data and their residuals, in the unit of the data, or rad.
-pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Row, f64)], noise: &Noise) -> Vec<Warning> {
+pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Origin, f64)], noise: &Noise) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (index, series) in data.iter().enumerate() {
         let own = || all.iter().filter(|(row, _)| row.series == index);

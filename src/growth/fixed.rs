@@ -2,6 +2,7 @@
 
 use super::GrowthLaw;
 use crate::error::ParameterError;
+use crate::pointers::forward_methods;
 
 /// Rounding of the length of a rod, which is the sum of thousands of elements, relative to the length.
 const ROUNDING: f64 = 1e-12;
@@ -33,20 +34,14 @@ pub struct Ongoing<G>(
 );
 
 impl<G: GrowthLaw> GrowthLaw for Ongoing<G> {
-    fn regr(&self, sigma: f64, t: f64) -> f64 {
-        self.0.regr(sigma, t)
-    }
-
-    fn zone_length(&self) -> f64 {
-        self.0.zone_length()
-    }
+    forward_methods!(self, GrowthLaw of self.0 =>
+        fn regr(sigma: f64, t: f64) -> f64;
+        fn zone_length() -> f64;
+        fn next_discontinuity(t: f64) -> f64;
+    );
 
     fn elongates(&self) -> bool {
         false
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.0.next_discontinuity(t)
     }
 
     fn check(&self, length: f64) -> Result<(), ParameterError> {

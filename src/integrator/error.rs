@@ -243,16 +243,7 @@ impl IntegrationError {
             | Self::GrowsTooFast { .. }
             | Self::Uneven { .. }
             | Self::BaseTurns { .. } => true,
-            Self::Parameter(_)
-            | Self::Incomplete { .. }
-            | Self::Grid { .. }
-            | Self::NotFinite { .. }
-            | Self::Undefined { .. }
-            | Self::NotReached { .. }
-            | Self::GrowsTooFar { .. }
-            | Self::WorkLimit { .. }
-            | Self::NotSlender { .. }
-            | Self::ToleranceNotMet { .. } => false,
+            _ => false,
         }
     }
 }

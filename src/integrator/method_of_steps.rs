@@ -1,8 +1,7 @@
 //! The method of steps for delay differential equations, with corrections for steps longer than the shortest delay.
 
 use super::error::Outcome;
-use super::grid::GridUse;
-use super::stepper::{MAX_CORRECTIONS, RunOptions};
+use super::stepper::{GridUse, MAX_CORRECTIONS, RunOptions};
 use super::undo::undo_on_error;
 use super::{Grid, HistoryFunction, Integrator, Statistics, TimeStepper};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};

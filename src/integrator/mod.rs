@@ -6,7 +6,6 @@
 mod adaptive;
 mod error;
 mod events;
-mod grid;
 mod method_of_steps;
 mod simulation;
 mod statistics;
@@ -17,11 +16,10 @@ mod undo;
 pub use crate::state::{ConstantHistory, HistoryFunction};
 pub use adaptive::{Adaptive, AdaptiveWorkspace};
 pub use error::IntegrationError;
-pub use grid::Grid;
 pub use method_of_steps::MethodOfSteps;
 pub use simulation::Simulation;
 pub use statistics::Statistics;
-pub use stepper::{PointStep, TimeStep};
+pub use stepper::{Grid, PointStep, TimeStep};
 pub use time_stepper::TimeStepper;
 
 use crate::model::Model;

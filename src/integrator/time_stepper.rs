@@ -1,8 +1,7 @@
 //! Time steps for integrators outside the crate.
 
 use super::error::Outcome;
-use super::grid::GridUse;
-use super::stepper::{StepEnd, Stepper, TimeStep, check_ahead, next_discontinuity_ahead, permitted_step};
+use super::stepper::{GridUse, StepEnd, Stepper, TimeStep, check_ahead, next_discontinuity_ahead, permitted_step};
 use super::undo::undo_on_error;
 use super::{HistoryFunction, ROUNDING, Statistics};
 use crate::equilibrium::EquilibriumSolver;

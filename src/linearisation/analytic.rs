@@ -33,18 +33,11 @@ impl AnalyticMatrix {
         lu.solve_in_place(MatMut::from_column_major_slice_mut(self.derivative.as_mut_slice(), n, n));
         let mut pivots: Vec<Complex<f64>> = (0..n).map(|i| lu.U()[(i, i)]).collect();
         let singular = pivots.contains(&Complex::ZERO);
-        // Each cycle of even length is an odd permutation of the rows.
+        // An odd permutation of the rows has an odd number of pairs in the wrong order.
         let (rows, _) = lu.P().arrays();
-        let mut seen = vec![false; n];
-        for start in 0..n {
-            let (mut row, mut length) = (start, 0);
-            while !std::mem::replace(&mut seen[row], true) {
-                row = rows[row];
-                length += 1;
-            }
-            if length > 0 && length % 2 == 0 {
-                pivots[start] = -pivots[start];
-            }
+        let inversions = (0..n).map(|i| rows[..i].iter().filter(|row| **row > rows[i]).count());
+        if inversions.sum::<usize>() % 2 == 1 {
+            pivots[0] = -pivots[0];
         }
         (pivots, if singular { Complex::from(f64::INFINITY) } else { self.derivative.trace() })
     }

@@ -39,7 +39,7 @@ pub(crate) fn visit_bends(
         for sign in [1.0, -1.0] {
             let mut bend = |step: f64| {
                 moved.clone_from(rod);
-                moved.points_mut()[at].intrinsic[c] += sign * step;
+                moved.points[at].intrinsic[c] += sign * step;
                 tangent.follow(&mut moved);
                 largest_turn(rod, &moved)
             };
@@ -118,7 +118,7 @@ mod tests {
             // Richardson's extrapolation from two steps, 1/m.
             for (step, weight) in [(0.04, -1.0 / 3.0), (-0.04, -1.0 / 3.0), (0.02, 4.0 / 3.0), (-0.02, 4.0 / 3.0)] {
                 let mut moved = rod.clone();
-                moved.points_mut()[rod.zone().start + i].intrinsic[c] += step;
+                moved.points[rod.zone().start + i].intrinsic[c] += step;
                 let (force, _) =
                     equilibrate(&mut moved, material, statics, &environment, force.reactions(), &mut solver).unwrap();
                 add(&mut second, j, weight * 0.5 / step, &moved, &force);

@@ -6,6 +6,7 @@ use super::error::StabilityError;
 use super::stimuli::visit_stimuli;
 use crate::load::InternalForce;
 use crate::model::Model;
+use crate::numerics::scalar::largest;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Growing, TropismLaw, rates_in_steady_state};
@@ -53,8 +54,7 @@ impl SteadyLaws {
     /// # Errors
     /// A gradient that is not finite.
     pub fn largest_gradient(&self) -> Result<f64, StabilityError> {
-        let all = self.gradients.iter().map(Vector3::norm);
-        let largest = all.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+        let largest = largest(self.gradients.iter().map(Vector3::norm));
         if largest.is_finite() { Ok(largest) } else { Err(StabilityError::NotFinite { what: "growth gradient" }) }
     }
 

@@ -55,16 +55,9 @@ impl Load for Pulse {
     }
 
     fn next_discontinuity(&self, t: f64) -> f64 {
-        let end = self.start + self.duration;
-        if self.peak == Vector3::zeros() {
-            f64::INFINITY
-        } else if t < self.start {
-            self.start
-        } else if t < end {
-            end
-        } else {
-            f64::INFINITY
-        }
+        let mut ends = [self.start, self.start + self.duration].into_iter();
+        let next = ends.find(|time| *time > t && self.peak != Vector3::zeros());
+        next.unwrap_or(f64::INFINITY)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

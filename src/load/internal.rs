@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Cut, Load};
 use crate::error::ParameterError;
+use crate::numerics::scalar::largest;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{ElementPlace, Rod, Tissue, weighted};
 use crate::scene::Environment;
@@ -229,6 +230,6 @@ impl InternalForce {
     /// Largest norm of the force at a material point, N; NaN if the norm at one of them is NaN.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        self.forces.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        largest(self.forces.iter().map(Vector3::norm))
     }
 }

@@ -4,39 +4,28 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-/// The Legendre polynomial of degree k + 1 at `x` from those of degrees k − 1 and k.
-fn next_legendre(k: usize, x: f64, [previous, current]: [f64; 2]) -> f64 {
-    let k = k as f64;
-    ((2.0 * k + 1.0) * x * current - k * previous) / (k + 1.0)
-}
-
 /// The values of all Legendre polynomials at `x`, in order of increasing degree.
 pub(crate) fn legendre_sequence(x: f64) -> impl Iterator<Item = f64> {
-    let mut pair = [1.0, x];
-    (1..).map(move |k| {
-        let [value, next] = pair;
-        pair = [next, next_legendre(k, x, pair)];
+    let mut pair = [0.0, 1.0];
+    (0..).map(f64::from).map(move |k| {
+        let [previous, value] = pair;
+        pair = [value, ((2.0 * k + 1.0) * x * value - k * previous) / (k + 1.0)];
         value
     })
 }
 
 /// The Legendre polynomial of degree `n` and its derivative at `x` in [−1, 1].
 pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
-    if n == 0 {
-        return (1.0, 0.0);
-    }
-    let [mut previous, mut current] = [1.0, x];
-    for k in 1..n {
-        (previous, current) = (current, next_legendre(k, x, [previous, current]));
-    }
+    let before = std::iter::once(0.0).chain(legendre_sequence(x));
+    let (previous, value) = before.zip(legendre_sequence(x)).nth(n).unwrap_or_default();
     let nf = n as f64;
     // At the ends the quotient below is 0/0. Its limit is n (n + 1)/2 with the sign of xⁿ⁻¹.
     let derivative = if (x * x - 1.0).abs() < f64::EPSILON {
         x.signum().powi(n as i32 + 1) * nf * (nf + 1.0) / 2.0
     } else {
-        nf * (x * current - previous) / (x * x - 1.0)
+        nf * (x * value - previous) / (x * x - 1.0)
     };
-    (current, derivative)
+    (value, derivative)
 }
 
 /// Points and weights of the `n`-point Gauss–Legendre rule on [0, 1], exact for polynomials of degree 2n − 1.

@@ -68,6 +68,11 @@ pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f
     x
 }
 
+/// Largest of numbers that are not negative, zero without any; NaN if one of them is NaN.
+pub(crate) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+}
+
 /// The abscissa of the vertex of the parabola through three values at −1, 0 and 1; not finite for values on a line.
 pub(crate) fn vertex([before, middle, after]: [f64; 3]) -> f64 {
     0.5 * (before - after) / (before - 2.0 * middle + after)

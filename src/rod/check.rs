@@ -59,6 +59,12 @@ pub(super) fn unless(
     if ok { Ok(()) } else { Err(RodError::Value { what, index, value, requirement }) }
 }
 
+/// Returns an error unless numbers, which are named, are the expected ones.
+pub(super) fn check_counts(counts: &[(&'static str, usize, usize)]) -> Result<(), RodError> {
+    let wrong = counts.iter().find(|(_, found, expected)| found != expected);
+    wrong.map_or(Ok(()), |&(what, found, expected)| Err(RodError::Count { what, found, expected }))
+}
+
 impl Rod {
     /// Returns an error for lists of inconsistent lengths and for numbers out of range.
     pub(crate) fn check(&self) -> Result<(), RodError> {
@@ -67,18 +73,14 @@ impl Rod {
             return Err(RodError::Count { what: "frames", found: frames, expected: 2 });
         }
         let (elements, p) = (self.elements(), self.order.points());
-        for (what, found, expected) in [
+        check_counts(&[
             ("rotation vectors", self.rotations.len(), elements * p),
             ("material points", self.points.len(), elements * p),
             ("strains of the centre line", self.line_strains.len(), if self.yields() { elements * p } else { 0 }),
             ("distances of the elements' ends from the apex", self.node_distance.len(), elements + 1),
             ("marks of nodes to keep", self.kept.len(), elements + 1),
             ("losses by merging", self.loss.len(), elements),
-        ] {
-            if found != expected {
-                return Err(RodError::Count { what, found, expected });
-            }
-        }
+        ])?;
         let (length, first) = (self.initial_length, self.first_growing);
         unless(length > 0.0 && length.is_finite(), "initial length", 0, length, "positive and finite (m)")?;
         let position = self.base_position.norm_squared();

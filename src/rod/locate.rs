@@ -137,7 +137,12 @@ impl Rod {
             return point.initial_apex_distance + (from - point.initial_apex_distance) * to;
         }
         if !self.interpolates_initial_distance(e) {
-            return self.initial_distance_at_apex(x);
+            // In the last element the ratio to the coordinate's distance from the apex is interpolated: repeated
+            // division makes the distances arbitrarily small, and interpolation of the distances would leave an
+            // absolute rounding error.
+            let ratios = points.iter().zip(&self.reference().points);
+            let ratios = ratios.map(|(point, y)| point.initial_apex_distance / (1.0 - y));
+            return (1.0 - x) * ratios.zip(self.reference().at_points(x)).map(|(ratio, w)| w * ratio).sum::<f64>();
         }
         points.iter().zip(self.reference().at_points(x)).map(|(point, w)| w * point.initial_apex_distance).sum()
     }
@@ -145,15 +150,5 @@ impl Rod {
     /// Whether the distance from the apex at t = 0 is the polynomial through the points of an element.
     pub(super) fn interpolates_initial_distance(&self, e: usize) -> bool {
         self.order.points() > 1 && !(e + 1 == self.elements() && e >= self.first_growing)
-    }
-
-    /// The distance from the apex at t = 0 in the last element. Its ratio to the coordinate's distance from the
-    /// apex is interpolated: repeated division makes the distances arbitrarily small, and interpolation of the
-    /// distances would leave an absolute rounding error.
-    fn initial_distance_at_apex(&self, x: f64) -> f64 {
-        let reference = self.reference();
-        let ratio = self.element_points(self.elements() - 1).iter().zip(&reference.points);
-        let each = ratio.map(|(point, y)| point.initial_apex_distance / (1.0 - y)).zip(reference.at_points(x));
-        (1.0 - x) * each.map(|(ratio, w)| w * ratio).sum::<f64>()
     }
 }

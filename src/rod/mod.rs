@@ -62,15 +62,15 @@ pub struct Rod {
     /// Strain v of the centre line at the material points, along the directors; empty without shear and stretch.
     line_strains: Vec<Vector3<f64>>,
     /// Material points of every element.
-    points: Vec<MaterialPoint>,
+    pub(crate) points: Vec<MaterialPoint>,
     /// Distance of the ends of the elements from the apex, up to date in the growth zone.
-    node_distance: Vec<f64>,
+    pub(crate) node_distance: Vec<f64>,
     /// The length at t = 0, m.
     initial_length: f64,
     /// Ends of elements that merging must keep.
     kept: Vec<bool>,
     /// Index of the first element in the growth zone.
-    first_growing: usize,
+    pub(crate) first_growing: usize,
     /// Loss of intrinsic strain by merging, for every element.
     loss: Vec<MergingLoss>,
     /// Forces and couples of supports in the last equilibrium; empty without a support.
@@ -217,11 +217,6 @@ impl Rod {
         &mut self.reactions
     }
 
-    /// The first element in the growth zone; equal to the number of elements for a mature rod.
-    pub(crate) fn first_growing(&self) -> usize {
-        self.first_growing
-    }
-
     /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a
     /// whole element.
     #[must_use]
@@ -257,10 +252,13 @@ impl Rod {
     /// The volume of the rod, m³.
     #[must_use]
     pub fn volume(&self) -> f64 {
-        let reference = self.reference();
-        let weights = reference.weights.iter().cycle();
-        let each = self.points.iter().zip(weights);
-        each.map(|(point, w)| w * point.jacobian * point.section.area()).sum()
+        self.integral(self.points.iter().map(|point| point.section.area()))
+    }
+
+    /// The integral along the rod of values at its material points.
+    pub(crate) fn integral(&self, values: impl Iterator<Item = f64>) -> f64 {
+        let each = self.points.iter().zip(self.reference().weights.iter().cycle()).zip(values);
+        each.map(|((point, w), value)| w * point.jacobian * value).sum()
     }
 
     /// Rotates the whole rod so that its base has the given frame.

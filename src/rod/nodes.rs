@@ -4,7 +4,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Rod;
-use super::check::{RodError, unless};
+use super::check::{RodError, check_counts, unless};
 use super::shape::weighted_jacobian;
 use crate::error::UNIT;
 use crate::so3;
@@ -72,14 +72,10 @@ impl Rod {
     /// - [`Folded`](RodError::Folded): a node that is rotated by more than 3.1 rad from the first end of its element.
     pub fn set_shape(&mut self, frames: &[UnitQuaternion<f64>], line_strains: &[Vector3<f64>]) -> Result<(), RodError> {
         let expected_strains = if line_strains.is_empty() { 0 } else { self.points.len() };
-        for (what, found, expected) in [
+        check_counts(&[
             ("frames at nodes", frames.len(), self.nodes()),
             ("strains of the centre line", line_strains.len(), expected_strains),
-        ] {
-            if found != expected {
-                return Err(RodError::Count { what, found, expected });
-            }
-        }
+        ])?;
         for (i, norm) in frames.iter().map(|frame| frame.norm()).enumerate() {
             unless((norm - 1.0).abs() < UNIT, "norm of frame", i, norm, "1 (a unit quaternion)")?;
         }

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::loss::{MergedPart, MergingLoss};
 use super::{MaterialPoint, Rod, weighted};
 use crate::numerics::quadrature::legendre_sequence;
+use crate::numerics::scalar::largest;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 
 /// Two elements that may be merged.
@@ -130,9 +131,4 @@ impl<'a> Pair<'a> {
         let after = new.iter().zip(rule).map(|(point, (x, w))| (point, *x, *w)).fold([0.0; 2], add);
         largest((0..2).map(|n| (after[n] - before[n]).abs() / before[0]))
     }
-}
-
-/// The largest of some numbers, or NaN if one of them is NaN.
-fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
-    numbers.fold(0.0, |largest, number| if number <= largest { largest } else { number })
 }

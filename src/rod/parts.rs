@@ -5,9 +5,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod};
 use crate::error::ParameterError;
-use crate::scene::Scene;
 use crate::so3;
-use crate::support::Joint;
+use crate::support::{Joint, closest_about};
+
+/// Rotation of the axis of a base's hinge that is attributed to rounding, rad. The base is not rotated then.
+const HINGE_ROUNDING: f64 = 1e-12;
 
 impl Rod {
     /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
@@ -17,11 +19,6 @@ impl Rod {
         self.first_growing += elements;
         let end = self.zone().start;
         &mut self.points[start..end]
-    }
-
-    /// The material points, to be changed.
-    pub(crate) fn points_mut(&mut self) -> &mut [MaterialPoint] {
-        &mut self.points
     }
 
     /// The rotation vectors of the nodes 1 … p of all elements.
@@ -45,17 +42,25 @@ impl Rod {
         out
     }
 
-    /// Gives the base the position and the frame of a scene at a time (s), as far as its joint fixes them.
+    /// Gives the base a frame and a position (m), as far as its joint fixes them. The base of a hinge keeps its
+    /// rotation about the axis.
     pub(crate) fn place_base(
         &mut self,
-        scene: &impl Scene,
+        (base, position): (UnitQuaternion<f64>, Vector3<f64>),
         joint: Option<Joint>,
-        t: f64,
     ) -> Result<(), ParameterError> {
         if joint != Some(Joint::Free) {
-            self.set_base_position(scene.position(t))?;
+            self.set_base_position(position)?;
         }
-        if joint.is_none() { self.set_base(scene.base(t)) } else { Ok(()) }
+        let base = match joint {
+            None => base,
+            Some(Joint::Ball | Joint::Free) => return Ok(()),
+            Some(Joint::Hinge(axis)) => {
+                let hinged = closest_about(&axis, &base, &self.frames[0]);
+                if hinged.angle_to(&self.frames[0]) > HINGE_ROUNDING { hinged } else { return Ok(()) }
+            }
+        };
+        self.set_base(base)
     }
 
     /// The position of the base, to be changed.
@@ -147,16 +152,6 @@ impl Rod {
             start += self.length_of(e);
         }
         self.chain_frames();
-    }
-
-    /// Distances of the ends of the elements from the apex, m; up to date in the growth zone.
-    pub(crate) fn node_distances(&self) -> &[f64] {
-        &self.node_distance
-    }
-
-    /// Distances of the ends of the elements from the apex, to be changed.
-    pub(crate) fn node_distances_mut(&mut self) -> &mut [f64] {
-        &mut self.node_distance
     }
 
     /// The length at t = 0, m.

@@ -33,12 +33,6 @@ const INSIDE: f64 = 20.0;
 /// Upper bound of that angle unless the tolerance is larger, rad: the value for the default tolerance.
 pub(crate) const LARGEST_INSIDE: f64 = 2e-3;
 
-/// The smallest tolerance (rad) that permits the loss of an angle inside an element, given its root mean square
-/// (rad).
-fn permitting(loss: f64) -> f64 {
-    if loss > LARGEST_INSIDE { loss } else { loss / INSIDE }
-}
-
 impl Rod {
     /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the
     /// element and do not change. Returns the weights of their values for those in both parts.
@@ -122,10 +116,11 @@ impl Rod {
         let mut new = pair.projected();
         let (loss, turn) = pair.loss([self.loss[e], self.loss[e + 1]], &new);
         let mut needed = 0.0;
-        let conditions: [&dyn Fn() -> f64; 3] =
-            [&|| permitting(loss.angle()), &|| pair.change_of_section(&new), &|| {
-                pair.change_of_compliance(&new, &compliance) / COMPLIANCE
-            }];
+        let conditions: [&dyn Fn() -> f64; 3] = [
+            &|| if loss.angle() > LARGEST_INSIDE { loss.angle() } else { loss.angle() / INSIDE },
+            &|| pair.change_of_section(&new),
+            &|| pair.change_of_compliance(&new, &compliance) / COMPLIANCE,
+        ];
         for condition in conditions {
             let least = condition();
             if !(least <= limit) {

@@ -97,9 +97,7 @@ impl Rod {
     /// The length of the centre line, ∫ |v| ds, m; equal to that of the rod without shear and stretch.
     #[must_use]
     pub fn centre_line_length(&self) -> f64 {
-        let weights = self.reference().weights.iter().cycle();
-        let excess = self.line_strains.iter().zip(&self.points).zip(weights);
-        self.length() + excess.map(|((v, point), w)| w * point.jacobian * (v.norm() - 1.0)).sum::<f64>()
+        self.length() + self.integral(self.line_strains.iter().map(|v| v.norm() - 1.0))
     }
 
     /// The vector from the first end of an element to its coordinate `x`, in the fixed frame, m.

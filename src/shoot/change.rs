@@ -97,9 +97,9 @@ fn check_history(state: &State, tropism: &impl TropismLaw) -> Result<(), StateEr
 /// Makes tissue mature that is outside a new growth zone of the given length (m).
 fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     let rod = &state.rod;
-    let first = rod.first_growing();
+    let first = rod.first_growing;
     // Ends of elements move by the exact flow, so their distances are accurate to rounding.
-    let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], SAME_PLACE * rod.length());
+    let (growing, margin) = (rod.node_distance[first.min(rod.elements())], SAME_PLACE * rod.length());
     let ok = first == 0 || zone <= growing + margin;
     let what = "length of the new growth zone";
     ParameterError::unless(
@@ -109,9 +109,9 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
         "at most that of the present one, since mature tissue does not grow again (m)",
     )?;
     if zone < growing - margin {
-        let e = state.rod.node_distances()[first..].partition_point(|node| *node > zone + margin) + first;
+        let e = state.rod.node_distance[first..].partition_point(|node| *node > zone + margin) + first;
         // The boundary lies in the element below node `e`, or on it.
-        if state.rod.node_distances()[e] < zone - margin {
+        if state.rod.node_distance[e] < zone - margin {
             let x = state.rod.coordinate_at_distance(e - 1, zone);
             state.split(e - 1, x);
         }

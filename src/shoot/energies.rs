@@ -6,7 +6,7 @@ use super::Shoot;
 use crate::constitutive::Constitutive;
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
-use crate::rod::{Rod, Tissue};
+use crate::rod::Tissue;
 use crate::so3;
 use crate::support::{Argument, Orientation, Position, Support};
 
@@ -72,7 +72,7 @@ impl<M: Model> Shoot<M> {
         let p = rod.order().points();
         let each = force.at_points().iter().enumerate().map(|(i, force)| along((i / p, i % p), force));
         // The difference from zero is not −0 without a load.
-        0.0 - integral(rod, each) - force.at_base().dot(&rod.base_position())
+        0.0 - rod.integral(each) - force.at_base().dot(&rod.base_position())
     }
 
     fn elastic_energy(&self) -> f64 {
@@ -86,7 +86,7 @@ impl<M: Model> Shoot<M> {
             let line = law.line_response(&tissue, &rod.frame_at_point(e, g).inverse_transform_vector(force));
             bending + line.map_or(0.0, |line| line.energy)
         });
-        integral(rod, each)
+        rod.integral(each)
     }
 
     fn support_energy(&self) -> f64 {
@@ -127,10 +127,4 @@ impl<M: Model> Shoot<M> {
         }
         sum
     }
-}
-
-/// Integral along a rod of values at its material points.
-pub(super) fn integral(rod: &Rod, values: impl Iterator<Item = f64>) -> f64 {
-    let weights = rod.reference().weights.iter().cycle();
-    rod.points().iter().zip(weights).zip(values).map(|((point, w), value)| w * point.jacobian * value).sum()
 }

@@ -154,11 +154,11 @@ impl<M: Model> Shoot<M> {
     /// the whole shoot grows and is shorter. The accuracy is relative to the length of the shoot.
     pub(crate) fn check_zone(&self, state: &State, accuracy: f64) -> Result<(), ParameterError> {
         let (growth, rod) = (self.model.growth(), &state.rod);
-        let (zone, first) = (growth.zone_length(), rod.first_growing());
+        let (zone, first) = (growth.zone_length(), rod.first_growing);
         if !growth.elongates() {
             return Ok(());
         }
-        let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], accuracy * rod.length());
+        let (growing, margin) = (rod.node_distance[first.min(rod.elements())], accuracy * rod.length());
         let same = growing <= zone + margin && (first == 0 || growing >= zone - margin);
         let requirement = "that of the shoot's growth law, `zone_length`, which is constant (m): restore a state \
             under its own laws, and compare the methods of the law by `check::growth_law`";
@@ -252,8 +252,8 @@ mod tests {
         assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
         assert_eq!(shoot.state, kept);
         let mut long = kept.clone();
-        long.rod.points_mut().iter_mut().for_each(|point| point.jacobian *= 1e6);
-        long.rod.node_distances_mut().iter_mut().for_each(|distance| *distance *= 1e6);
+        long.rod.points.iter_mut().for_each(|point| point.jacobian *= 1e6);
+        long.rod.node_distance.iter_mut().for_each(|distance| *distance *= 1e6);
         let error = shoot.restore(&long).unwrap_err();
         assert!(matches!(&error, StateError::Parameter(error) if error.name == "length of the rod"), "{error}");
         assert_eq!(shoot.state, kept);

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::Shoot;
-use super::energies::integral;
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
@@ -159,7 +158,7 @@ impl<M: Model> Shoot<M> {
             }
             power - load_rates.get(i).map_or(0.0, |rate| rate.dot(&(frame * rod.line_strain_at_point(e, g))))
         });
-        integral(rod, each) - load_rate_at_base.dot(&rod.base_position())
+        rod.integral(each) - load_rate_at_base.dot(&rod.base_position())
     }
 
     /// REGR at the points of the shape plus a constant in each element, 1/s. With it the length of the element has the
@@ -171,8 +170,8 @@ impl<M: Model> Shoot<M> {
             return rates;
         }
         let (p, weights, zone) = (rod.order().points(), &rod.reference().weights, growth.zone_length());
-        let speed = |node: usize| growth.apical_speed(rod.node_distances()[node].min(zone), time);
-        for e in rod.first_growing()..rod.elements() {
+        let speed = |node: usize| growth.apical_speed(rod.node_distance[node].min(zone), time);
+        for e in rod.first_growing..rod.elements() {
             let points = rod.element_points(e);
             let rates = &mut rates[e * p..(e + 1) * p];
             rates.iter_mut().zip(points).for_each(|(rate, point)| *rate = growth.regr(point.apex_distance, time));
@@ -193,7 +192,7 @@ impl<M: Model> Shoot<M> {
         }
         let [before, after] = [-CHANGE, CHANGE].map(|part| {
             let mut rod = self.rod().clone();
-            for (point, rate) in rod.points_mut().iter_mut().zip(rates) {
+            for (point, rate) in rod.points.iter_mut().zip(rates) {
                 point.jacobian *= 1.0 + part * rate / largest;
             }
             InternalForce::of(&rod, self.model.load(), &self.environment())

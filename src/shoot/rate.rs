@@ -14,9 +14,8 @@ impl<M: Model> Shoot<M> {
     #[must_use]
     pub fn steering_rate(&self) -> f64 {
         let rod = &self.state.rod;
-        let weights = rod.reference().weights.iter().cycle();
-        let each = rod.points()[rod.zone()].iter().zip(weights).zip(self.intrinsic_rates());
-        each.map(|((point, weight), rate)| rate.norm() * weight * point.jacobian).sum()
+        let mature = std::iter::repeat_n(0.0, rod.zone().start);
+        rod.integral(mature.chain(self.intrinsic_rates().iter().map(Vector3::norm)))
     }
 
     /// The rates ∂u*/∂t (1/(m s), components along the directors) at the points of the rod in the growth zone. Empty
@@ -36,7 +35,7 @@ impl<M: Model> Shoot<M> {
         let each = rod.points()[rod.zone()].iter().enumerate();
         each.map(|(i, point)| {
             for (k, reading) in readings.iter().enumerate() {
-                past[k] = reading.and_then(|reading| history.read(&reading, i).nth(k)).unwrap_or(0.0);
+                reading.iter().for_each(|reading| history.read_some(reading, i, &[k], &mut past));
             }
             let at = Growing::of(point, time, point.apex_distance);
             let present = size.present(history.stimuli(history.levels() - 1, i));

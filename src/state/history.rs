@@ -107,7 +107,7 @@ impl History {
     }
 
     /// Levels after a discontinuity of the rates. Each has the same time as the level before it.
-    pub fn discontinuities(&self) -> impl Iterator<Item = usize> {
+    pub fn discontinuities(&self) -> impl DoubleEndedIterator<Item = usize> {
         (1..self.levels()).filter(|level| self.time(level - 1) == self.time(*level))
     }
 
@@ -269,14 +269,6 @@ impl History {
             }
         }
         nodes.levels[..nodes.count].reverse();
-        nodes
-    }
-
-    /// Returns the last two levels.
-    pub fn last_two(&self) -> Nodes {
-        let last = self.levels.len().saturating_sub(1);
-        let (mut nodes, first) = (Nodes { count: 2, ..Nodes::default() }, last.saturating_sub(1));
-        (nodes.levels[0], nodes.levels[1]) = (first, last);
         nodes
     }
 

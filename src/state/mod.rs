@@ -206,7 +206,7 @@ impl State {
 
     /// Divides an element at its coordinate `x`, with its history and its earlier equilibria.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
-        let (growing, p) = (e.checked_sub(self.rod.first_growing()), self.rod.order().points());
+        let (growing, p) = (e.checked_sub(self.rod.first_growing), self.rod.order().points());
         self.predictor.split(&self.rod, e, x);
         let parts = self.rod.split(e, x);
         if let Some(growing) = growing {

@@ -31,11 +31,7 @@ impl Ellipse {
         let turned = Vector2::new(sine.y, -sine.x);
         let outer = matrix * matrix.transpose();
         let direction = 0.5 * (2.0 * outer[(0, 1)]).atan2(outer[(0, 0)] - outer[(1, 1)]);
-        let sense = match determinant {
-            d if d > 0.0 => Some(Handedness::Counterclockwise),
-            d if d < 0.0 => Some(Handedness::Clockwise),
-            _ => None,
-        };
+        let sense = Handedness::of(determinant);
         // Sum and difference of both semi-axes are twice the radii of the circular motions.
         let major = 0.5 * ((cosine + turned).norm() + (cosine - turned).norm());
         // The difference of both radii would suffer from cancellation for a thin ellipse.

@@ -58,7 +58,7 @@ pub(super) struct Harmonics {
 }
 
 /// a cos ωτ + b sin ωτ.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Wave {
     pub omega: f64,
     pub cosine: Vector2<f64>,
@@ -72,12 +72,6 @@ pub(super) struct Wave {
 }
 
 impl Wave {
-    /// A wave with amplitude zero.
-    pub fn new(omega: f64) -> Self {
-        let zero = Vector2::zeros();
-        Self { omega, cosine: zero, sine: zero, variance: 0.0, omega_error: 0.0, cosine_error: zero, sine_error: zero }
-    }
-
     /// Standard error of the semi-axes: the root mean square of those of the coefficients.
     pub fn error(&self) -> f64 {
         0.5 * (self.cosine_error.norm_squared() + self.sine_error.norm_squared()).sqrt()
@@ -97,7 +91,7 @@ impl Wave {
 impl Harmonics {
     /// Drift and waves with coefficients zero.
     pub fn new(degree: usize, omegas: &[f64]) -> Self {
-        let waves = omegas.iter().map(|omega| Wave::new(*omega)).collect();
+        let waves = omegas.iter().map(|omega| Wave { omega: *omega, ..Wave::default() }).collect();
         Self { drift: vec![Vector2::zeros(); degree + 1], waves, variance: 0.0 }
     }
 

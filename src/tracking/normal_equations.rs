@@ -212,7 +212,7 @@ mod tests {
         let mut fit = Harmonics::new(2, &[]);
         fit.drift = vec![Vector2::new(0.1, -0.2), Vector2::new(0.7, 0.3), Vector2::new(-0.1, 0.05)];
         for (omega, cosine, sine) in [(5.1, [0.9, 0.2], [-0.1, 0.4]), (8.3, [0.3, -0.2], [0.1, 0.5])] {
-            fit.waves.push(Wave { cosine: cosine.into(), sine: sine.into(), ..Wave::new(omega) });
+            fit.waves.push(Wave { cosine: cosine.into(), sine: sine.into(), omega, ..Wave::default() });
         }
         let rest = |t: f64| 0.2 * Vector2::new((14.0 * t).cos(), (13.0 * t + 1.0).sin());
         let zero = Samples::new(times.clone(), vec![Vector2::zeros(); times.len()]);

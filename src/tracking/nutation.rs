@@ -191,10 +191,9 @@ impl Nutation {
         let mut periods: Vec<f64> = ridge.iter().map(|place| place.period).collect();
         periods.sort_unstable_by(f64::total_cmp);
         let period = nutates.then(|| quantile(&periods, 0.5));
-        let sense = if turns > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
         // The velocity rotates once in a period on an ellipse, and not at all in a swing: half a turn is the
         // threshold.
-        let sense = Some(sense).filter(|_| nutates && round && turns.abs() > 0.5 * expected);
+        let sense = Handedness::of(turns).filter(|_| nutates && round && turns.abs() > 0.5 * expected);
         Self {
             nutates,
             period,

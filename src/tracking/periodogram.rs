@@ -27,7 +27,8 @@ pub(super) struct Periodogram<'a> {
     /// Index of the lowest frequency. Frequencies are multiples of [`STEP`].
     lowest: usize,
     /// Number of frequencies.
-    count: usize,
+    /// Number of frequencies.
+    pub count: usize,
     sums: FourierSums,
     /// Orthonormal basis of the drift, by increasing degree.
     basis: Vec<DVector<f64>>,
@@ -55,11 +56,6 @@ impl<'a> Periodogram<'a> {
             basis: Vec::new(),
             squares: vec![double.iter().skip(lowest).map(squares).collect()],
         }
-    }
-
-    /// Number of frequencies.
-    pub fn count(&self) -> usize {
-        self.count
     }
 
     /// Angular frequency with an index.

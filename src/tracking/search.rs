@@ -134,7 +134,7 @@ fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], periodogram: &mu
         return None;
     }
     let background = Background::of(&samples.times, &rest);
-    let independent = (periodogram.count() as f64 / DENSITY).max(1.0);
+    let independent = (periodogram.count as f64 / DENSITY).max(1.0);
     let significant = noise * significant_power(independent);
     let least = significant * background.least();
     let mut powers = periodogram.powers(&rest, fit.degree());

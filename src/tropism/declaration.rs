@@ -88,6 +88,25 @@ impl Variable {
         }
     }
 
+    /// Returns an error with the rate that the variable at place `k` should have unless its `rate` is that of its
+    /// declaration, up to the rounding of one subtraction and one quotient, whose results may be subnormal numbers. A
+    /// computed rate may have any value.
+    #[inline]
+    pub(crate) fn check_rate(&self, k: usize, rate: f64, variables: &[f64], stimuli: &[f64]) -> Result<(), f64> {
+        let x = match self.remembers {
+            Source::Stimulus(i) => stimuli.get(i),
+            Source::Variable(i) => variables.get(i),
+            Source::Computed => return Ok(()),
+        };
+        let number = |x: Option<&f64>| x.copied().unwrap_or(f64::NAN);
+        let (x, y, time) = (number(x), variables[k], self.time_constant);
+        let turns = self.turns.map(|(frequency, other)| (frequency, number(variables.get(other))));
+        let expected = Self::linear_rate(y, x, time, turns);
+        let size = x.abs() + y.abs() + turns.map_or(0.0, |(frequency, other)| (frequency * time * other).abs());
+        let rounding = 16.0 * f64::EPSILON * size + f64::MIN_POSITIVE * (1.0 + time);
+        if (rate * time - expected * time).abs() <= rounding { Ok(()) } else { Err(expected) }
+    }
+
     /// The variable with a time constant (s).
     #[must_use]
     #[inline]
@@ -108,22 +127,6 @@ impl Variable {
     pub fn turning(self, rotation: Rotation) -> Self {
         Self { rotation, ..self }
     }
-}
-
-/// Whether a rate is that of a linear memory y of x with a time constant (s), up to the rounding of one subtraction and
-/// one quotient, whose results may be subnormal numbers.
-#[inline]
-pub(crate) fn is_memory_rate(rate: f64, [x, y]: [f64; 2], time: f64) -> bool {
-    let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + time);
-    (rate * time - (x - y)).abs() <= rounding
-}
-
-/// Whether a rate is that of a variable of a damped oscillation, with the arguments of [`is_memory_rate`] and those of
-/// [`Variable::linear_rate`].
-pub(crate) fn is_oscillation_rate(rate: f64, [x, y]: [f64; 2], time: f64, turns: (f64, f64)) -> bool {
-    let size = x.abs() + y.abs() + (turns.0 * time * turns.1).abs();
-    let expected = Variable::linear_rate(y, x, time, Some(turns)) * time;
-    (rate * time - expected).abs() <= 16.0 * f64::EPSILON * size + f64::MIN_POSITIVE * (1.0 + time)
 }
 
 /// Numbers of variables and stimuli of a law at a material point.
@@ -368,6 +371,17 @@ impl Declaration {
             ParameterError::unless(index < number, name, index as f64, "that of a declared stimulus or variable")?;
         }
         Ok(())
+    }
+
+    /// Returns an error unless the rates at a point are those that are declared.
+    #[inline]
+    pub(crate) fn check_rates(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
+        let name = "time constant times the rate of a variable that is declared a memory";
+        let requirement = "the remembered quantity minus the variable: `rates` contradicts `declare`";
+        self.variables.iter().zip(rates).enumerate().try_for_each(|(k, (variable, rate))| {
+            let checked = variable.check_rate(k, *rate, variables, stimuli);
+            checked.map_err(|_| ParameterError::refused(name, rate * variable.time_constant, requirement))
+        })
     }
 
     /// Longest delay, s; zero without delays.

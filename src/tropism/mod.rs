@@ -21,7 +21,6 @@ mod touch;
 
 pub use at_apex::AtApex;
 pub use declaration::{Declaration, Size, Source, Variable};
-pub(crate) use declaration::{is_memory_rate, is_oscillation_rate};
 pub(crate) use derivatives::{law_matrices, rates_in_steady_state};
 pub use gravitropism::{DirectionalTropism, Gravitropism};
 pub use kernel::{KernelTerm, MemoryKernel};

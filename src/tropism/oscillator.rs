@@ -19,6 +19,17 @@ pub enum Handedness {
     Clockwise,
 }
 
+impl Handedness {
+    /// The sense of a rotation by an angle or of an area with a sign, none if it is zero or NaN.
+    pub(crate) fn of(turn: f64) -> Option<Self> {
+        match turn {
+            turn if turn > 0.0 => Some(Self::Counterclockwise),
+            turn if turn < 0.0 => Some(Self::Clockwise),
+            _ => None,
+        }
+    }
+}
+
 impl fmt::Display for Handedness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -104,10 +104,10 @@ impl<R: Response> Perception for Remembered<R> {
         to.memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, None)
     }
 
-    #[inline]
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        self.response.perception().sense(site, stimuli);
-    }
+    forward_methods!(self, Perception of *self.response.perception() =>
+        fn sense(site: &Site, stimuli: &mut [f64]);
+        fn next_discontinuity(t: f64) -> f64;
+    );
 
     #[inline]
     fn signal(&self, variables: &[f64], _stimuli: &[f64]) -> Self::Signal {
@@ -137,10 +137,6 @@ impl<R: Response> Perception for Remembered<R> {
     #[inline]
     fn delay(&self) -> f64 {
         self.response.perception().delay() + self.memory.delay
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.response.perception().next_discontinuity(t)
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -264,9 +260,10 @@ impl<R: Response> TropismLaw for Filtered<R> {
         }
     }
 
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        self.response.perception().sense(site, stimuli);
-    }
+    forward_methods!(self, Perception of *self.response.perception() =>
+        fn sense(site: &Site, stimuli: &mut [f64]);
+        fn next_discontinuity(t: f64) -> f64;
+    );
 
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         self.write_rates(variables, stimuli, rates, |_| true);
@@ -304,10 +301,6 @@ impl<R: Response> TropismLaw for Filtered<R> {
             signal.as_mut()[k] += p * filters[i] + q * filters[j];
         });
         self.response.gradient(at, signal)
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.response.perception().next_discontinuity(t)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

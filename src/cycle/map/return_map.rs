@@ -67,14 +67,6 @@ pub(crate) struct Trajectory {
     pub strain_slopes: Vec<Vec<DVector<f64>>>,
 }
 
-impl Trajectory {
-    /// Largest change of the strain since the beginning of the period, 1/m.
-    pub fn largest_change(&self) -> f64 {
-        let all = self.stages.iter().flatten().map(|stage| (&stage.strain - &self.strains[0]).amax());
-        all.fold(0.0, f64::max)
-    }
-}
-
 /// The return map of a shoot.
 pub(crate) struct ReturnMap<'a, M: Model> {
     pub shoot: &'a Shoot<M>,
@@ -160,10 +152,10 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         let environment = scene.environment(time);
         let first = self.rod.zone().start;
         for k in 0..strain.len() {
-            self.rod.points_mut()[first + k / 2].intrinsic[k % 2] = strain[k];
+            self.rod.points[first + k / 2].intrinsic[k % 2] = strain[k];
         }
         let (load, support) = (self.shoot.model.load(), self.shoot.model.support());
-        self.rod.place_base(scene, support.base(), time)?;
+        self.rod.place_base((scene.base(time), scene.position(time)), support.base())?;
         let (material, guess) = (self.shoot.model.constitutive(), &self.reactions);
         let (force, _) = equilibrate(&mut self.rod, material, (load, support), &environment, guess, &mut self.solver)?;
         self.reactions.clear();

@@ -9,10 +9,10 @@ use super::linear::Traced;
 use super::orbit::PeriodicOrbit;
 use super::resolution::error_of;
 use crate::cycle::corrector::STATIONARY;
-use crate::cycle::equations::{Computed, Effort, Equations, Evaluation, Newton, OBSERVED, Observation};
+use crate::cycle::equations::{Computed, Effort, Equations, EvaluatedEquations, Newton, OBSERVED, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{BorderedSystem, ExtraConditions, OrbitUnknowns, Symmetry};
-use crate::cycle::map::{Monodromy, TimeGrid, kept};
+use crate::cycle::map::{Monodromy, TimeGrid, Trajectory, kept};
 use crate::cycle::symmetry::{check_autonomous, check_axis};
 use crate::model::Model;
 use crate::rod::Rod;
@@ -43,7 +43,7 @@ impl Equations for PeriodicSolver {
     }
 
     fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
-        let (share, angle) = (if self.half() { 0.5 } else { 1.0 }, self.angle.unwrap_or(0.0));
+        let (share, angle) = (self.share(), self.angle.unwrap_or(0.0));
         let period = share * root.period();
         let start = state_of_mode(&mut self.return_map(shoot, period)?, root, amplitude, period)?;
         Ok(OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
@@ -52,7 +52,7 @@ impl Equations for PeriodicSolver {
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<OrbitUnknowns, CycleError> {
         // A whole orbit becomes half a swing, or the reverse.
         let (period, angle) = match orbit.settings.angle {
-            None => (if self.half() { 0.5 } else { 1.0 } * orbit.period, self.angle.unwrap_or(0.0)),
+            None => (self.share() * orbit.period, self.angle.unwrap_or(0.0)),
             Some(_) if self.angle.is_none() && orbit.angle.cos() < 0.0 => (2.0 * orbit.period, orbit.angle),
             Some(_) => (orbit.period, orbit.angle),
         };
@@ -63,7 +63,9 @@ impl Equations for PeriodicSolver {
     fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M> {
         let traced = Traced::of(self, shoot, (&at.start, at.clock, at.angle), rods)?;
         // The stationary state is a fixed point for any period.
-        let strain = traced.path.largest_change();
+        let Trajectory { stages, strains, .. } = &traced.path;
+        let changes = stages.iter().flatten().map(|stage| (&stage.strain - &strains[0]).amax());
+        let strain = changes.fold(0.0, f64::max);
         if !at.forced && strain * shoot.rod().length() < STATIONARY {
             return Err(CycleError::Stationary { strain });
         }
@@ -107,7 +109,7 @@ impl Equations for PeriodicSolver {
     }
 }
 
-impl<M: Model> Evaluation<PeriodicSolver> for Mapped<'_, M> {
+impl<M: Model> EvaluatedEquations<PeriodicSolver> for Mapped<'_, M> {
     fn rods(&self) -> Vec<Rod> {
         self.traced.return_map.guesses.clone()
     }

@@ -2,7 +2,6 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::PeriodicSolver;
 use super::orbit::PeriodicOrbit;
 use crate::cycle::error::CycleError;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
@@ -14,13 +13,6 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::stability::Root;
 use crate::state::Reading;
-
-impl PeriodicSolver {
-    /// Whether the settings are for half a swing.
-    pub(super) fn half(&self) -> bool {
-        self.angle.is_some_and(|angle| angle.cos() < 0.0)
-    }
-}
 
 /// The state of an orbit on the grid of a return map, for a period (s).
 pub(crate) fn state_of_orbit(

@@ -161,6 +161,11 @@ impl PeriodicSolver {
         ReturnMap::new(shoot, TimeGrid::new(self.intervals, self.stages), period, self.angle)
     }
 
+    /// Period of the map over that of a swing: the settings may be for half a swing.
+    fn share(&self) -> f64 {
+        if self.angle.is_some_and(|angle| angle.cos() < 0.0) { 0.5 } else { 1.0 }
+    }
+
     /// Smallest norm of the strain in a residual, 1/m. The strain of a forced orbit may be zero up to the rounding
     /// of equilibria.
     pub(crate) fn least(&self, shoot: &Shoot<impl Model>, forced: bool) -> f64 {

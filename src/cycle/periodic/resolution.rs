@@ -5,6 +5,7 @@ use crate::cycle::error::CycleError;
 use crate::cycle::extended::{BorderedSystem, OrbitUnknowns};
 use crate::cycle::map::{Monodromy, ReturnMap, TimeGrid};
 use crate::model::Model;
+use crate::numerics::scalar::largest;
 
 /// Estimates the relative error of period and shape due to the grid.
 ///
@@ -37,5 +38,5 @@ pub(super) fn error_of(
     let along = path.strains.iter().zip(&finer.strains).map(|(one, other)| (one - other).norm() / size);
     let all = along.chain([(update.clock / period).abs(), change.strain.norm() / size]);
     // `f64::max` would drop a NaN.
-    Ok(all.fold(0.0, |largest, error| if error <= largest { largest } else { error }))
+    Ok(largest(all))
 }

@@ -16,7 +16,7 @@ use crate::cycle::sensitivity::stimuli_by_strain;
 use crate::cycle::symmetry::{check_equilibrium, check_tropism, least_gradient};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::linearisation::{SteadyLaws, check_steady, visit_stimuli};
+use crate::linearisation::{AnalyticMatrix, SteadyLaws, check_steady, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
@@ -57,7 +57,7 @@ impl<'a, M: Model> Corotating<'a, M> {
         let (what, counts) = ("number of strains of the initial guess", [strain.len() / 2, zone.len()]);
         ParameterError::count(what, counts, "that of the points of the zone")?;
         ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the initial guess", rate, "not zero (rad/s)")?;
-        for (point, strain) in rod.points_mut()[zone].iter_mut().zip(strain.as_slice().chunks_exact(2)) {
+        for (point, strain) in rod.points[zone].iter_mut().zip(strain.as_slice().chunks_exact(2)) {
             ParameterError::finite("strain of the initial guess", strain[0] + strain[1], "1/m")?;
             (point.intrinsic.x, point.intrinsic.y) = (strain[0], strain[1]);
         }
@@ -90,19 +90,9 @@ impl<'a, M: Model> Corotating<'a, M> {
         HarmonicBalance::new(self.shoot.model.tropism(), &self.phases, rate)
     }
 
-    /// Harmonic balance at the rate of the wave.
-    fn balance(&self) -> HarmonicBalance<'_, M::Tropism> {
-        self.balance_at(self.rate)
-    }
-
-    /// Components 1 and 2 of the intrinsic strain, point by point.
-    pub fn strain(&self) -> DVector<f64> {
-        bends(&self.rod)
-    }
-
     /// ẑ × u*: derivative of the strain by the angle of rotation.
     pub fn turning(&self) -> DVector<f64> {
-        rotation_tangent(&self.strain())
+        rotation_tangent(&bends(&self.rod))
     }
 
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
@@ -120,8 +110,8 @@ impl<'a, M: Model> Corotating<'a, M> {
     /// Derivatives of the residual by the strain, and by the logarithm of the rate. None if the laws are singular.
     pub fn derivatives(&self) -> Result<Option<DerivativesOfResidual>, CycleError> {
         let n = 2 * self.places.len();
-        let Some([inner, _]) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
-        let by_strain = DMatrix::from_fn(n, n, |row, column| inner[(row, column)].re / self.regr[row / 2]);
+        let Some(inner) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
+        let by_strain = DMatrix::from_fn(n, n, |row, column| inner.value[(row, column)].re / self.regr[row / 2]);
         // Central differences of the gradients by the rate, for the same shape.
         let change = DIFFERENCE * self.rate;
         let turning = self.turning();
@@ -146,17 +136,15 @@ impl<'a, M: Model> Corotating<'a, M> {
 
     /// The characteristic matrix M(λ) = λ + ν ẑ × − REGR ∂gradient, and its derivative by λ. None if the
     /// laws are singular.
-    pub fn matrix(&self, z: Complex<f64>, responses: &DMatrix<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
-        let n = 2 * self.places.len();
-        let mut value = DMatrix::from_diagonal_element(n, n, z);
-        let mut derivative = DMatrix::identity(n, n);
-        let balance = self.balance();
+    pub(in crate::cycle) fn matrix(&self, z: Complex<f64>, responses: &DMatrix<f64>) -> Option<AnalyticMatrix> {
+        let mut out = AnalyticMatrix::lambda(z, 2 * self.places.len());
+        let balance = self.balance_at(self.rate);
         let rows = responses.nrows() / self.places.len();
         // Points with the same derivatives of the laws have the same response.
         let mut known: Option<(usize, [DMatrix<Complex<f64>>; 2])> = None;
         for i in 0..self.places.len() {
-            value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
-            value[(2 * i + 1, 2 * i)] += Complex::from(self.rate);
+            out.value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
+            out.value[(2 * i + 1, 2 * i)] += Complex::from(self.rate);
             let parts = match known.take() {
                 Some((other, parts)) if self.periodic[i].is_like(&self.periodic[other]) => (other, parts),
                 _ => (i, balance.response(&self.periodic[i], z)?),
@@ -167,13 +155,13 @@ impl<'a, M: Model> Corotating<'a, M> {
                 if row & 2 == 0 { z.re } else { z.im }
             };
             let by_strain = DMatrix::from_fn(8, rows, four) * responses.rows(i * rows, rows) * self.regr[i];
-            for (k, out) in [&mut value, &mut derivative].into_iter().enumerate() {
-                let mut own = out.rows_mut(2 * i, 2);
+            for (k, matrix) in [&mut out.value, &mut out.derivative].into_iter().enumerate() {
+                let mut own = matrix.rows_mut(2 * i, 2);
                 own -= by_strain.rows(4 * k, 2).zip_map(&by_strain.rows(4 * k + 2, 2), Complex::new);
             }
             known = Some(parts);
         }
-        Some([value, derivative])
+        Some(out)
     }
 
     /// Returns an error unless the shoot is invariant under rotations: the rotated shape is in equilibrium at all
@@ -182,7 +170,7 @@ impl<'a, M: Model> Corotating<'a, M> {
         for j in 1..self.phases.len() {
             let phase = self.phases.angles[j];
             check_equilibrium(self.shoot, &self.rod, phase)?;
-            let balance = self.balance();
+            let balance = self.balance_at(self.rate);
             let (sine, cosine) = phase.sin_cos();
             let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver, unknowns};
 use crate::cycle::disturbances::Disturbances;
-use crate::cycle::equations::{Computed, Effort, Equations, Evaluation, Newton, OBSERVED, Observation};
+use crate::cycle::equations::{Computed, Effort, Equations, EvaluatedEquations, Newton, OBSERVED, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Border, BorderedSystem, OrbitUnknowns, StateJacobian, Symmetry};
 use crate::cycle::symmetry::check_autonomous;
@@ -54,7 +54,7 @@ impl Equations for RotatingWaveSolver {
     }
 }
 
-impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
+impl<M: Model> EvaluatedEquations<RotatingWaveSolver> for Corotating<'_, M> {
     fn rods(&self) -> Vec<Rod> {
         vec![self.rod.clone()]
     }

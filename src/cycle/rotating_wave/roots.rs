@@ -13,15 +13,15 @@ use nalgebra::{Complex, DMatrix};
 use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver};
 use crate::cycle::corrector::check_residual;
-use crate::cycle::equations::Evaluation;
+use crate::cycle::equations::EvaluatedEquations;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::Monodromy;
+use crate::cycle::map::{Monodromy, bends};
 use crate::cycle::periodic::guess::state_of_waves;
 use crate::cycle::periodic::{MAX_INTERVALS, PeriodicSolver};
 use crate::cycle::sensitivity::ASYMMETRY;
 use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES};
 use crate::error::ParameterError;
-use crate::linearisation::{AnalyticMatrix, newton, newton_step};
+use crate::linearisation::{newton, newton_step};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -152,7 +152,7 @@ impl<'a, M: Model> Characteristic<'a, M> {
     fn spectrum(&self, solver: &PeriodicSolver, wanted: usize) -> Result<LeadingSpectrum, CycleError> {
         let (problem, period) = (&self.problem, TAU / self.problem.rate.abs());
         let mut return_map = solver.return_map(problem.shoot, period)?;
-        let (strain, turn) = (problem.strain(), problem.rate * period);
+        let (strain, turn) = (bends(&problem.rod), problem.rate * period);
         let start = state_of_waves(&return_map, &problem.phases, &problem.periodic, strain, turn);
         let path = return_map.run(&start, period)?;
         let response = |time: f64| self.response_at(problem.rate * time);
@@ -187,10 +187,8 @@ impl<'a, M: Model> Characteristic<'a, M> {
 
     /// The step of Newton's method for det M(z)/Π (z − known); NaN if the laws are singular.
     fn step(&self, z: Complex<f64>, known: &[Complex<f64>]) -> Complex<f64> {
-        let Some([value, derivative]) = self.problem.matrix(z, &self.responses) else {
-            return Complex::from(f64::NAN);
-        };
-        let (_, trace) = AnalyticMatrix { value, derivative }.pivots();
+        let Some(matrix) = self.problem.matrix(z, &self.responses) else { return Complex::from(f64::NAN) };
+        let (_, trace) = matrix.pivots();
         newton_step(trace - known.iter().map(|root| (z - root).inv()).sum::<Complex<f64>>())
     }
 

@@ -15,7 +15,7 @@ pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Returns the length of the longest element of the growth zone, or of a shoot of constant length, m.
 pub(super) fn longest_element(state: &State) -> f64 {
     let rod = &state.rod;
-    let first = if rod.first_growing() < rod.elements() { rod.first_growing() } else { 0 };
+    let first = if rod.first_growing < rod.elements() { rod.first_growing } else { 0 };
     (first..rod.elements()).map(|e| rod.length_of(e)).fold(0.0, f64::max)
 }
 
@@ -32,12 +32,12 @@ pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
     if shoot.state.history.levels() == 0 {
         longest *= FIRST_LENGTH;
         let rod = &shoot.state.rod;
-        let mature: f64 = (0..rod.first_growing()).map(|e| rod.length_of(e)).sum();
+        let mature: f64 = (0..rod.first_growing).map(|e| rod.length_of(e)).sum();
         longest_mature = longest.min(mature * longest / size(shoot));
     }
     let state = &mut shoot.state;
     for e in (0..state.rod.elements()).rev() {
-        let longest = if e < state.rod.first_growing() { longest_mature } else { longest };
+        let longest = if e < state.rod.first_growing { longest_mature } else { longest };
         let parts = (state.rod.length_of(e) / longest * (1.0 - ROUNDING)).ceil();
         cut_into(state, e, parts.max(1.0) as usize);
     }
@@ -56,7 +56,7 @@ pub(super) fn merge_lossless(shoot: &mut Shoot<impl Model>) {
     let compliance = compliance(model.constitutive(), state.time);
     let mut e = 0;
     while e + 1 < state.rod.elements() {
-        let border = e + 1 == state.rod.first_growing();
+        let border = e + 1 == state.rod.first_growing;
         if border || state.merge(e, LOSSLESS, &compliance).is_none() {
             e += 1;
         }

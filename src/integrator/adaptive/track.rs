@@ -45,12 +45,6 @@ enum Smoothness {
     ContactChange,
 }
 
-impl Smoothness {
-    fn is_continuous(self) -> bool {
-        matches!(self, Self::Smooth | Self::Kink)
-    }
-}
-
 impl PositionTrack {
     /// Returns the number of samples.
     pub fn samples(&self) -> usize {
@@ -131,7 +125,8 @@ impl PositionTrack {
         let (mut first, mut end) = (near.checked_sub(1)?, near);
         while end - first < POINTS {
             let before = first.checked_sub(1).filter(|_| smoothness(first) == Smoothness::Smooth);
-            let continuous = end < self.samples.len() && smoothness(end).is_continuous();
+            let continuous =
+                end < self.samples.len() && matches!(smoothness(end), Smoothness::Smooth | Smoothness::Kink);
             let after = continuous && (end == near || smoothness(end - 1) == Smoothness::Smooth);
             match before {
                 // Take half of the points from either side, if there are enough.

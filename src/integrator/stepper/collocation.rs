@@ -111,7 +111,7 @@ impl ExponentialCollocation {
             weights.size = 0.0;
             weights.kernels.clear();
             weights.kernels.resize(self.picard.groups(), Kernel::default());
-            weights.memories.reserve(self.parts.of_variables().len());
+            weights.memories.reserve(self.parts.of_variables.len());
         }
     }
 
@@ -129,7 +129,7 @@ impl ExponentialCollocation {
         }
         weights.memories.set_of_iterated(&self.parts, &weights.kernels, &self.nodes, size);
         if depth == 0 {
-            self.at_nodes_memories.set(self.parts.of_stimuli(), &self.nodes, size);
+            self.at_nodes_memories.set(&self.parts.of_stimuli, &self.nodes, size);
         }
     }
 
@@ -146,7 +146,7 @@ impl ExponentialCollocation {
         // Levels that do not exist have the weight zero.
         let last = self.levels.count - 1;
         self.memories.integrate(y, |source| (0.0, std::array::from_fn(|level| stimuli[level.min(last)][source])));
-        self.parts.iterated().is_empty() || self.advance(law, stimuli, (y, Some(rates)), 0.0, 0)
+        self.parts.iterated.is_empty() || self.advance(law, stimuli, (y, Some(rates)), 0.0, 0)
     }
 
     /// Integrates the iterated variables among `y`, and their memories, over the part

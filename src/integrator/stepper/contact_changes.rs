@@ -39,7 +39,9 @@ impl Stepper {
         options: &RunOptions,
     ) -> Outcome<StepEnd> {
         let before = self.statistics;
-        let crowded = is_crowded(start, options.step);
+        // Too many levels of the history are within the time of a full step.
+        let older = start.history.levels().checked_sub(MOST_LEVELS);
+        let crowded = older.is_some_and(|level| start.history.time(level) > start.time - options.step);
         let fails = match self.change_in(shoot, solver, (start, end), options, crowded) {
             Ok(changes) if crowded || !changes => return Ok(end),
             Err(error) if crowded || !error.is_recoverable() => return Err(error),
@@ -136,10 +138,4 @@ impl Stepper {
         self.statistics = self.statistics.undone_since(counts);
         self.statistics.contact_trials += 1;
     }
-}
-
-/// Returns whether too many levels of the history are within the time of a full step (s).
-fn is_crowded(state: &State, step: f64) -> bool {
-    let older = state.history.levels().checked_sub(MOST_LEVELS);
-    older.is_some_and(|level| state.history.time(level) > state.time - step)
 }

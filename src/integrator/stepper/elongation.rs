@@ -24,8 +24,8 @@ impl Stepper {
         }
         let StepInterval { leaving, growth: [from, to], .. } = step;
         let rod = &mut shoot.state.rod;
-        let (zone, first, p) = (rod.zone(), rod.first_growing(), rod.order().points());
-        let points = &mut rod.points_mut()[zone];
+        let (zone, first, p) = (rod.zone(), rod.first_growing, rod.order().points());
+        let points = &mut rod.points[zone];
         let (leaving_points, staying) = points.split_at_mut((leaving * p).min(points.len()));
         for point in leaving_points {
             // These points leave the zone before the node that is on the boundary at the end of the step.
@@ -38,7 +38,7 @@ impl Stepper {
         // distances from the apex would lose digits.
         let mut before = None;
         for i in first..=rod.elements() {
-            let sigma = rod.node_distances()[i];
+            let sigma = rod.node_distance[i];
             let leaves = leaving > 0 && i <= first + leaving;
             let beyond = leaves.then(|| beyond_zone(growth, sigma, from, to));
             let distance =
@@ -46,7 +46,7 @@ impl Stepper {
             if let Some(e) = i.checked_sub(1).filter(|e| *e >= first) {
                 let length = match (before, beyond) {
                     (Some(before), Some(beyond)) => before - beyond,
-                    _ => rod.node_distances()[e] - distance,
+                    _ => rod.node_distance[e] - distance,
                 };
                 if !rod.set_element_length(e, length).is_finite() {
                     return Err(IntegrationError::NotFinite { what: STRETCH, time: to });
@@ -55,7 +55,7 @@ impl Stepper {
                     return Err(IntegrationError::Uneven { time: to, element: e, ratio: rod.jacobian_ratio(e) });
                 }
             }
-            rod.node_distances_mut()[i] = distance;
+            rod.node_distance[i] = distance;
             before = beyond;
         }
         Ok(())

@@ -1,9 +1,9 @@
 //! Recording of the grid of a run, and steps on a recorded grid.
 
-use super::step_end::{StepEnd, next_discontinuity_after, next_step_end};
+use super::grid::{Anchor, GridStep, GridUse};
+use super::step_end::{StepEnd, breaking_points, next_discontinuity_after, next_step_end};
 use super::{IntegrationError, Outcome, RunOptions, Stepper};
 use crate::error::ParameterError;
-use crate::integrator::grid::{Anchor, GridStep, GridUse};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -20,9 +20,8 @@ impl Stepper {
             return self.followed(shoot, options, step);
         }
         let end = next_step_end(shoot, &self.laws, options)?;
-        let StepEnd { time: to, discontinuity, kink, generation, target, .. } = end;
-        let anchor = self.anchor(shoot, options, target);
-        self.grid.push(GridStep { from, to, discontinuity, kink, generation, target, anchor, ..GridStep::default() });
+        let anchor = self.anchor(shoot, options, end.target);
+        self.grid.push(GridStep { from, end, anchor, ..GridStep::default() });
         Ok(end)
     }
 
@@ -31,21 +30,11 @@ impl Stepper {
         if target == options.until {
             return Anchor::Until;
         }
-        let mut points = self.breaking_points(shoot);
-        let found = points.find(|(time, _)| *time == target);
-        found.map_or(Anchor::Discontinuity, |(_, anchor)| anchor)
-    }
-
-    /// Breaking points of the discontinuities in the history, s.
-    fn breaking_points(&self, shoot: &Shoot<impl Model>) -> impl Iterator<Item = (f64, Anchor)> {
-        let history = &shoot.state.history;
-        let mut times: Vec<f64> = history.discontinuities().map(|level| history.time(level)).collect();
-        times.reverse();
-        let delays: Vec<f64> = self.laws.delays().collect();
-        times.into_iter().enumerate().flat_map(move |(discontinuity, time)| {
-            let point = |(delay, value): (usize, &f64)| (time + value, Anchor::BreakingPoint { discontinuity, delay });
-            delays.iter().enumerate().map(point).collect::<Vec<_>>()
-        })
+        let found = breaking_points(shoot, &self.laws).find(|(time, _)| *time == target);
+        match found {
+            Some((_, [discontinuity, delay])) => Anchor::BreakingPoint { discontinuity, delay },
+            None => Anchor::Discontinuity,
+        }
     }
 
     /// Returns the end of a recorded step in a run with other parameters. Between the start of the step and its
@@ -56,22 +45,25 @@ impl Stepper {
         let target = match step.anchor {
             Anchor::Until => options.until,
             Anchor::Discontinuity => next_discontinuity_after(shoot, from)?,
-            anchor => match self.breaking_points(shoot).find(|(_, other)| *other == anchor) {
-                Some((time, _)) => time,
-                None => return refuse("a discontinuity of it does not occur"),
-            },
+            Anchor::BreakingPoint { discontinuity, delay } => {
+                let mut points = breaking_points(shoot, &self.laws);
+                match points.find(|(_, indices)| *indices == [discontinuity, delay]) {
+                    Some((time, _)) => time,
+                    None => return refuse("a discontinuity of it does not occur"),
+                }
+            }
         };
-        let time = if step.to == step.target {
+        let end = step.end;
+        let time = if end.time == end.target {
             target
         } else {
-            let share = (step.to - step.from) / (step.target - step.from);
+            let share = (end.time - step.from) / (end.target - step.from);
             // If the parameters are those of the recorded run, both differences are zero, and the times are equal.
-            step.to + (from - step.from) * (1.0 - share) + (target - step.target) * share
+            end.time + (from - step.from) * (1.0 - share) + (target - end.target) * share
         };
         if !(time > from && time <= options.until) {
             return refuse("breaking points, discontinuities and ends of calls are in another order");
         }
-        let &GridStep { discontinuity, kink, generation, .. } = step;
-        Ok(StepEnd { discontinuity, kink, generation, ..StepEnd::smooth(time, target) })
+        Ok(StepEnd { time, target, ..end })
     }
 }

@@ -8,6 +8,7 @@
 
 use nalgebra::Vector3;
 
+use super::IntegrationError;
 use super::collocation::Levels;
 use crate::growth::GrowthLaw;
 use crate::numerics::quadrature::rule;
@@ -45,19 +46,6 @@ struct Node {
     interpolation: [f64; LEVELS],
 }
 
-/// Value of a law that is not finite.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Undefined {
-    /// The quantity, with its component.
-    pub what: &'static str,
-    /// Name of the type of the law.
-    pub law: &'static str,
-    /// Distance from the apex, m.
-    pub apex_distance: f64,
-    /// Time, s.
-    pub time: f64,
-}
-
 impl GradientIntegral {
     /// Computes the quadrature for the interval from `from` to `to` (s). If the gradient depends on the present
     /// stimuli, these are interpolated through the levels `smooth`, by a cubic and a transient with the time constant
@@ -71,12 +59,13 @@ impl GradientIntegral {
     ) {
         self.ends.clear();
         self.ends.extend([from, to]);
-        self.begin(laws, |ends, delay| {
-            let passings = history.passings(delay, from, to);
+        self.begin(laws);
+        for [delay, _] in &self.delays {
+            let passings = history.passings(*delay, from, to);
             if passings.clone().count() > MOST_INSIDE {
-                ends.extend(passings);
+                self.ends.extend(passings);
             }
-        });
+        }
         self.ends.sort_unstable_by(f64::total_cmp);
         let levels = self.levels_of(history, smooth, transient);
         let (x, w) = rule::<3>();
@@ -100,13 +89,13 @@ impl GradientIntegral {
         (smooth, transient): (&Nodes, Option<f64>),
         time: f64,
     ) {
-        self.begin(laws, |_, _| ());
+        self.begin(laws);
         let levels = self.levels_of(history, smooth, transient);
         self.push(history, laws, &levels, (time, 1.0));
     }
 
-    /// Lists the delays of the laws. Calls `each` with the ends of the pieces and with each delay (s).
-    fn begin(&mut self, laws: &Declaration, mut each: impl FnMut(&mut Vec<f64>, f64)) {
+    /// Lists the delays of the laws.
+    fn begin(&mut self, laws: &Declaration) {
         self.nodes.clear();
         self.readings.clear();
         let (variables, size) = (laws.variables(), laws.size());
@@ -115,9 +104,6 @@ impl GradientIntegral {
         self.delayed.iter_mut().for_each(Vec::clear);
         for (k, variable) in variables.iter().enumerate() {
             let Some(delay) = variable.delay else { continue };
-            if self.delays.iter().all(|known| known[0] != delay) {
-                each(&mut self.ends, delay);
-            }
             let pair = [delay, variable.time_constant];
             let place = self.delays.iter().position(|known| *known == pair).unwrap_or_else(|| {
                 self.delays.push(pair);
@@ -149,14 +135,15 @@ impl GradientIntegral {
     }
 
     /// The first value of a law because of which the change of the intrinsic strain of a point is not finite. The point
-    /// is given by its index in the zone and its place at the time `start` (s). `None` if the change is finite.
+    /// is given by its index in the zone and its place at the time `start` (s), when the shoot has the given `length`
+    /// (m). `None` if the change is finite.
     pub fn undefined<G: GrowthLaw, T: TropismLaw>(
         &mut self,
         (growth, tropism): (&G, &T),
         history: &History,
         (index, start): (usize, f64),
-        point: &Growing,
-    ) -> Option<Undefined> {
+        (point, length): (&Growing, f64),
+    ) -> Option<IntegrationError> {
         let (nodes, readings) = (std::mem::take(&mut self.nodes), std::mem::take(&mut self.readings));
         let (size, delays) = (history.size().0, self.delays.len());
         for (i, node) in nodes.into_iter().enumerate() {
@@ -180,7 +167,8 @@ impl GradientIntegral {
                 Some((name, _)) => (name, tropism.name_of_undefined(&at, past, &self.present)),
                 None => ("REGR", std::any::type_name::<G>()),
             };
-            return Some(Undefined { what, law, apex_distance, time: node.time });
+            let (arc_length, time) = (length - apex_distance, node.time);
+            return Some(IntegrationError::Undefined { what, law, arc_length, time });
         }
         None
     }

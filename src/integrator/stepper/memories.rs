@@ -5,9 +5,8 @@ use nalgebra::Complex;
 
 use super::ORDER;
 use super::relaxation::{Kernel, LANES, relaxed_integral};
-use crate::error::ParameterError;
 use crate::state::LEVELS;
-use crate::tropism::{Declaration, Source, Variable, is_memory_rate, is_oscillation_rate};
+use crate::tropism::{Declaration, Source, Variable};
 
 /// Memory of a stimulus or of another variable.
 #[derive(Debug, Clone, Copy)]
@@ -39,10 +38,12 @@ pub(super) struct Iterated {
 pub(super) struct Parts {
     /// The variables that are divided into the parts.
     variables: Vec<Variable>,
-    of_stimuli: Vec<DeclaredMemory>,
+    /// Memories of stimuli, which are integrated first.
+    pub of_stimuli: Vec<DeclaredMemory>,
     /// Variables that depend on each other in an undeclared way.
-    iterated: Vec<Iterated>,
-    of_variables: Vec<DeclaredMemory>,
+    pub iterated: Vec<Iterated>,
+    /// Memories of iterated variables, which are integrated last.
+    pub of_variables: Vec<DeclaredMemory>,
 }
 
 impl Parts {
@@ -89,16 +90,6 @@ impl Parts {
         false
     }
 
-    /// Memories of stimuli, which are integrated first.
-    pub fn of_stimuli(&self) -> &[DeclaredMemory] {
-        &self.of_stimuli
-    }
-
-    /// Variables that are iterated.
-    pub fn iterated(&self) -> &[Iterated] {
-        &self.iterated
-    }
-
     /// Groups of at most [`LANES`] iterated variables at consecutive places.
     pub fn groups(&self) -> impl Iterator<Item = &[Iterated]> {
         self.iterated.chunk_by(|a, b| a.variable + 1 == b.variable).flat_map(|run| run.chunks(LANES))
@@ -108,11 +99,6 @@ impl Parts {
     fn lane(&self, variable: usize) -> Option<(usize, usize)> {
         let lane = |group: &[Iterated]| group.iter().position(|each| each.variable == variable);
         self.groups().enumerate().find_map(|(i, group)| Some((i, lane(group)?)))
-    }
-
-    /// Memories of iterated variables, which are integrated last.
-    pub fn of_variables(&self) -> &[DeclaredMemory] {
-        &self.of_variables
     }
 }
 
@@ -255,67 +241,6 @@ impl Memories {
                 y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
             }
         }
-    }
-}
-
-/// Quantity and requirement of a declared memory with other rates.
-const NOT_LINEAR: [&str; 2] = [
-    "time constant times the rate of a variable that is declared a memory",
-    "the remembered quantity minus the variable: `rates` contradicts `declare`",
-];
-
-/// Declared memories: their places among the variables, what they remember, and their time constants (s).
-#[derive(Debug, Clone, Default)]
-pub(super) struct Declared {
-    single: Vec<(usize, Source, f64)>,
-    /// Variables of oscillations, with the signed angular frequency (rad/s) and the place of the other variable.
-    turning: Vec<(usize, Source, f64, (f64, usize))>,
-}
-
-impl Declared {
-    /// Lists the memories that the laws declare.
-    pub fn read(&mut self, laws: &Declaration) {
-        self.single.clear();
-        self.turning.clear();
-        for (i, variable) in laws.variables().iter().enumerate() {
-            let (source, time) = (variable.remembers, variable.time_constant);
-            match variable.turns {
-                _ if source == Source::Computed => (),
-                None => self.single.push((i, source, time)),
-                Some(turns) => self.turning.push((i, source, time, turns)),
-            }
-        }
-    }
-
-    /// Returns an error unless the rates of a point are those of the memories.
-    #[inline]
-    pub fn check(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
-        for &(i, source, time) in &self.single {
-            let linear = is_memory_rate(rates[i], [remembered(source, variables, stimuli), variables[i]], time);
-            ParameterError::unless(linear, NOT_LINEAR[0], rates[i] * time, NOT_LINEAR[1])?;
-        }
-        if self.turning.is_empty() { Ok(()) } else { self.check_turning(variables, rates, stimuli) }
-    }
-
-    /// Returns an error unless the rates of a point are those of the oscillations.
-    #[inline(never)]
-    fn check_turning(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
-        for &(i, source, time, (frequency, other)) in &self.turning {
-            let values = [remembered(source, variables, stimuli), variables[i]];
-            let linear = is_oscillation_rate(rates[i], values, time, (frequency, variables[other]));
-            ParameterError::unless(linear, NOT_LINEAR[0], rates[i] * time, NOT_LINEAR[1])?;
-        }
-        Ok(())
-    }
-}
-
-/// What a declared memory remembers. Other variables, which are not listed, remember nothing.
-#[inline]
-fn remembered(source: Source, variables: &[f64], stimuli: &[f64]) -> f64 {
-    match source {
-        Source::Stimulus(k) => stimuli[k],
-        Source::Variable(k) => variables[k],
-        Source::Computed => f64::NAN,
     }
 }
 

@@ -3,10 +3,10 @@
 
 use nalgebra::Vector3;
 
+use super::grid::{Change, GridStep};
 use super::{IntegrationError, Outcome, ROUNDING, Statistics};
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
-use crate::integrator::grid::{Change, GridStep};
 use crate::rod::{MaterialPoint, Tissue, UNEVEN};
 use crate::shoot::Mesh;
 use crate::state::State;
@@ -29,7 +29,7 @@ pub(super) fn adapt(
     }
     let mut note = |change| recorded.iter_mut().for_each(|step| step.changes.push(change));
     merge_mature(state, constitutive, mesh, statistics, &mut note);
-    let mut e = state.rod.first_growing();
+    let mut e = state.rod.first_growing;
     while e < state.rod.elements() {
         let length = state.rod.length_of(e);
         let long = length > mesh.longest_element * (1.0 + ROUNDING);
@@ -43,9 +43,9 @@ pub(super) fn adapt(
         }
     }
     let boundary = growth.flow(growth.zone_length(), to, from).0;
-    let first = state.rod.first_growing();
+    let first = state.rod.first_growing;
     for e in first..state.rod.elements() {
-        let (a, b) = (state.rod.node_distances()[e], state.rod.node_distances()[e + 1]);
+        let (a, b) = (state.rod.node_distance[e], state.rod.node_distance[e + 1]);
         // A boundary that differs from a node by rounding is on the node.
         let margin = ROUNDING * (a - b);
         if boundary >= a - margin {
@@ -141,11 +141,11 @@ fn merge_mature(
             note(Change::Merge(e));
         }
     };
-    let k = state.rod.first_growing();
+    let k = state.rod.first_growing;
     if k >= 2 {
         attempt(state, k - 2);
     }
-    let k = state.rod.first_growing();
+    let k = state.rod.first_growing;
     if k >= 3 {
         state.merge_next = (state.merge_next + 1) % (k - 2);
         let e = state.merge_next;
@@ -174,7 +174,7 @@ mod tests {
             let growth = UniformGrowth { zone_length: 0.01, time: 72e3 };
             let mut shoot =
                 Shoot::builder(law).length(nodes[8]).radius(5e-4).nodes(&nodes).growth(growth).build().unwrap();
-            assert_eq!(shoot.rod().first_growing(), 7);
+            assert_eq!(shoot.rod().first_growing, 7);
             shoot.mesh.longest_element = 0.012;
             // Nodes that the user has given are never removed, unless they are released.
             shoot.state.rod.release_nodes();

@@ -5,6 +5,7 @@ mod contact_changes;
 mod elongation;
 mod follow;
 mod gradient_integral;
+mod grid;
 mod memories;
 mod mesh;
 mod options;
@@ -21,7 +22,6 @@ mod transient;
 use nalgebra::Vector3;
 
 use super::error::Outcome;
-use super::grid::GridUse;
 use super::undo::undo_on_error;
 use super::{
     ConstantHistory, FIRST_STEP, HistoryFunction, IntegrationError, MAX_HALVINGS, ORDER, ROUNDING, Statistics,
@@ -38,7 +38,8 @@ use crate::support::Reaction;
 use crate::tropism::{Declaration, Growing};
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
-use memories::Declared;
+pub use grid::Grid;
+pub(super) use grid::GridUse;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth};
 use part::StepPart;
@@ -55,8 +56,6 @@ pub(super) struct Stepper {
     /// The integral up to the exit of a point from the growth zone.
     exit_integral: GradientIntegral,
     collocation: ExponentialCollocation,
-    /// Declared memories, which are compared with the rates.
-    memories: Declared,
     force: InternalForce,
     /// Data that the solver of an equilibrium must not change.
     unshaped: Unshaped,
@@ -160,7 +159,6 @@ impl Stepper {
         (self.statistics, self.max_work) = (Statistics::default(), max_work);
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
-        self.memories.read(&self.laws);
         self.stimuli.resize(self.laws.size().stimuli, 0.0);
         self.laws.check()
     }
@@ -253,11 +251,6 @@ impl Stepper {
             shoot.state.predictor.forget();
         }
         Ok(())
-    }
-
-    /// Resets the work of the integration of the variables for a step and its corrections.
-    fn begin_variables(&mut self) {
-        self.collocation.begin_step();
     }
 
     /// Adapts the elements to a step, stores the initial strains and positions, and appends a level to the history.

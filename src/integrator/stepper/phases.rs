@@ -4,7 +4,6 @@
 use nalgebra::Vector3;
 
 use super::collocation::Levels;
-use super::gradient_integral::Undefined;
 use super::transient::smooth_levels;
 use super::{IntegrationError, Outcome, PointStep, ROUNDING, StepInterval, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, check_balance};
@@ -15,15 +14,15 @@ use crate::rod::Rod;
 use crate::scene::{Environment, Scene};
 use crate::sensing;
 use crate::shoot::Shoot;
-use crate::state::{LEVELS, State};
-use crate::support::{Joint, Support, closest_about};
-use crate::tropism::{Growing, Site, TropismLaw};
-
-/// Rotation of the axis of a base's hinge that is attributed to rounding, rad. The base is not rotated then.
-const HINGE_ROUNDING: f64 = 1e-12;
+use crate::state::{LEVELS, Nodes, State};
+use crate::support::{Joint, Support};
+use crate::tropism::{Declaration, Growing, Site, TropismLaw};
 
 /// Name of the rates of variables in errors. The default of [`TropismLaw::rates`] is NaN.
 pub(super) const RATE: &str = "rate of a variable of the tropism laws, which `TropismLaw::rates` writes,";
+
+/// Name of the gradients of the laws in errors.
+const GRADIENT: &str = "growth gradient";
 
 impl Stepper {
     /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
@@ -60,8 +59,9 @@ impl Stepper {
         self.gradient_integral.add(laws, history, (leaving, start), places, changes);
         if let Some(i) = self.changes.iter().position(|change| !change.sum().is_finite()) {
             // A point that leaves the zone in the step is examined at all times of the step.
-            let undefined = self.gradient_integral.undefined(laws, history, (i, start), &self.places[i]);
-            return Err(not_finite(shoot, undefined, to));
+            let point = (&self.places[i], state.rod.length());
+            let undefined = self.gradient_integral.undefined(laws, history, (i, start), point);
+            return Err(undefined.unwrap_or(IntegrationError::NotFinite { what: GRADIENT, time: to }));
         }
         Ok(self.apply_changes(shoot))
     }
@@ -72,8 +72,7 @@ impl Stepper {
         let rod = &mut shoot.state.rod;
         let (length, zone) = (rod.length(), rod.zone());
         let mut largest = 0.0_f64;
-        for ((point, (intrinsic, _)), change) in rod.points_mut()[zone].iter_mut().zip(&self.starts).zip(&self.changes)
-        {
+        for ((point, (intrinsic, _)), change) in rod.points[zone].iter_mut().zip(&self.starts).zip(&self.changes) {
             let new = intrinsic + change;
             largest = largest.max((new - point.intrinsic).norm());
             point.intrinsic = new;
@@ -104,8 +103,9 @@ impl Stepper {
         if rate[0].sum().is_finite() {
             return Ok(rate[0]);
         }
-        let undefined = self.gradient_integral.undefined((growth, tropism), &state.history, (index, start), &place[0]);
-        Err(not_finite(shoot, undefined, time))
+        let (laws, point) = ((growth, tropism), (&place[0], state.rod.length()));
+        let undefined = self.gradient_integral.undefined(laws, &state.history, (index, start), point);
+        Err(undefined.unwrap_or(IntegrationError::NotFinite { what: GRADIENT, time }))
     }
 
     /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
@@ -149,28 +149,17 @@ impl Stepper {
         if !base.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "frame of the base", time });
         }
-        // `set_base` would normalise a quaternion that is not a rotation.
-        let (name, norm) = ("norm of the base frame's quaternion", base.norm());
-        ParameterError::unless((norm - 1.0).abs() < ROUNDING, name, norm, "1")?;
+        ParameterError::unit("norm of the base frame's quaternion", base.norm())?;
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
         shoot.state.gravity = environment.gravity;
         let base_joint = model.support().base().filter(|_| started);
         let rod = &mut shoot.state.rod;
-        if base_joint != Some(Joint::Free) && rod.set_base_position(position).is_err() {
+        if base_joint != Some(Joint::Free) && !position.sum().is_finite() {
             return Err(IntegrationError::NotFinite { what: "position of the base", time });
         }
-        match base_joint {
-            None => rod.set_base(base)?,
-            Some(Joint::Ball | Joint::Free) => {}
-            Some(Joint::Hinge(axis)) => {
-                let hinged = closest_about(&axis, &base, &rod.frames()[0]);
-                if hinged.angle_to(&rod.frames()[0]) > HINGE_ROUNDING {
-                    rod.set_base(hinged)?;
-                }
-            }
-        }
+        rod.place_base((base, position), base_joint)?;
         Ok(environment)
     }
 
@@ -261,35 +250,15 @@ impl Stepper {
         times[count - 1] = 1.0;
         let transient = transient.map(|tau| tau / size);
         self.collocation.prepare(&self.laws, size, Levels { count, times, transient });
-        let first = state.rod.zone().start;
         let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
-        let (mut check, mut defined) = (Ok(()), true);
-        let integrated =
-            state.history.each_step((&smooth, unread), |[before, rates_before], stimuli, variables, rates| {
-                variables.copy_from_slice(before);
-                let integrated = self.collocation.integrate(tropism, stimuli, variables, rates_before);
-                rates.fill(f64::NAN);
-                tropism.rates(variables, stimuli[count - 1], rates);
-                // The integration and the analysis of stability use the declaration of the laws. It is compared
-                // with the rates in every step.
-                let finite = integrated && rates.iter().all(|rate| rate.is_finite());
-                if finite {
-                    check = self.memories.check(variables, rates, stimuli[count - 1]);
-                } else {
-                    tropism.rates(before, stimuli[count - 1], rates);
-                    defined = rates.iter().all(|rate| rate.is_finite());
-                }
-                finite && check.is_ok()
-            });
-        integrated.or_else(|point| {
-            // More specific errors take precedence.
-            self.check_size(tropism)?;
-            check?;
-            if !defined {
-                return Err(IntegrationError::NotFinite { what: RATE, time: step.to });
-            }
-            Err(IntegrationError::Variables { time: step.to, point: first + point })
-        })
+        let collocation = &mut self.collocation;
+        integrate_points(
+            (state, tropism),
+            &self.laws,
+            (&smooth, unread),
+            step.to,
+            |_, [_, rates], stimuli, variables| collocation.integrate(tropism, stimuli, variables, rates),
+        )
     }
 
     /// Sets the variables at the last level by a function of those at the level before and of the stimuli at both, for
@@ -305,25 +274,13 @@ impl Stepper {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
-        let (first, levels, mut check) = (state.rod.zone().start, state.history.last_two(), Ok(()));
-        let mut point = first;
-        let set = state.history.each_step((&levels, 0), |[before, rates_before], stimuli, variables, rates| {
+        let levels = state.history.smooth(2, f64::NEG_INFINITY, 0.0);
+        let set = |point: usize, [before, rates]: [&[f64]; 2], stimuli: &[&[f64]; LEVELS], variables: &mut [f64]| {
             let stimuli = [stimuli[0], stimuli[1]];
-            variables.copy_from_slice(before);
-            integrate(&PointStep { point, variables: before, rates: rates_before, stimuli, law: tropism }, variables);
-            point += 1;
-            rates.fill(f64::NAN);
-            tropism.rates(variables, stimuli[1], rates);
-            let finite = variables.iter().chain(&*rates).all(|number| number.is_finite());
-            if finite {
-                check = self.memories.check(variables, rates, stimuli[1]);
-            }
-            finite && check.is_ok()
-        });
-        set.or_else(|point| {
-            check?;
-            Err(IntegrationError::Variables { time: step.to, point: first + point })
-        })
+            integrate(&PointStep { point, variables: before, rates, stimuli, law: tropism }, variables);
+            variables.iter().all(|number| number.is_finite())
+        };
+        integrate_points((state, tropism), &self.laws, (&levels, 0), step.to, set)
     }
 
     /// Returns whether a step is not longer than the shortest delay, and depends only on the past.
@@ -333,16 +290,7 @@ impl Stepper {
 
     /// Returns an error if the laws have changed their declaration since the call began.
     fn check_size(&self, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
-        let (now, before) = (tropism.size(), self.laws.size());
-        let requirement = "the same throughout a call";
-        for (name, counts) in [
-            ("number of variables that the tropism laws declare", [now.variables, before.variables]),
-            ("number of stimuli that the tropism laws declare", [now.stimuli, before.stimuli]),
-            ("number of reads of present stimuli", [now.reads_present.into(), before.reads_present.into()]),
-        ] {
-            ParameterError::count(name, counts, requirement)?;
-        }
-        Ok(())
+        check_size(&self.laws, tropism)
     }
 
     /// Evaluates the rates of the variables at the last level.
@@ -356,12 +304,58 @@ impl Stepper {
     }
 }
 
-/// The error of a rate of the intrinsic strain at a time (s) that is not finite, with the cause if it is known.
-fn not_finite(shoot: &Shoot<impl Model>, undefined: Option<Undefined>, time: f64) -> IntegrationError {
-    let Some(Undefined { what, law, apex_distance, time }) = undefined else {
-        return IntegrationError::NotFinite { what: "growth gradient", time };
-    };
-    IntegrationError::Undefined { what, law, arc_length: shoot.state.rod.length() - apex_distance, time }
+/// Returns an error if laws have changed their declaration.
+fn check_size(laws: &Declaration, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
+    let (now, before) = (tropism.size(), laws.size());
+    let requirement = "the same throughout a call";
+    for (name, counts) in [
+        ("number of variables that the tropism laws declare", [now.variables, before.variables]),
+        ("number of stimuli that the tropism laws declare", [now.stimuli, before.stimuli]),
+        ("number of reads of present stimuli", [now.reads_present.into(), before.reads_present.into()]),
+    ] {
+        ParameterError::count(name, counts, requirement)?;
+    }
+    Ok(())
+}
+
+/// Sets the variables at the last level, at the time `to` (s), for each point of the zone but the first `unread` ones,
+/// and evaluates their rates. `integrate` is called with the index of the point in the rod, its variables and their
+/// rates at the level before, its stimuli at `levels`, and the variables to be changed, which are those before. It
+/// returns whether it succeeds.
+fn integrate_points<T: TropismLaw>(
+    (state, tropism): (&mut State, &T),
+    laws: &Declaration,
+    (levels, unread): (&Nodes, usize),
+    to: f64,
+    mut integrate: impl FnMut(usize, [&[f64]; 2], &[&[f64]; LEVELS], &mut [f64]) -> bool,
+) -> Outcome {
+    let (first, last) = (state.rod.zone().start, levels.len() - 1);
+    let (mut points, mut check, mut defined) = (first + unread.., Ok(()), true);
+    let integrated = state.history.each_step((levels, unread), |before, stimuli, variables, rates| {
+        variables.copy_from_slice(before[0]);
+        let succeeded = points.next().is_some_and(|point| integrate(point, before, stimuli, variables));
+        rates.fill(f64::NAN);
+        tropism.rates(variables, stimuli[last], rates);
+        // The integration and the analysis of stability use the declaration of the laws. It is compared with the rates
+        // in every step.
+        let finite = succeeded && rates.iter().all(|rate| rate.is_finite());
+        if finite {
+            check = laws.check_rates(variables, rates, stimuli[last]);
+        } else {
+            tropism.rates(before[0], stimuli[last], rates);
+            defined = rates.iter().all(|rate| rate.is_finite());
+        }
+        finite && check.is_ok()
+    });
+    integrated.or_else(|point| {
+        // More specific errors take precedence.
+        check_size(laws, tropism)?;
+        check?;
+        if !defined {
+            return Err(IntegrationError::NotFinite { what: RATE, time: to });
+        }
+        Err(IntegrationError::Variables { time: to, point: first + point })
+    })
 }
 
 /// Returns an error if the radius of the intrinsic curvature at a point of the growth zone is not larger than that of

@@ -69,7 +69,7 @@ impl Stepper {
             return Err(IntegrationError::NotFinite { what, time: now });
         }
         for point in shoot.state.history.each_present() {
-            self.memories.check(point.variables, point.rates, point.stimuli)?;
+            self.laws.check_rates(point.variables, point.rates, point.stimuli)?;
         }
         if discontinuity { self.pass_discontinuity(shoot, solver, 0) } else { Ok(()) }
     }

@@ -28,7 +28,7 @@ const SHARP_GENERATIONS: u8 = 2;
 const SHORTEST: f64 = 0.25;
 
 /// End of a step.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::integrator) struct StepEnd {
     /// Time, s.
     pub time: f64,
@@ -48,7 +48,7 @@ pub(in crate::integrator) struct StepEnd {
 impl StepEnd {
     /// The end of a step at `time` (s) on the way to the time `target` (s), without a discontinuity or a kink.
     pub fn smooth(time: f64, target: f64) -> Self {
-        Self { time, discontinuity: false, kink: false, generation: 0, contact_change: false, target }
+        Self { time, target, ..Self::default() }
     }
 
     /// Time at which the laws are evaluated at the end of the step, s: before a discontinuity.
@@ -63,16 +63,26 @@ pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool,
     Ok(next_discontinuity(&shoot.model, before(start))? <= after(start))
 }
 
-/// Returns the last breaking point up to the present, and the next one, s. A breaking point is the time of a
-/// discontinuity plus a delay. The rate of differential growth has a kink there. After another delay the kink
-/// is smoother by two orders, and is neglected.
+/// Breaking points of the discontinuities in the history, s: their times plus the delays of the laws. Each has the
+/// index of the discontinuity, counted from the last one backwards, and that of the delay.
+pub(super) fn breaking_points(
+    shoot: &Shoot<impl Model>,
+    laws: &Declaration,
+) -> impl Iterator<Item = (f64, [usize; 2])> {
+    let history = &shoot.state.history;
+    history.discontinuities().rev().enumerate().flat_map(move |(discontinuity, level)| {
+        let delays = laws.delays().enumerate().filter(|(_, delay)| *delay > 0.0);
+        delays.map(move |(delay, value)| (history.time(level) + value, [discontinuity, delay]))
+    })
+}
+
+/// Returns the last breaking point up to the present, and the next one, s. The rate of differential growth has a kink
+/// at a breaking point. After another delay the kink is smoother by two orders, and is neglected.
 ///
 /// A step ends at a breaking point, and the steps around it are equal. The errors of interpolation across the
 /// kink, of third order, then cancel.
-fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> (f64, f64) {
-    let (close, delays) = (CLOSE * size, || laws.delays().filter(|delay| *delay > 0.0));
-    let times = || shoot.state.history.discontinuities().map(|level| shoot.state.history.time(level));
-    let points = || times().flat_map(|time| delays().map(move |delay| time + delay));
+fn points_beside(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> (f64, f64) {
+    let (close, points) = (CLOSE * size, || breaking_points(shoot, laws).map(|(time, _)| time));
     let now = shoot.state.time + close;
     let last = points().filter(|point| *point <= now).fold(f64::NEG_INFINITY, f64::max);
     let next = points().filter(|point| *point > now).fold(f64::INFINITY, f64::min);
@@ -126,7 +136,7 @@ pub(in crate::integrator) fn permitted_step(
     }
     // Largest distance of growing tissue from the apex, since the zone may be longer than the shoot.
     let rod = &shoot.state.rod;
-    let reach = rod.node_distances()[rod.first_growing().min(rod.elements())].min(zone);
+    let reach = rod.node_distance[rod.first_growing.min(rod.elements())].min(zone);
     let shortest = size.min(until - t) / MAX_PARTS;
     let mut step = size;
     while step > shortest && reach - growth.flow(zone, t + step, t).0 > mesh.longest_element {
@@ -203,7 +213,7 @@ pub(in crate::integrator) fn next_discontinuity_ahead(
 pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions) -> Outcome<StepEnd> {
     let (t, until, size) = (shoot.state.time, options.until, options.step);
     let discontinuity = next_discontinuity_ahead(shoot, until)?;
-    let (passed_point, next_point) = breaking_points(shoot, laws, size);
+    let (passed_point, next_point) = points_beside(shoot, laws, size);
     let is_close = |time: &f64| (time - next_point).abs() <= CLOSE * size;
     let next_point = [discontinuity, until].into_iter().find(is_close).unwrap_or(next_point);
     let target = until.min(discontinuity).min(next_point);

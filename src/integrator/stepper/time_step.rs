@@ -88,7 +88,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         shoot.check_zone(&shoot.state, CHANGED_ZONE)?;
         stepper.begin_increment(shoot);
         *step = stepper.begin_step(shoot, mesh, end)?;
-        stepper.begin_variables();
+        stepper.collocation.begin_step();
         *moments = intrinsic_moments(&shoot.state.rod);
         stepper.elongate(shoot, *step)?;
         shoot.state.time = end.time;

@@ -164,7 +164,7 @@ impl Refinement {
         let (found, ..) = self.converge(|n, coarser: Option<OnMesh<A>>| {
             let mut linear = family(n)?;
             let (answer, mut roots) = sought(&linear)?;
-            let Some(((coarse, of_coarse), before, mut convergence)) = coarser else {
+            let Some(((mut coarse, of_coarse), before, mut convergence)) = coarser else {
                 let convergence = Convergence { just_resolved: n > self.first, ..Convergence::default() };
                 return Ok((((linear, roots), answer, convergence), None));
             };
@@ -178,7 +178,8 @@ impl Refinement {
             }
             let agree = of_coarse.len() == roots.len() && before == answer;
             let estimate = if agree { (largest * share).max(ROUNDING) } else { f64::INFINITY };
-            linear.compare_with(coarse, share);
+            coarse.coarser = None;
+            linear.coarser = Some((Box::new(coarse), share));
             Ok((((linear, roots), answer, convergence), Some(estimate)))
         })?;
         Ok(found)

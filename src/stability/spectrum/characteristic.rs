@@ -98,7 +98,7 @@ impl CharacteristicMatrix {
         let responses: Vec<&DMatrix<f64>> =
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
         let sizes = sizes(stimuli, &responses);
-        let lengths = (rod.first_growing()..rod.elements()).map(|e| rod.length_of(e)).collect();
+        let lengths = (rod.first_growing..rod.elements()).map(|e| rod.length_of(e)).collect();
         let apex_tangent = rod.apex_frame() * centre_line_tangent();
         Ok(Self {
             transfers,
@@ -309,7 +309,7 @@ fn respond_rigidly(
     strain: &[DMatrix<f64>],
     turn: &[DMatrix<f64>],
 ) -> DMatrix<f64> {
-    let (p, first, reference) = (rod.order().points(), rod.first_growing(), rod.reference());
+    let (p, first, reference) = (rod.order().points(), rod.first_growing, rod.reference());
     let m = turn.first().map_or(0, DMatrix::nrows);
     let frames: Vec<_> = (0..turn.len()).map(|i| rod.frame_at_point(first + i / p, i % p)).collect();
     let mut out = DMatrix::zeros(turn.len() * m, unknowns.len());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Complex, Vector3};
+use nalgebra::{Complex, DVector, Vector3};
 
 use super::block::Block;
 use super::characteristic::CharacteristicMatrix;
@@ -194,12 +194,6 @@ impl Linearisation {
         Root { error: self.error_of(part, value), ..Root::new(block, value) }
     }
 
-    /// Keeps a linearisation on a coarser mesh for estimates of errors. A share of the change of a root is its error.
-    pub(in crate::stability) fn compare_with(&mut self, mut coarser: Self, share: f64) {
-        coarser.coarser = None;
-        self.coarser = Some((Box::new(coarser), share));
-    }
-
     /// The unstable isolated root with the smallest real part, and the number of roots that it represents.
     ///
     /// # Errors
@@ -251,7 +245,22 @@ impl Linearisation {
     /// A frequency that is not positive, a gradient along a director about which no law bends or twists the shoot
     /// everywhere, or a frequency at which the shoot has a root.
     pub fn response(&self, omega: f64, gradient: &Vector3<Complex<f64>>) -> Result<ForcedResponse, StabilityError> {
-        ForcedResponse::of(&self.characteristic, omega, gradient)
+        ParameterError::positive("frequency of the forcing", omega, "rad/s")?;
+        let (characteristic, unknowns) = (&*self.characteristic, &self.characteristic.unknowns);
+        let steered = |c: usize| unknowns.iter().filter(|(_, other)| *other == c).count() == characteristic.kind.len();
+        for (c, part) in gradient.iter().map(|part| part.norm()).enumerate() {
+            let name = "growth gradient of the forcing";
+            ParameterError::finite(name, part, "1/m")?;
+            let requirement = "zero along directors about which the laws do not steer everywhere (1/m)";
+            ParameterError::unless(part == 0.0 || steered(c), name, part, requirement)?;
+        }
+        let matrix = characteristic.whole(Complex::new(0.0, omega));
+        let regr = |i: usize| characteristic.transfers[characteristic.kind[i]].rate;
+        let forcing = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|&(i, c)| gradient[c] * regr(i)));
+        let found = matrix.lu().solve(&forcing).filter(|found| found.norm().is_finite());
+        let found = found.ok_or(StabilityError::NotFinite { what: "response to the forcing" })?;
+        let all: Vec<usize> = (0..unknowns.len()).collect();
+        Ok(ForcedResponse::new(characteristic, &all, &found))
     }
 }
 

@@ -4,8 +4,6 @@ use nalgebra::{Complex, DVector, Vector3};
 
 use super::block::Block;
 use super::characteristic::CharacteristicMatrix;
-use crate::error::ParameterError;
-use crate::linearisation::StabilityError;
 use crate::numerics::krylov::null_vector;
 use crate::tropism::Handedness;
 
@@ -24,33 +22,12 @@ pub struct ForcedResponse {
 }
 
 impl ForcedResponse {
-    /// The response to a growth gradient, see
-    /// [`Linearisation::response`](crate::stability::Linearisation::response).
-    pub(super) fn of(
-        characteristic: &CharacteristicMatrix,
-        omega: f64,
-        gradient: &Vector3<Complex<f64>>,
-    ) -> Result<Self, StabilityError> {
-        ParameterError::positive("frequency of the forcing", omega, "rad/s")?;
-        let unknowns = &characteristic.unknowns;
-        let steered = |c: usize| unknowns.iter().filter(|(_, other)| *other == c).count() == characteristic.kind.len();
-        for (c, part) in gradient.iter().map(|part| part.norm()).enumerate() {
-            let name = "growth gradient of the forcing";
-            ParameterError::finite(name, part, "1/m")?;
-            let requirement = "zero along directors about which the laws do not steer everywhere (1/m)";
-            ParameterError::unless(part == 0.0 || steered(c), name, part, requirement)?;
-        }
-        let matrix = characteristic.whole(Complex::new(0.0, omega));
-        let regr = |i: usize| characteristic.transfers[characteristic.kind[i]].rate;
-        let forcing = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|&(i, c)| gradient[c] * regr(i)));
-        let found = matrix.lu().solve(&forcing).filter(|found| found.norm().is_finite());
-        let found = found.ok_or(StabilityError::NotFinite { what: "response to the forcing" })?;
-        let all: Vec<usize> = (0..unknowns.len()).collect();
-        Ok(Self::new(characteristic, &all, &found))
-    }
-
     /// The motion with given amplitudes of some unknowns.
-    fn new(characteristic: &CharacteristicMatrix, unknowns: &[usize], amplitudes: &DVector<Complex<f64>>) -> Self {
+    pub(super) fn new(
+        characteristic: &CharacteristicMatrix,
+        unknowns: &[usize],
+        amplitudes: &DVector<Complex<f64>>,
+    ) -> Self {
         let mut strain = vec![Vector3::zeros(); characteristic.kind.len()];
         for (&unknown, z) in unknowns.iter().zip(amplitudes.iter()) {
             let (i, c) = characteristic.unknowns[unknown];
@@ -132,6 +109,5 @@ fn place_that_moves(displacement: &[Vector3<Complex<f64>>]) -> Vector3<Complex<f
 /// Re a at first and moves along −Im a. None if it moves on a line, because Re a and Im a are parallel.
 fn handedness(a: &Vector3<Complex<f64>>, tangent: &Vector3<f64>) -> Option<Handedness> {
     let area = -a.map(|z| z.re).cross(&a.map(|z| z.im)).dot(tangent);
-    let sense = if area > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
-    (area.abs() >= 1e-6 * a.norm_squared()).then_some(sense)
+    Handedness::of(area).filter(|_| area.abs() >= 1e-6 * a.norm_squared())
 }

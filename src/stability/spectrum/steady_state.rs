@@ -10,6 +10,7 @@ use crate::linearisation::{
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
 use crate::rod::Rod;
+use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::ContactState;
@@ -44,13 +45,13 @@ pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), Stability
 pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
     let environment = shoot.environment();
     let (load, support, scene) = (shoot.model.load(), shoot.model.support(), shoot.model.scene());
-    rod.place_base(scene, support.base(), environment.time)?;
+    rod.place_base((scene.base(environment.time), scene.position(environment.time)), support.base())?;
     // The shape, as that of an unloaded rod, which has the visible strain as its intrinsic strain.
     let p = rod.order().points();
     let mut shape = rod.clone();
     for e in 0..rod.elements() {
         for g in 0..p {
-            shape.points_mut()[e * p + g].intrinsic = rod.strain_at_point(e, g);
+            shape.points[e * p + g].intrinsic = rod.strain_at_point(e, g);
         }
     }
     iterate(shoot, &mut shape, (&(), &()), &[], &mut Unloaded, 0.1 * TOLERANCE)?;
@@ -62,7 +63,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
         if by_strain.iter().all(|matrix| matrix.iter().all(|slope| *slope == 0.0)) {
             return Err(StabilityError::NoProprioception);
         }
-        let (elements, what) = (rod.elements() - rod.first_growing(), "the shape of the steady state (rad)");
+        let (elements, what) = (rod.elements() - rod.first_growing, "the shape of the steady state (rad)");
         return Err(StabilityError::UnderResolved { elements, what, error });
     }
     // The visible strain is the sum of the elastic strain under the couple and the intrinsic strain.
@@ -77,7 +78,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
     let first = rod.zone().start;
     visit_sites(&shape, material, &force, false, |i, site| {
         let intrinsic = shape.points()[first + i].intrinsic;
-        rod.points_mut()[first + i].intrinsic = intrinsic + (intrinsic - site.strain);
+        rod.points[first + i].intrinsic = intrinsic + (intrinsic - site.strain);
     });
     iterate(shoot, rod, (load, support), force.reactions(), &mut precise_solver(), TOLERANCE)
 }
@@ -118,7 +119,7 @@ fn iterate(
         (*rod, (force, steady)) = loop {
             let mut moved = rod.clone();
             for (&(i, c), value) in matrix.unknowns.iter().zip(step.iter()) {
-                moved.points_mut()[first + i].intrinsic[c] += fraction * value;
+                moved.points[first + i].intrinsic[c] += fraction * value;
             }
             if let Ok(next) = evaluate(&mut moved, force.reactions())
                 && residual(&next.1) < residual(&steady)

@@ -104,22 +104,10 @@ impl History {
     }
 
     /// Interpolates the variables of a point.
-    #[inline]
-    pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
-        let (w, forcings) = (at.weights, at.forcings);
-        let row = move |level: usize| {
-            let rows = &self.levels[level].rows;
-            rows[self.row(rows.len(), point)].split_at(self.variables)
-        };
-        let ((y0, rate0), (y1, rate1)) = (row(at.level), row(at.level + 1));
-        (0..self.variables).map(move |k| {
-            let sum = w[0] * y0[k] + w[1] * rate0[k] + w[2] * y1[k] + w[3] * rate1[k];
-            let Some((tau, forcings)) = forcings else { return sum };
-            forcings.iter().fold(sum, |sum, (level, weight)| {
-                let (y, rate) = row(*level);
-                sum + weight * (y[k] + tau * rate[k])
-            })
-        })
+    pub fn read(&self, at: &Reading, point: usize) -> Vec<f64> {
+        let (all, mut values) = ((0..self.variables).collect::<Vec<_>>(), vec![0.0; self.variables]);
+        self.read_some(at, point, &all, &mut values);
+        values
     }
 
     /// Interpolates some of the variables of consecutive points from point `first` on, and writes them to `to`, which

@@ -23,7 +23,7 @@ fn history(times: &[f64], value: impl Fn(f64) -> f64, rate: impl Fn(f64) -> f64)
 
 /// Variable of a point at a time.
 fn read(history: &History, time: f64, point: usize) -> f64 {
-    history.read(&history.reading(time, f64::INFINITY), point).next().unwrap()
+    history.read(&history.reading(time, f64::INFINITY), point)[0]
 }
 
 fn times(history: &History) -> Vec<f64> {
@@ -42,7 +42,7 @@ fn hermite_interpolation_reproduces_cubics() {
             let factor = (point + 1) as f64;
             // Rounding of four terms below ten. The rates are divided by steps of 1/8 or more.
             assert_abs_diff_eq!(read(&history, t, point), factor * value(t), epsilon = 1e-13);
-            let slope = history.read(&history.slope(t), point).next().unwrap();
+            let slope = history.read(&history.slope(t), point)[0];
             assert_abs_diff_eq!(slope, factor * rate(t), epsilon = 1e-12);
         }
     }
@@ -55,7 +55,7 @@ fn interpolated_values_are_of_fourth_order_and_interpolated_rates_of_third() {
         let history = history(&levels, f64::exp, f64::exp);
         let mut largest = [0.0_f64; 2];
         for t in (0..1000).map(|k| (f64::from(k) + 0.5) / 1000.0) {
-            let slope = history.read(&history.slope(t), 0).next().unwrap();
+            let slope = history.read(&history.slope(t), 0)[0];
             largest[0] = largest[0].max((read(&history, t, 0) - t.exp()).abs());
             largest[1] = largest[1].max((slope - t.exp()).abs());
         }
@@ -96,7 +96,7 @@ fn readings_on_either_side_of_a_discontinuity_use_the_piece_of_that_side() {
     assert_abs_diff_eq!(read(&history, 1.1, 0), 0.8, epsilon = 1e-15);
     assert_eq!(read(&history, 1.0, 0), 1.0);
     // The rates differ. At the discontinuity the later rate is returned.
-    let slope = |t: f64| history.read(&history.slope(t), 0).next().unwrap();
+    let slope = |t: f64| history.read(&history.slope(t), 0)[0];
     assert_abs_diff_eq!(slope(1.0 - 1e-9), 1.0, epsilon = 1e-14);
     assert_abs_diff_eq!(slope(1.0), -2.0, epsilon = 1e-14);
 }
@@ -141,7 +141,7 @@ fn forgotten_levels_do_not_change_what_is_read_after_the_horizon() {
     assert_eq!(spare.len(), 1, "the memory of dropped levels is kept for new levels");
     for t in [4.5, 4.75, 5.0, 7.9, 8.0] {
         for (point, tau) in [(0, f64::INFINITY), (1, 0.5)] {
-            let read = |history: &History| history.read(&history.reading(t, tau), point).next().unwrap();
+            let read = |history: &History| history.read(&history.reading(t, tau), point)[0];
             assert_eq!(read(&short).to_bits(), read(&whole).to_bits());
         }
     }
@@ -171,7 +171,7 @@ fn memories_of_polynomials_are_read_exactly_after_a_discontinuity() {
         for (slopes, from) in [(line, 0.0), (cubic, 1.0)] {
             let (history, value) = relaxing(tau, slopes);
             for t in (0..200).map(|k| from + (5.0 - from) * (f64::from(k) + 0.5) / 200.0) {
-                let read = history.read(&history.reading(t, tau), 0).next().unwrap();
+                let read = history.read(&history.reading(t, tau), 0)[0];
                 // The values reach 120, and rates multiply a rounding of 1e-16 by the ratio of piece and time constant,
                 // up to 50.
                 assert_abs_diff_eq!(read, value(t), epsilon = 6e-13);

@@ -8,12 +8,12 @@ use super::*;
 use crate::tropism::{Growing, Perception, Statoliths, Variable};
 
 /// Law with one stimulus x, one variable y and a given rate ẏ(y, x).
-struct Law<F> {
+struct RateLaw<F> {
     variable: Variable,
     rate: F,
 }
 
-impl<F: Fn(f64, f64) -> f64> TropismLaw for Law<F> {
+impl<F: Fn(f64, f64) -> f64> TropismLaw for RateLaw<F> {
     fn declare(&self, to: &mut Declaration) {
         to.stimuli(1);
         to.variable(self.variable);
@@ -29,19 +29,19 @@ impl<F: Fn(f64, f64) -> f64> TropismLaw for Law<F> {
 }
 
 /// Returns the memory τ ẏ = x − y, declared as a memory, which is integrated in closed form.
-fn memory(tau: f64) -> Law<impl Fn(f64, f64) -> f64> {
+fn memory(tau: f64) -> RateLaw<impl Fn(f64, f64) -> f64> {
     let remembers = crate::tropism::Source::Stimulus(0);
-    Law { variable: Variable { remembers, ..Variable::unread().relaxing_in(tau) }, rate: move |y, x| (x - y) / tau }
+    RateLaw { variable: Variable { remembers, ..Variable::unread().relaxing_in(tau) }, rate: move |y, x| (x - y) / tau }
 }
 
 /// Returns the same memory, declared as a variable that relaxes, which is integrated by iteration.
-fn iterated_memory(tau: f64) -> Law<impl Fn(f64, f64) -> f64> {
-    Law { variable: Variable::unread().relaxing_in(tau), ..memory(tau) }
+fn iterated_memory(tau: f64) -> RateLaw<impl Fn(f64, f64) -> f64> {
+    RateLaw { variable: Variable::unread().relaxing_in(tau), ..memory(tau) }
 }
 
 /// Returns a law without relaxation.
-fn free<F: Fn(f64, f64) -> f64>(rate: F) -> Law<F> {
-    Law { variable: Variable::unread(), rate }
+fn free<F: Fn(f64, f64) -> f64>(rate: F) -> RateLaw<F> {
+    RateLaw { variable: Variable::unread(), rate }
 }
 
 /// Levels of the stimuli, in units of the step.
@@ -50,7 +50,7 @@ const LEVELS: Levels = Levels { count: ORDER, times: [-2.0, -1.0, 0.0, 1.0, f64:
 /// Integrates y from y(0) = `start` over `steps` steps of `size` with the stimulus `x(t)`. Returns `None` if a
 /// step fails, and the number of halvings.
 fn integrated(
-    law: &Law<impl Fn(f64, f64) -> f64>,
+    law: &RateLaw<impl Fn(f64, f64) -> f64>,
     size: f64,
     steps: usize,
     x: impl Fn(f64) -> f64,
@@ -71,7 +71,7 @@ fn integrated(
     (Some(y[0]), collocation.halvings)
 }
 
-fn value(law: &Law<impl Fn(f64, f64) -> f64>, size: f64, steps: usize, x: impl Fn(f64) -> f64, start: f64) -> f64 {
+fn value(law: &RateLaw<impl Fn(f64, f64) -> f64>, size: f64, steps: usize, x: impl Fn(f64) -> f64, start: f64) -> f64 {
     integrated(law, size, steps, x, start).0.expect("the step succeeds")
 }
 
@@ -158,7 +158,7 @@ fn a_nonlinear_law_with_relaxation_converges_with_fourth_order_at_least() {
     // are integrated exactly. The errors, 6e-10 and 1e-11, are above the tolerance of 1e-12, and no step is halved.
     // The observed order is between four and six.
     let exact = 1.0 / (1.0 + 9.0 * (-2f64).exp());
-    let law = Law { variable: Variable::unread().relaxing_in(2.0), rate: |y: f64, _: f64| y * (1.0 - y) };
+    let law = RateLaw { variable: Variable::unread().relaxing_in(2.0), rate: |y: f64, _: f64| y * (1.0 - y) };
     let error = |steps: usize| (value(&law, 2.0 / steps as f64, steps, |_| 0.0, 0.1) - exact).abs();
     let order = observed_order(error, 8);
     assert!(order > 3.9, "{order}");

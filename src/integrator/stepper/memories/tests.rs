@@ -26,7 +26,7 @@ fn memories_of_linear_stimuli_are_exact() {
     }
     let (mut parts, mut of_nodes, mut memories) = (Parts::default(), Memories::default(), Memories::default());
     assert!(!parts.read(&laws()) && parts.read(&laws()), "only the second call finds them known");
-    of_nodes.set(parts.of_stimuli(), &nodes, size);
+    of_nodes.set(&parts.of_stimuli, &nodes, size);
     memories.interpolate(&of_nodes, &at_nodes);
     let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
     let stimuli = [-2.0, -1.0, 0.0, 1.0, 0.0].map(|time| lines.map(|x| x(time * size)));
@@ -44,7 +44,7 @@ fn memories_of_linear_stimuli_are_exact() {
 fn parts(laws: &Declaration) -> [usize; 3] {
     let mut parts = Parts::default();
     parts.read(laws);
-    [parts.of_stimuli().len(), parts.iterated().len(), parts.of_variables().len()]
+    [parts.of_stimuli.len(), parts.iterated.len(), parts.of_variables.len()]
 }
 
 #[test]
@@ -94,14 +94,13 @@ fn groups_are_runs_of_at_most_four_consecutive_iterated_variables() {
 fn declared_memories_are_accepted_up_to_rounding_of_their_rates() {
     let (y, x) = ([0.3, -2.0], [0.7, 1.1]);
     let rates = [(x[1] - y[0]) / TAUS[0], (x[0] - y[1]) / TAUS[1]];
-    let mut declared = Declared::default();
-    declared.read(&laws());
-    assert!(declared.check(&y, &rates, &x).is_ok());
+    let declared = laws();
+    assert!(declared.check_rates(&y, &rates, &x).is_ok());
     for k in 0..2 {
         for share in [1e-13, f64::NAN] {
             let mut wrong = rates;
             wrong[k] *= 1.0 + share;
-            assert!(declared.check(&y, &wrong, &x).is_err(), "rate {k} changed by {share}");
+            assert!(declared.check_rates(&y, &wrong, &x).is_err(), "rate {k} changed by {share}");
         }
     }
 }
@@ -117,13 +116,11 @@ fn declared_oscillations_are_accepted_up_to_rounding_of_their_rates() {
     let real = |k: usize| (x[k] - y[k]) / TAUS[1] - 0.8 * y[k + 2];
     let imaginary = |k: usize| -y[k + 2] / TAUS[1] + 0.8 * y[k];
     let rates = [real(0), real(1), imaginary(0), imaginary(1)];
-    let mut declared = Declared::default();
-    declared.read(&laws);
-    assert!(declared.check(&y, &rates, &x).is_ok());
+    assert!(laws.check_rates(&y, &rates, &x).is_ok());
     for k in 0..4 {
         let mut wrong = rates;
         wrong[k] *= 1.0 + 1e-12;
-        assert!(declared.check(&y, &wrong, &x).is_err(), "rate {k}");
+        assert!(laws.check_rates(&y, &wrong, &x).is_err(), "rate {k}");
     }
     // A memory of one of the variables makes both iterated.
     laws.memories(1, Source::Variable(3), 1.0, None);

@@ -4,11 +4,10 @@
 //! is discontinuous in the parameters. On the grid of one run it is smooth. Differences of such runs are derivatives
 //! of the computed shape.
 
-use super::IntegrationError;
-use super::error::Outcome;
+use super::{IntegrationError, Outcome, StepEnd};
 
-/// Steps and changes of elements of a run of [`MethodOfSteps`](super::MethodOfSteps), in the order in which they were
-/// made.
+/// Steps and changes of elements of a run of [`MethodOfSteps`](crate::integrator::MethodOfSteps), in the order in which
+/// they were made.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grid {
     steps: Vec<GridStep>,
@@ -24,20 +23,12 @@ impl Grid {
 
 /// A recorded step.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct GridStep {
+pub(in crate::integrator) struct GridStep {
     /// Start of the step, s.
     pub from: f64,
-    /// End of the step, s.
-    pub to: f64,
-    /// Whether there is a discontinuity at the end.
-    pub discontinuity: bool,
-    /// Whether the end is a breaking point.
-    pub kink: bool,
-    /// Number of delays through which a discontinuity of a law or the scene has caused the one at the end.
-    pub generation: u8,
-    /// Time towards which the step was made, s: the next time that steps must not pass.
-    pub target: f64,
-    /// What is at this time.
+    /// End of the step.
+    pub end: StepEnd,
+    /// What is at the target of the step.
     pub anchor: Anchor,
     /// Changes of the elements at the start of the step, in their order.
     pub changes: Vec<Change>,
@@ -49,7 +40,7 @@ pub(super) struct GridStep {
 
 /// A time that steps must not pass. It depends on the parameters, and the steps before it move with it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) enum Anchor {
+pub(in crate::integrator) enum Anchor {
     /// The end of the call of the integrator.
     #[default]
     Until,
@@ -61,7 +52,7 @@ pub(super) enum Anchor {
 
 /// A change of elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Change {
+pub(in crate::integrator) enum Change {
     /// The mature element of this index is merged with the next one.
     Merge(usize),
     /// The element of this index is halved.
@@ -72,7 +63,7 @@ pub(super) enum Change {
 
 /// Use of grids by a stepper.
 #[derive(Debug, Clone, Default)]
-pub(super) enum GridUse {
+pub(in crate::integrator) enum GridUse {
     /// Steps and elements are chosen.
     #[default]
     Free,
