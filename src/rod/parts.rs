@@ -181,3 +181,31 @@ impl Rod {
         self.kept.fill(false);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::reference_element::Order;
+
+    #[test]
+    fn joint_of_the_base_decides_what_it_takes_from_the_scene() {
+        let turned = |axis, angle| UnitQuaternion::from_axis_angle(&axis, angle);
+        // The rod has rotated by 0.3 rad about the axis of its hinge before the base rotates by 0.5 rad across it.
+        let own = turned(Vector3::y_axis(), 0.3);
+        let (base, position) = (turned(Vector3::z_axis(), 0.5), Vector3::new(1.0, -2.0, 3.0));
+        for (joint, frame, moves) in [
+            (None, base, true),
+            (Some(Joint::Hinge(Vector3::y_axis())), base * own, true),
+            (Some(Joint::Ball), own, true),
+            (Some(Joint::Free), own, false),
+        ] {
+            let mut rod = Rod::straight(&[0.0, 0.1], |_| 1e-3, own, Order::Four).unwrap();
+            rod.place_base((base, position), joint).unwrap();
+            // Frames are rounded a few times.
+            assert_relative_eq!(rod.frames()[0], frame, epsilon = 1e-14);
+            assert_eq!(rod.base_position(), if moves { position } else { Vector3::zeros() });
+        }
+    }
+}
