@@ -136,36 +136,50 @@ pub struct Laws<C, G = (), T = (), L = (), S = Still, U = ()> {
     pub support: U,
 }
 
-/// Methods that replace one of the laws, by a law of any type.
-macro_rules! replacements {
-    ($(
-        $(#[$doc:meta])*
-        $method:ident: $Trait:ident as $law:ident of ($($Type:ident),*) keeps ($($other:ident),*);
-    )*) => {
-        impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {$(
-            $(#[$doc])*
-            #[must_use]
-            pub fn $method<N: $Trait>(self, $law: N) -> Laws<$($Type),*> {
-                let Self { $($other,)* .. } = self;
-                Laws { $law, $($other),* }
-            }
-        )*}
-    };
+impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {
+    /// Replaces the elastic law.
+    #[must_use]
+    pub fn with_constitutive<N: Constitutive>(self, constitutive: N) -> Laws<N, G, T, L, S, U> {
+        let Self { growth, tropism, load, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
+    }
+
+    /// Replaces the growth law.
+    #[must_use]
+    pub fn with_growth<N: GrowthLaw>(self, growth: N) -> Laws<C, N, T, L, S, U> {
+        let Self { constitutive, tropism, load, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
+    }
+
+    /// Replaces the tropism law by a law or a tuple of laws.
+    #[must_use]
+    pub fn with_tropism<N: TropismLaw>(self, tropism: N) -> Laws<C, G, N, L, S, U> {
+        let Self { constitutive, growth, load, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
+    }
+
+    /// Replaces the load by a load or a tuple of loads.
+    #[must_use]
+    pub fn with_load<N: Load>(self, load: N) -> Laws<C, G, T, N, S, U> {
+        let Self { constitutive, growth, tropism, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
+    }
+
+    /// Replaces the scene.
+    #[must_use]
+    pub fn with_scene<N: Scene>(self, scene: N) -> Laws<C, G, T, L, N, U> {
+        let Self { constitutive, growth, tropism, load, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
+    }
 }
 
-replacements! {
-    /// Replaces the elastic law.
-    with_constitutive: Constitutive as constitutive of (N, G, T, L, S, U) keeps (growth, tropism, load, scene, support);
-    /// Replaces the growth law.
-    with_growth: GrowthLaw as growth of (C, N, T, L, S, U) keeps (constitutive, tropism, load, scene, support);
-    /// Replaces the tropism law by a law or a tuple of laws.
-    with_tropism: TropismLaw as tropism of (C, G, N, L, S, U) keeps (constitutive, growth, load, scene, support);
-    /// Replaces the load by a load or a tuple of loads.
-    with_load: Load as load of (C, G, T, N, S, U) keeps (constitutive, growth, tropism, scene, support);
-    /// Replaces the scene.
-    with_scene: Scene as scene of (C, G, T, L, N, U) keeps (constitutive, growth, tropism, load, support);
+impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {
     /// Replaces the support by a support or a tuple of supports.
-    with_support: Support as support of (C, G, T, L, S, N) keeps (constitutive, growth, tropism, load, scene);
+    #[must_use]
+    pub fn with_support<N: Support>(self, support: N) -> Laws<C, G, T, L, S, N> {
+        let Self { constitutive, growth, tropism, load, scene, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
+    }
 }
 
 /// Laws that are chosen at run time. A clone shares its laws with the original.

@@ -243,7 +243,16 @@ impl IntegrationError {
             | Self::GrowsTooFast { .. }
             | Self::Uneven { .. }
             | Self::BaseTurns { .. } => true,
-            _ => false,
+            Self::Parameter(_)
+            | Self::Incomplete { .. }
+            | Self::Grid { .. }
+            | Self::NotFinite { .. }
+            | Self::Undefined { .. }
+            | Self::NotReached { .. }
+            | Self::GrowsTooFar { .. }
+            | Self::WorkLimit { .. }
+            | Self::NotSlender { .. }
+            | Self::ToleranceNotMet { .. } => false,
         }
     }
 }

@@ -27,7 +27,6 @@ pub(super) struct Periodogram<'a> {
     /// Index of the lowest frequency. Frequencies are multiples of [`STEP`].
     lowest: usize,
     /// Number of frequencies.
-    /// Number of frequencies.
     pub count: usize,
     sums: FourierSums,
     /// Orthonormal basis of the drift, by increasing degree.

@@ -93,15 +93,15 @@ impl Analysis {
         let times = sampling.instants();
         let (mut power, mut waves, mut noise, mut outside_cone) = (vec![], vec![], vec![], vec![]);
         for scale in &scales {
-            let (of_scale, white) = transform(sampling, positions, *scale);
+            let transformed = transform(sampling, positions, *scale);
             let ratio = |(wave, noise): (&Vector2<Complex<f64>>, &f64)| {
                 let expected = 2.0 * variance * noise;
                 if expected > 0.0 { wave.norm_squared() / expected } else { 0.0 }
             };
-            power.push(of_scale.iter().zip(&white).map(ratio).collect());
+            power.push(transformed.waves.iter().zip(&transformed.noise).map(ratio).collect());
             outside_cone.push(sampling.outside_cone(*scale, &times));
-            waves.push(of_scale);
-            noise.push(white);
+            waves.push(transformed.waves);
+            noise.push(transformed.noise);
         }
         let background = Background::of(sampling.times, rest);
         let rest_variance = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;

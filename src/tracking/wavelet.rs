@@ -109,16 +109,19 @@ pub(super) fn gain(scale: f64, period: f64) -> f64 {
     (-0.5 * (TAU * scale / period - OMEGA).powi(2)).exp()
 }
 
-/// The transform of positions at a scale (s), at every instant: the analytic signal, which is A exp(iωt) times the
-/// [`gain`] for a wave A cos ωt, and the mean of its square for a coordinate of white noise with variance 1.
+/// The transform at one scale, at every instant.
+pub(super) struct Transform {
+    /// Analytic signal: that of a wave A cos ωt is A exp(iωt) times the [`gain`].
+    pub waves: Vec<Vector2<Complex<f64>>>,
+    /// Mean of |waves|² for a coordinate of white noise with variance 1.
+    pub noise: Vec<f64>,
+}
+
+/// The transform of positions at a scale (s).
 ///
 /// The values of the Gaussian at evenly spaced instants follow from one another by two products. Sums are divided
 /// by the sum of the weights: a wave keeps its amplitude where a part of the Gaussian lies beyond an end.
-pub(super) fn transform(
-    sampling: &Sampling,
-    positions: &[Vector2<f64>],
-    scale: f64,
-) -> (Vec<Vector2<Complex<f64>>>, Vec<f64>) {
+pub(super) fn transform(sampling: &Sampling, positions: &[Vector2<f64>], scale: f64) -> Transform {
     let total = sampling.stretches.last().map_or(0, |last| last.offset + last.count);
     let mut waves = vec![Vector2::from_element(Complex::ZERO); total];
     let (mut noise, mut whole) = (vec![0.0; total], vec![0.0; total]);
@@ -154,5 +157,5 @@ pub(super) fn transform(
         waves[k] = waves[k].map(|z| z * forth);
         noise[k] *= size * size;
     }
-    (waves, noise)
+    Transform { waves, noise }
 }

@@ -89,7 +89,7 @@ impl HeldSearch<'_> {
                 if course.saddles == SETTINGS.saddles.0 {
                     let negative = self.found.inertia.negative;
                     let unstable = EquilibriumError::Unstable { negative };
-                    // Without negative directions the equilibrium is neutral, and the search has not converged.
+                    // An equilibrium without negative directions is neutral: the search has not converged.
                     return Err(if negative > 0 { unstable } else { self.not_found(turn) });
                 }
                 self.leave_saddle(rod, &start, &trial.linear, course.saddles);

@@ -123,8 +123,8 @@ fn spread(rod: &Rod, obstacles: usize, all: &mut Vec<Reaction>) {
             // Between two elements in contact there is no force at a point.
             all[i].length = length;
         } else if let [(_, _, normal)] = parts[..] {
-            // Both parts have the direction of the whole reaction, so that each part pushes and its friction is within
-            // the cone.
+            // Each part has the direction of the whole reaction. It therefore pushes, and its friction is within the
+            // cone.
             let whole = all[i];
             let share = if whole.normal > 0.0 { (normal / whole.normal).clamp(0.0, 1.0) } else { 0.0 };
             let part = |share: f64| Reaction { force: whole.force * share, normal: whole.normal * share, ..whole };

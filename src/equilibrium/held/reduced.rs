@@ -264,22 +264,25 @@ impl Reduced<'_> {
                 }
             }
         }
-        if n > 0 {
-            let lu = MatRef::from_column_major_slice(matrix.as_slice(), n, n).partial_piv_lu();
-            lu.solve_in_place(MatMut::from_column_major_slice_mut(rhs.as_mut_slice(), n, 1));
-            let solution = rhs;
-            if solution.iter().any(|value| !value.is_finite()) {
-                return None;
-            }
-            for (a, &i) in unknown.iter().enumerate() {
-                steps[i].0 = solution.fixed_rows::<3>(at[a]).into_owned();
-                if contacts[i].range.is_some() {
-                    steps[i].1 = solution[at[a] + 3];
-                }
+        let solution = solved(&matrix, rhs)?;
+        for (a, &i) in unknown.iter().enumerate() {
+            steps[i].0 = solution.fixed_rows::<3>(at[a]).into_owned();
+            if contacts[i].range.is_some() {
+                steps[i].1 = solution[at[a] + 3];
             }
         }
         Some(steps)
     }
+}
+
+/// The solution of linear equations. `None` if it is not finite.
+fn solved(matrix: &DMatrix<f64>, mut rhs: DVector<f64>) -> Option<DVector<f64>> {
+    let n = rhs.len();
+    if n > 0 {
+        let lu = MatRef::from_column_major_slice(matrix.as_slice(), n, n).partial_piv_lu();
+        lu.solve_in_place(MatMut::from_column_major_slice_mut(rhs.as_mut_slice(), n, 1));
+    }
+    rhs.iter().all(|value| value.is_finite()).then_some(rhs)
 }
 
 #[cfg(test)]
