@@ -84,10 +84,9 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
         };
         touching += u64::from(!held.reactions.is_empty());
         assert_eq!(held.equilibrium.inertia.negative, 0, "{seed}");
-        if MISPLACED.contains(&seed) {
-            assert!(held.equilibrium.error > 1e-7, "{seed}: {:e}", held.equilibrium.error);
-            continue;
-        }
+        let (error, misplaced) = (held.equilibrium.error, MISPLACED.contains(&seed));
+        assert!(!misplaced || error > 1e-7, "{seed}: {error:e}");
+        let apart = if misplaced { error } else { 0.0 };
         let length = rod.length();
         let largest = held.reactions.iter().map(|reaction| reaction.normal).fold(0.0, f64::max);
         for reaction in &held.reactions {
@@ -97,7 +96,11 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
             // The place that is evaluated here differs from that of the contact by the interpolation of the shape.
             let tangential = (reaction.force - gap.normal * reaction.normal).norm();
             assert!(tangential <= friction * reaction.normal + 1e-4 * largest, "{seed}: {reaction:?}");
-            assert!((gap.value - RADIUS).abs() < 1e-5 * length, "{seed}: {:e}", (gap.value - RADIUS) / length);
+            assert!(
+                (gap.value - RADIUS).abs() < (1e-5 + apart) * length,
+                "{seed}: {:e}",
+                (gap.value - RADIUS) / length
+            );
         }
         // `centre_line_at` integrates the tangents within an element more accurately than the discrete equations. In an
         // element of order four that bends much its places differ from theirs by up to 1e-5 of the length.
@@ -106,7 +109,7 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
                 let gap = contact.obstacle.distance(&place, 0.0).value - RADIUS;
                 // Three of the first 1800 scenes penetrate between stations by more than 1e-9 plus the reported
                 // error: by up to 1.3e-8.
-                let permitted = (2e-8 + held.equilibrium.error) * length;
+                let permitted = (2e-8 + error + apart) * length;
                 assert!(gap > -permitted, "{seed}: penetration {:e}", -gap / length);
             }
         }
