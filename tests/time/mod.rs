@@ -38,5 +38,6 @@ mod tolerance_inside;
 mod tolerance_random;
 mod tolerance_scenes;
 mod trial_runs;
+mod turntable;
 mod wrong_laws;
 mod wrong_methods;

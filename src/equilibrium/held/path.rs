@@ -57,7 +57,7 @@ impl HeldSearch<'_> {
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
             let next = if followed { self.safe_end(rod, next) } else { next };
-            let before = self.snapshot(rod);
+            let (before, from) = (self.snapshot(rod), self.motion.as_ref().map_or(1.0, |motion| motion.share));
             self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
@@ -76,7 +76,8 @@ impl HeldSearch<'_> {
                     }
                 }
                 Err(error) if error.is_recoverable() && !smallest => {
-                    self.set_share(done);
+                    // If the rod does not follow the motion, its share was one before the first increment.
+                    self.set_share(from);
                     self.restore(rod, &before);
                     share = 0.5 * share.min(next - done);
                 }
