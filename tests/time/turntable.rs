@@ -87,20 +87,41 @@ fn shoot_on_a_turntable_does_not_pass_through_a_thin_pole() {
     }
 }
 
+/// A shoot on a hinge on a turntable, which rotates by 0.05 to 0.2 rad in a step and carries it past a pole with
+/// friction. All moves at a velocity (m/s).
+fn carried_past_a_pole(draw: &mut Draw, velocity: Vector3<f64>, friction: f64) -> (Turntable, Shoot<DynLaws>) {
+    let table = Turntable { rate: draw.uniform(0.05, 0.2) / 60.0, velocity, ..Turntable::default() };
+    let through = Vector3::new(draw.uniform(0.02, 0.048), draw.uniform(1.6e-3, 7.6e-3), 0.0);
+    let pole = contact(through, Turntable { velocity, ..Turntable::default() }, friction);
+    (table, elastic(table, (Joint::Hinge(Vector3::z_axis()), pole), 300.0, 60.0))
+}
+
 #[test]
 fn hinged_base_follows_a_turntable_past_any_pole() {
     // In two of these scenes an equilibrium is found only after a step is divided in two.
     let mut draw = Draw::new(4);
     for case in 0..40 {
-        let turn = draw.uniform(0.05, 0.2);
-        let table = Turntable { rate: turn / 60.0, ..Turntable::default() };
-        let through = Vector3::new(draw.uniform(0.02, 0.048), draw.uniform(1.6e-3, 7.6e-3), 0.0);
-        let pole = contact(through, Turntable::default(), [0.0, 0.3][case % 2]);
-        let shoot = elastic(table, (Joint::Hinge(Vector3::z_axis()), pole), 300.0, 60.0);
+        let (table, shoot) = carried_past_a_pole(&mut draw, Vector3::zeros(), [0.0, 0.3][case % 2]);
         let axis = |frame: UnitQuaternion<f64>| frame * Vector3::z();
         let [actual, expected] = [shoot.rod().frames()[0], table.base(300.0)].map(axis);
         // The difference is rounding.
         assert!((actual - expected).norm() < 1e-14, "{case}: {actual} {expected}");
+    }
+}
+
+#[test]
+fn constant_velocity_of_all_bodies_does_not_change_the_tip() {
+    // In one of these scenes a step is divided. The tip would be 50 mm away there if the time from which slip counts
+    // were not that of the shape at the start of the step.
+    let velocity = Vector3::new(0.0, 0.0, 3e-5);
+    let [mut still, mut moving] = [Draw::new(4), Draw::new(4)];
+    for case in 0..20 {
+        let (_, unmoved) = carried_past_a_pole(&mut still, Vector3::zeros(), 0.3);
+        let (_, moved) = carried_past_a_pole(&mut moving, velocity, 0.3);
+        let difference = (moved.tip() - moved.rod().base_position() - unmoved.tip()).norm();
+        // The parts of a step in which contacts are followed differ, and with friction the error is of first order in
+        // them. In 300 scenes the largest difference is 1.1e-5 m.
+        assert!(difference < 2e-5, "{case}: {difference:e}");
     }
 }
 
@@ -132,7 +153,7 @@ fn pole_that_moves_is_equivalent_to_a_base_that_moves_the_other_way() {
         assert!(base.reactions()[0].normal > 1e-4);
         let tip = base.tip() - base.rod().base_position();
         assert_abs_diff_eq!(InNorm(tip), InNorm(pole.tip()), epsilon = tolerance);
-        // Without the pole the shoot moves along unchanged.
+        // The motion does not change the shape of a shoot without the pole.
         let free = elastic(moves, (), 240.0, 60.0);
         let unmoved = elastic(still, (), 0.0, 60.0);
         assert_abs_diff_eq!(InNorm(free.tip() - free.rod().base_position()), InNorm(unmoved.tip()), epsilon = 1e-13);

@@ -16,8 +16,8 @@ pub(super) struct Before {
     pub rod: Rod,
     /// Its centre line.
     line: Line,
-    /// Time since then, s.
-    pub time: f64,
+    /// Its time, s.
+    time: f64,
     /// Displacements of the obstacles by the forces on them, m.
     yielded: Vec<Vector3<f64>>,
 }
@@ -43,7 +43,7 @@ impl Before {
         };
         let position = self.line.place(&self.rod, (e, x)).position;
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
-        let moved = position + velocity * self.time - self.yielded[obstacle];
+        let moved = position + velocity * (obstacles.time - self.time) - self.yielded[obstacle];
         (moved, self.rod.frame_within(e, x) * Vector3::z())
     }
 
@@ -76,7 +76,7 @@ pub(super) struct Motion {
     to: Pose,
     /// Time at the end, and duration, s.
     end: f64,
-    pub duration: f64,
+    duration: f64,
     /// Whether the base rotates about an axis.
     pub hinged: bool,
     /// The present share of the rod and the obstacles.

@@ -89,7 +89,7 @@ impl HeldSearch<'_> {
             if course.reach == Reach::Far && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent to any equilibrium friction dissipates energy in every step: slip counts from the last
                 // one. In a descent nearby it counts from the start of the increment.
-                self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
+                self.before = Before::new(rod, self.obstacles.time, self.obstacles.yielded.clone());
                 self.locate(rod);
             }
         }

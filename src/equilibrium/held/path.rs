@@ -57,7 +57,7 @@ impl HeldSearch<'_> {
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
             let next = if followed { self.safe_end(rod, next) } else { next };
-            let (before, from) = (self.snapshot(rod), self.motion.as_ref().map_or(1.0, |motion| motion.share));
+            let before = self.snapshot(rod);
             self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
@@ -72,12 +72,10 @@ impl HeldSearch<'_> {
                     if followed {
                         // Slip counts from the end of this increment. If only holds move, it counts from the start of
                         // the time step.
-                        self.before = Before::new(rod, 0.0, self.obstacles.yielded.clone());
+                        self.before = Before::new(rod, self.obstacles.time, self.obstacles.yielded.clone());
                     }
                 }
                 Err(error) if error.is_recoverable() && !smallest => {
-                    // If the rod does not follow the motion, its share was one before the first increment.
-                    self.set_share(from);
                     self.restore(rod, &before);
                     share = 0.5 * share.min(next - done);
                 }
@@ -174,7 +172,7 @@ impl HeldSearch<'_> {
     }
 
     /// Sets the share of the motion, and the time of the obstacles.
-    fn set_share(&mut self, share: f64) {
+    pub(super) fn set_share(&mut self, share: f64) {
         if let Some(motion) = &mut self.motion {
             motion.share = share;
             self.obstacles.time = motion.time(share);
@@ -185,7 +183,6 @@ impl HeldSearch<'_> {
     fn carry(&mut self, rod: &mut Rod, next: f64) {
         let Some(motion) = self.motion.clone().filter(|motion| motion.share != next) else { return };
         motion.carry(rod, motion.share, next);
-        self.before.time = motion.duration * (next - motion.share);
         self.turn_hinge(motion.share, next);
         self.set_share(next);
     }

@@ -74,6 +74,8 @@ pub(super) struct Snapshot {
     candidates: Vec<Candidate>,
     before: Before,
     energy_scale: f64,
+    /// The share of the motion.
+    share: Option<f64>,
 }
 
 /// The result of a search.
@@ -95,7 +97,7 @@ impl<'a> HeldSearch<'a> {
         let obstacles = Obstacles::new(support.contacts(), time);
         let (sites, frames, laws) = sort(rod, support, time, &mut body.system_mut().joints)?;
         Ok(Self {
-            before: Before::new(rod, 0.0, obstacles.yielded.clone()),
+            before: Before::new(rod, time, obstacles.yielded.clone()),
             motion: None,
             body,
             parent: rod,
@@ -123,7 +125,7 @@ impl<'a> HeldSearch<'a> {
     /// Sets the rod and its reactions at the end of the increment before, the time since then (s), and the joint of the
     /// base.
     pub fn since(&mut self, (rod, time, reactions): (&Rod, f64, &[Reaction]), joint: Option<Joint>) {
-        self.before = Before::new(rod, time, self.obstacles.displacements_by(reactions));
+        self.before = Before::new(rod, self.obstacles.time - time, self.obstacles.displacements_by(reactions));
         if !self.obstacles.contacts.is_empty() {
             self.motion = Some(Motion::new(rod, self.parent, (self.obstacles.time, time), joint));
         }
@@ -176,6 +178,7 @@ impl<'a> HeldSearch<'a> {
             candidates: self.candidates.clone(),
             before: self.before.clone(),
             energy_scale: self.energy_scale,
+            share: self.motion.as_ref().map(|motion| motion.share),
         }
     }
 
@@ -187,6 +190,9 @@ impl<'a> HeldSearch<'a> {
         self.candidates.clone_from(&snapshot.candidates);
         self.before.clone_from(&snapshot.before);
         self.energy_scale = snapshot.energy_scale;
+        if let Some(share) = snapshot.share {
+            self.set_share(share);
+        }
         self.body.renew_load(rod);
         self.locate(rod);
     }
