@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// Scenes of order four among the first 12,000 in which nodes do not reach the contacts, so that the result has a
 /// reported error. In the first one a force acts at 5e-5 of the length above the obstacle, with the error 1e-2. In the
 /// others the interpolated shape penetrates by up to 1.6 times the error, by at most 8e-5 of the length.
-const MISPLACED: [u64; 9] = [2161, 2162, 2247, 3228, 3727, 3895, 5493, 9165, 11093];
+const MISPLACED: [u64; 11] = [2161, 2162, 2247, 3228, 3727, 3895, 5493, 9165, 9597, 9994, 11093];
 
 const WEIGHT: Weight = Weight { density: DENSITY };
 
@@ -115,8 +115,7 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
         }
     }
     println!("{touching} of {count} rods touch, failures: {failures:?}");
-    // These two of the first 12,000 scenes end with an error (`MORPHOROD_CASES=12000`).
-    failures.retain(|(seed, _)| ![1088, 4950].contains(seed));
+    // The first 12,000 scenes end without one, too (`MORPHOROD_CASES=12000`).
     assert!(failures.is_empty(), "{failures:?}");
     assert!(touching * 2 > count, "{touching} scenes with contact");
 }

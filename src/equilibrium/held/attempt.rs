@@ -86,6 +86,10 @@ impl HeldSearch<'_> {
                 });
             }
             if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
+                // A saddle with less energy than all those before has not been left yet.
+                if merit.energy < course.lowest - self.rounding_of(merit.energy) {
+                    (course.lowest, course.saddles) = (merit.energy, 0);
+                }
                 if course.saddles == SETTINGS.saddles.0 {
                     let negative = self.found.inertia.negative;
                     let unstable = EquilibriumError::Unstable { negative };

@@ -10,6 +10,9 @@ use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::rod::Rod;
 
+/// Smallest distance of a candidate from a base that is not free, relative to an element.
+const NEAREST: f64 = 2e-3;
+
 impl HeldSearch<'_> {
     /// Evaluates the sites and candidates on the shape of a rod.
     pub(super) fn locate(&mut self, rod: &Rod) {
@@ -58,7 +61,7 @@ impl HeldSearch<'_> {
             new.extend(self.penetrating(&gaps, &own, &values, bound));
         }
         let (length, element) = (self.length, self.element);
-        let (near, spacing) = (SETTINGS.near * element, SETTINGS.spacing * element);
+        let near = SETTINGS.near * element;
         let base = self.first_place();
         let mut changed = false;
         for (at, s) in new.into_iter().filter(|(_, s)| *s >= base) {
@@ -73,7 +76,7 @@ impl HeldSearch<'_> {
                 same && own.point && at.point && (distance < near || distance < element && leaves(own))
             };
             // Two stations at one place would share an undetermined force.
-            let known = |own: &Candidate| own.obstacle == at.obstacle && (own.arc_length - s).abs() <= spacing;
+            let known = |own: &Candidate| own.obstacle == at.obstacle && (own.arc_length - s).abs() <= near;
             if !at.point && self.candidates.iter().any(known) {
                 continue;
             }
@@ -97,8 +100,7 @@ impl HeldSearch<'_> {
     /// The smallest arc length of a candidate, m. A base that is not free does not move.
     fn first_place(&self) -> f64 {
         let free = self.body.system().joints.free_base.is_some();
-        let shortest = SETTINGS.spacing * SETTINGS.near * self.element;
-        if free { 0.0 } else { shortest }
+        if free { 0.0 } else { NEAREST * self.element }
     }
 
     /// The intervals between two neighbouring stations in which the gap to an obstacle may be less than `bound` (m).
@@ -161,7 +163,7 @@ impl HeldSearch<'_> {
     /// stations next to a part of the rod that follows the obstacle.
     fn penetrating(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<(Candidate, f64)> {
         let (margin, element) = (SAME * self.length, self.element);
-        let (close, same) = (SETTINGS.near * element, SETTINGS.spacing * element);
+        let close = SETTINGS.near * element;
         let places = &self.line.places;
         let mut new = Vec::new();
         for (i, place) in places.iter().enumerate().filter(|(i, _)| values[*i] < bound) {
@@ -171,7 +173,7 @@ impl HeldSearch<'_> {
             let level = values[i] + SETTINGS.rounding * self.length;
             let known = near().any(|at| {
                 let distance = (at.arc_length - place.arc_length).abs();
-                distance <= if at.slides { close } else { same } || at.slides && at.gap.value <= level
+                distance <= close || at.slides && at.gap.value <= level
             });
             if known {
                 continue;

@@ -32,6 +32,11 @@ impl HeldSearch<'_> {
         Merit { energy, violation: self.violation(), friction, residual }
     }
 
+    /// Change of an energy (J) that is attributed to rounding, J.
+    pub(super) fn rounding_of(&self, energy: f64) -> f64 {
+        1e-12 * (energy.abs() + self.force_scale() * self.length)
+    }
+
     /// Takes the largest fraction of a step with which the merit or the residual decreases, and returns it; `None` if
     /// none of those tried does.
     pub(super) fn descend(
@@ -47,7 +52,7 @@ impl HeldSearch<'_> {
         self.weight = (0.25 * self.weight).max(2.0 * forces.chain(links).fold(0.0, f64::max));
         let value = |merit: &Merit, weight: f64| merit.energy + weight * merit.violation + merit.friction;
         let before = value(merit, self.weight);
-        let slack = 1e-12 * (before.abs() + self.force_scale() * self.length);
+        let slack = self.rounding_of(before);
         for halving in 0..=SETTINGS.halvings {
             if halving > 0 {
                 fraction *= 0.5;

@@ -35,10 +35,24 @@ impl HeldSearch<'_> {
     /// continues once from the shape before the last move, and nodes then stay.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
         let line = if reach == Reach::Newton { Vec::new() } else { rod.centre_line_at(COMPARED) };
-        let (last, shift, next, saddles, negative) = (f64::INFINITY, 0.0, 0.0, 0, None);
+        let (last, shift, next, negative) = (f64::INFINITY, 0.0, 0.0, None);
+        let (lowest, saddles) = (f64::INFINITY, 0);
         let (bowed, placements, answer, distance, ends) = (false, 0, None, f64::INFINITY, Vec::new());
-        let mut course =
-            Course { reach, line, last, shift, next, saddles, negative, bowed, placements, answer, distance, ends };
+        let mut course = Course {
+            reach,
+            line,
+            last,
+            shift,
+            next,
+            lowest,
+            saddles,
+            negative,
+            bowed,
+            placements,
+            answer,
+            distance,
+            ends,
+        };
         self.apply(rod);
         self.locate(rod);
         let result = self.iterate(rod, &mut course);

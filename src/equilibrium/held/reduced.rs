@@ -32,6 +32,9 @@ pub(super) struct LinearContact {
     pub bend: Vector3<f64>,
     /// Second derivative of the gap along the rod, 1/m, if the candidate is the place of least gap.
     pub curve: f64,
+    /// Change of the slope along the rod by a couple about the axis in which the rod bends from the obstacle,
+    /// 1/(N m), if the candidate is the place of least gap.
+    pub turn_by_couple: f64,
     /// Gap in contact, m; negative in a step that removes a part of a penetration.
     pub clearance: f64,
     /// The place that the candidate has without slip, m, and its derivative by `travel`.
@@ -46,6 +49,21 @@ pub(super) struct LinearContact {
 }
 
 impl LinearContact {
+    /// Adds a fraction of a step. A displacement changes the slope in proportion to the force, and the step is for the
+    /// force before it. The displacement is changed so that the slope is that of the step.
+    pub fn advance(&mut self, (force, travel): (Vector3<f64>, f64), fraction: f64) {
+        let before = self.stiffness();
+        self.force += force * fraction;
+        if let Some([from, to]) = self.range {
+            self.travel = (self.travel + travel * fraction * (before / self.stiffness())).clamp(from, to);
+        }
+    }
+
+    /// Derivative of the slope by the displacement, 1/m, without the rotation of the rod by other forces.
+    fn stiffness(&self) -> f64 {
+        self.curve + self.turn_by_couple * self.force.norm()
+    }
+
     /// The reactions that are conjugate to the coordinates.
     pub fn load(&self, reactions: &mut DVector<f64>) {
         reactions.fixed_rows_mut::<3>(self.first).copy_from(&self.force);
@@ -68,6 +86,7 @@ pub(super) struct Evaluated {
 pub(super) struct Slide {
     /// Displacement from the place of least gap, m.
     pub excess: f64,
+    by_force: Vector3<f64>,
     by_place: Vector3<f64>,
     by_tangent: Vector3<f64>,
     by_travel: f64,
@@ -134,15 +153,21 @@ impl Reduced<'_> {
         let displacement = place - contact.anchor.0 - contact.anchor.1 * contact.travel;
         let law = Law::new(&gap, &contact.force, &displacement, contact.friction, contact.k);
         let slide = contact.range.map(|[from, to]| {
-            // The place of least gap is estimated from the slope and the second derivative of the gap at the start.
+            // The place of least gap is estimated from the slope and its change with the displacement: by the second
+            // derivative of the gap, and by the couple of the displaced force.
             let slope = gap.normal.dot(&tangent);
-            let least = (contact.travel - slope / contact.curve).clamp(from, to);
+            let (size, stiffness) = (contact.force.norm(), contact.stiffness());
+            let least = (contact.travel - slope / stiffness).clamp(from, to);
             let excess = contact.travel - least;
             if least <= from || least >= to {
-                return Slide { excess, by_place: Vector3::zeros(), by_tangent: Vector3::zeros(), by_travel: 1.0 };
+                let zero = Vector3::zeros();
+                return Slide { excess, by_force: zero, by_place: zero, by_tangent: zero, by_travel: 1.0 };
             }
-            let (by_place, by_tangent) = (gap.curvature * tangent / contact.curve, gap.normal / contact.curve);
-            Slide { excess, by_place, by_tangent, by_travel: by_place.dot(&tangent) + by_tangent.dot(&contact.bend) }
+            let (by_place, by_tangent) = (gap.curvature * tangent / stiffness, gap.normal / stiffness);
+            let by_travel = by_place.dot(&tangent) + by_tangent.dot(&contact.bend);
+            let along = if size > 0.0 { contact.force / size } else { Vector3::zeros() };
+            let by_force = along * (-slope * contact.turn_by_couple / stiffness.powi(2));
+            Slide { excess, by_force, by_place, by_tangent, by_travel }
         });
         Evaluated { law, tangent, slide }
     }
@@ -227,7 +252,7 @@ impl Reduced<'_> {
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);
             let mut slide_by = None;
-            if let Some(Slide { excess, by_place, by_tangent: slide_tangent, by_travel }) = slide {
+            if let Some(Slide { excess, by_force, by_place, by_tangent: slide_tangent, by_travel }) = slide {
                 // The scale of the residual is that of the forces.
                 let law_by_travel = law.by_place * tangent + law.by_anchor * contact.anchor.1;
                 let mut column = matrix.fixed_view_mut::<3, 1>(row, row + 3);
@@ -235,6 +260,8 @@ impl Reduced<'_> {
                 let scale = contact.k;
                 rhs[row + 3] = -excess * scale;
                 matrix[(row + 3, row + 3)] += by_travel * scale;
+                let mut view = matrix.fixed_view_mut::<1, 3>(row + 3, row);
+                view += by_force.transpose() * scale;
                 let by_place = *by_place * scale;
                 slide_by = Some((by_place, *slide_tangent * scale + by_place * contact.travel));
             }

@@ -96,6 +96,12 @@ impl HeldSearch<'_> {
                 range,
                 bend: at.bend,
                 curve: at.approach().1,
+                turn_by_couple: if at.slides {
+                    let by_couple = linear.compliance.fixed_view::<3, 3>(first + 3, first + 3);
+                    at.gap.normal.dot(&(by_couple * at.gap.normal)).max(0.0)
+                } else {
+                    0.0
+                },
                 clearance: at.gap.value.min(0.0) * (1.0 - linear.share),
                 anchor: (at.anchor.0 + at.slip(&yielded[at.obstacle]) * (1.0 - linear.share), at.anchor.1),
                 first,

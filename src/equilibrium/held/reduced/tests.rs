@@ -26,6 +26,7 @@ fn contact(first: usize, friction: f64, range: Option<[f64; 2]>) -> LinearContac
         range,
         bend: Vector3::new(0.1, 0.2, 0.3),
         curve: 1.5,
+        turn_by_couple: 0.8,
         clearance: -0.01,
         anchor: (Vector3::new(0.5, 0.5, 0.5), Vector3::new(0.1, 0.0, 0.9)),
         first,
@@ -264,5 +265,71 @@ fn first_step_solves_laws_that_are_linear_at_the_start_of_the_step() {
         let steps = problem.first_step(&[point], 0.0).unwrap();
         assert_relative_eq!(steps[0].0, Vector3::z() * (depth / a - 1.0), max_relative = 1e-12);
         assert_relative_eq!(steps[0].1, -slope / (curve + a), max_relative = 1e-12);
+    }
+}
+
+#[test]
+fn step_of_a_displaced_force_has_no_error_of_second_order_in_the_slope() {
+    // The slope is s + (c λ + g″) ξ with the compliance c of the slope against a couple. At a flat point the couple
+    // changes it by more than the displacement.
+    let (turn_by_couple, slope) = (40.0, 1e-3);
+    for (curve, before, after, travel) in [(0.5, 0.2, 0.9, 0.01), (1e-6, 1.0, 0.3, 0.0), (0.5, 0.9, 0.0, -0.02)] {
+        let force = Vector3::z() * before;
+        let mut point = LinearContact { force, travel, turn_by_couple, curve, ..contact(0, 0.0, Some([-1.0, 1.0])) };
+        let change = Vector3::z() * (after - before);
+        // The linear step removes the slope.
+        let linear = slope + turn_by_couple * after * travel + curve * travel;
+        let step = -linear / (turn_by_couple * before + curve);
+        point.advance((change, step), 1.0);
+        assert_relative_eq!(point.force, force + change, max_relative = 1e-15);
+        assert_relative_eq!((turn_by_couple * after + curve) * point.travel, -slope, max_relative = 1e-12);
+    }
+}
+
+#[test]
+fn flat_point_is_clamped_by_a_couple() {
+    // A point of a plane is pressed to it by a spring of compliance a, and turns by a couple with the compliance c. Its
+    // displacement ξ removes the slope, unless it reaches the end of its range.
+    let (a, c, depth, end) = (0.4, 30.0, 0.3, 0.05);
+    let compliance = DMatrix::from_diagonal(&DVector::from_vec(vec![a, a, a, c, c, c]));
+    for curve in [1.0, 1e-3, 1e-9] {
+        for slope in [1e-6, 1e-3, -0.2, 10.0] {
+            let start = DVector::from_vec(vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+            let free = DVector::from_vec(vec![0.0, 0.0, -depth, 1.0, 0.0, slope]);
+            let problem = Reduced { surfaces: &Floor, compliance: &compliance, free, start, scale: 0.0 };
+            let bend = Vector3::z() * curve;
+            let flat =
+                LinearContact { turn_by_couple: c, curve, bend, clearance: 0.0, ..contact(0, 0.0, Some([-end, end])) };
+            let mut contacts = vec![flat];
+            assert!(problem.solve(&mut contacts, false), "{curve:e} {slope:e}");
+            let (travel, force) = (contacts[0].travel, contacts[0].force.z);
+            let exact = (depth - slope * travel - 0.5 * curve * travel.powi(2)) / (a + c * travel.powi(2));
+            assert_relative_eq!(force, exact, max_relative = 1e-12);
+            let remaining = slope + (curve + c * force) * travel;
+            let at_end = travel.abs() == end && remaining * travel <= 0.0;
+            assert!(at_end || remaining.abs() < 1e-12, "{curve:e} {slope:e}: {travel:e} {remaining:e}");
+            assert_eq!(at_end, slope == 10.0);
+        }
+    }
+}
+
+#[test]
+fn contact_that_friction_presses_into_the_floor_sticks() {
+    // A tip that slides by x = 0.1 along the floor meets it with the gap −0.004. The matrix of compliances couples both
+    // directions by 5.2: friction against the sliding presses the tip down by 0.3 × 5.2 per normal force, more than the
+    // normal force lifts it, 0.9. No force slides it forward or backward, and one sticks it within the cone.
+    let (along, across, normal) = (50.0, 5.2, 0.9);
+    let compliance = DMatrix::from_row_slice(3, 3, &[along, 0.0, across, 0.0, along, 0.0, across, 0.0, normal]);
+    for (slip, depth) in [(0.1, 4e-3), (1e-3, 1e-5)] {
+        let free = DVector::from_vec(vec![slip, 0.0, -depth]);
+        let problem = Reduced { surfaces: &Floor, compliance: &compliance, start: free.clone(), free, scale: 0.0 };
+        let anchor = (Vector3::zeros(), Vector3::zeros());
+        let mut contacts = vec![LinearContact { anchor, clearance: 0.0, ..contact(0, 0.3, None) }];
+        assert!(problem.solve(&mut contacts, false), "{slip}");
+        let determinant = along * normal - across * across;
+        let force = Vector3::new(-across * depth - normal * slip, 0.0, along * depth + across * slip) / determinant;
+        assert_eq!(contacts[0].status, Status::Sticking);
+        assert_relative_eq!(contacts[0].force, force, max_relative = 1e-12);
+        assert!(force.x.abs() < 0.3 * force.z);
     }
 }
