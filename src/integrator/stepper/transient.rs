@@ -11,9 +11,9 @@ use crate::tropism::Declaration;
 
 /// Number of time constants after which a transient has decayed, to exp(−20) = 2e-9.
 const DECAYED: f64 = 20.0;
-/// Ratio z of a step to the time constant below which a cubic resolves the transient, with an error of about z⁴/100 of
-/// it, 1e-6 here. The divided differences of a slower transient would magnify rounding by z⁻⁴, to more than 1e-12.
-const SLOW: f64 = 0.1;
+/// Ratio z of a step to the time constant below which a cubic resolves the transient, with an error of fourth order.
+/// The divided differences of a slower transient would magnify rounding by z⁻⁴.
+const SLOW: f64 = 0.5;
 
 /// Distance in time, relative to a step, below which only one of two levels is used for the stimuli in the step. Near a
 /// snap the stimuli vary with the root of the time, and are located in ever shorter parts of a step. A polynomial
