@@ -3,15 +3,15 @@
 //! The example computes eight scenes, from a horizontal rod in equilibrium to ten hours of growth and a snap-through.
 //! Each scene is computed at many fixed resolutions, with all orders of elements and with all integrators that can
 //! compute it, and to several tolerances. Errors are differences from closed forms or from much finer runs: the largest
-//! distance of the centre line, in simulations at 24 times. A tolerance is a limit for the estimate of this distance at
-//! all times. Nodes of elements, the tip among them, are more accurate than places inside elements. A run time is the
-//! shortest of eight, or of fewer if a run takes long.
+//! distance of the centre line at the end. A tolerance is a limit for the estimate of this distance at all times. Nodes
+//! of elements, the tip among them, are more accurate than places inside elements. A run time is the shortest of eight,
+//! or of fewer if a run takes long.
 //!
 //! # Results
 //! There is one figure for each scene, with logarithmic axes. A method is better if its curve is further to the left
 //! and lower. As long as the varied setting determines the error, the slope of a curve is minus the order of
 //! convergence divided by the exponent of the cost. In the median, runs by tolerance take 1.7 times as long as the best
-//! fixed resolution with the same error. That resolution is not known in advance.
+//! fixed resolution with the same error at the end. That resolution is not known in advance.
 //!
 //! # Options
 //! - `--scene growing` computes one scene only.

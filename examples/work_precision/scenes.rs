@@ -28,8 +28,6 @@ const TOLERANCES: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
 /// Number of compared points of a centre line, both ends included. Several are in each of the shortest elements.
 const PLACES: usize = 1001;
-/// Number of times at which two runs are compared, at equal distances. The last one is the end.
-const LOOKS: u32 = 24;
 /// Label of errors of the tip.
 const TIP: &str = "error of the tip / length (1)";
 /// Label of errors of the centre line.
@@ -176,34 +174,27 @@ struct Course<'a> {
     fine: (usize, f64),
 }
 
-/// Shapes of a shoot at the times of comparison, in a run to the time `end`, s.
-fn path<M: Model>(mut shoot: Shoot<M>, integrator: &mut impl Integrator, end: f64) -> Result<Vec<Rod>, Box<dyn Error>> {
-    // The first step chooses the resolution of a run without output times, and is shorter than the first interval.
-    integrator.step(&mut shoot, end)?;
-    let times = (1..=LOOKS).map(|k| (end * f64::from(k) / f64::from(LOOKS)).min(end));
-    let mut path = Vec::new();
-    integrator.advance_showing(&mut shoot, end, times, |shoot| path.push(shoot.rod().clone()))?;
-    Ok(path)
-}
-
-/// Measures a run to the time `end` (s), and compares its centre lines with those of the reference `exact`.
+/// Runs a shoot to the time of the reference `exact`, and compares the centre lines.
 fn timed<M: Model>(
     quick: bool,
     shoot: &Shoot<M>,
     integrator: &mut impl Integrator,
-    (exact, end): (&[Rod], f64),
+    exact: &Shoot<M>,
     setting: String,
 ) -> Result<Point, Box<dyn Error>>
 where
     Shoot<M>: Clone,
 {
-    let (cost, seconds) = measure(quick, || Ok(integrator.advance(&mut shoot.clone(), end)?))?;
-    let shapes = path(shoot.clone(), integrator, end)?;
-    let error = shapes.iter().zip(exact).map(|(a, b)| distance_of_lines(a, b)).fold(0.0, f64::max);
+    let ((shoot, cost), seconds) = measure(quick, || {
+        let mut shoot = shoot.clone();
+        let cost = integrator.advance(&mut shoot, exact.time())?;
+        Ok((shoot, cost))
+    })?;
+    let error = distance_of_lines(shoot.rod(), exact.rod());
     Ok(Point { setting, error, estimate: cost.error, seconds })
 }
 
-/// Computes a scene in time. The error is that of the centre line at all times.
+/// Computes a scene in time. The error is that of the centre line at the end.
 fn in_time<M: Model>(
     quick: bool,
     (name, what): (&'static str, &'static str),
@@ -213,15 +204,15 @@ fn in_time<M: Model>(
 where
     Shoot<M>: Clone,
 {
+    let mut exact = make(course.fine.0)?;
     let mut reference = MethodOfSteps::new(course.fine.1);
     reference.solver.tolerance = 1e-12;
-    let exact = path(make(course.fine.0)?, &mut reference, course.end)?;
-    let exact = (exact.as_slice(), course.end);
+    reference.advance(&mut exact, course.end)?;
     let mut methods = Vec::new();
     for &elements in some(quick, course.elements) {
         let (shoot, mut points) = (make(elements)?, Vec::new());
         for &step in some(quick, course.steps) {
-            points.push(timed(quick, &shoot, &mut MethodOfSteps::new(step), exact, format!("{step} s"))?);
+            points.push(timed(quick, &shoot, &mut MethodOfSteps::new(step), &exact, format!("{step} s"))?);
         }
         methods.push(Method { name: format!("steps with {elements} elements"), by_tolerance: false, points });
     }
@@ -229,7 +220,7 @@ where
     // The smallest tolerance is below the error of the reference.
     for &tolerance in some(quick, &TOLERANCES[..6]) {
         let setting = format!("tolerance {tolerance:e}");
-        points.push(timed(quick, &shoot, &mut Adaptive::new(tolerance), exact, setting)?);
+        points.push(timed(quick, &shoot, &mut Adaptive::new(tolerance), &exact, setting)?);
     }
     methods.push(Method { name: "by tolerance".to_owned(), by_tolerance: true, points });
     Ok(Scene { name, what, error: LINE, methods })

@@ -38,6 +38,8 @@ impl<M: Model> Runs<'_, M> {
     /// Chooses a resolution for the time to `until` and integrates with it, by at most `max_steps` steps.
     /// Returns the resolution and the statistics of the call.
     pub(super) fn choose(mut self, until: f64, max_steps: usize) -> Outcome<(Plan, Statistics)> {
+        // The result of a call that stops before `until` cannot be compared with another run.
+        let extrapolated = max_steps < usize::MAX;
         let tolerance = self.integrator.tolerance;
         // Runs 1 to 4 of the guide.
         let Compared { mut run, plan, mut estimate } = self.first_runs(until)?;
@@ -45,17 +47,18 @@ impl<M: Model> Runs<'_, M> {
         loop {
             let solved = run.error_of_equilibria();
             let (reached, left) = (estimate.reported() + solved, tolerance - solved);
-            if reached <= tolerance {
-                // A call that stops before `until` makes the first steps of this run once more.
-                let stops = max_steps < usize::MAX;
-                let run = if stops { Rc::new(self.run_at_most(run.plan, max_steps)?) } else { run };
+            if reached <= tolerance && !extrapolated {
                 return Ok(self.accept(&run, estimate.reported()));
             }
             if estimate.left_for_steps(left) <= 0.0 {
                 return Err(self.not_met(reached));
             }
-            let ratio = estimate.next_refinement(left);
+            let (ratio, is_last) = estimate.next_refinement(left, extrapolated);
             let plan = Plan { step: run.plan.step / ratio, ..plan };
+            if is_last {
+                let last = self.run_at_most(plan, max_steps)?;
+                return Ok(self.accept(&last, estimate.extrapolated(ratio)));
+            }
             let finer = Rc::new(self.run(plan, reached)?);
             estimate = estimate.refined(ratio, finer.differences(&run)[0]);
             run = finer;

@@ -102,9 +102,9 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 ///
 /// [`advance`](Integrator::advance) compares its result with the trial run before it, and refines further if
 /// necessary. Calls that stop before the given time, such as [`step`](Integrator::step) and the methods that
-/// use it, choose the resolution by the same runs to that time, and then make the steps of the last run once more. The
-/// chosen resolution is part of the state. A call to a later time makes new trial runs from the present state: a few
-/// long calls cost less than many short ones.
+/// use it, first make trial runs to that time, and then use the chosen resolution. Their estimate is
+/// extrapolated from the trial runs. The chosen resolution is part of the state. A call to a later time makes
+/// new trial runs from the present state: a few long calls cost less than many short ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive {
     /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.

@@ -154,17 +154,36 @@ impl ErrorEstimate {
         tolerance / SAFETY - self.space
     }
 
-    /// Returns the refinement of the steps of the next run.
-    pub fn next_refinement(&self, tolerance: f64) -> f64 {
+    /// Returns the refinement of the steps of the next run, and whether that run is the last one. If the error
+    /// of the last run is to be `extrapolated`, the last run is not compared with another one, and has a second
+    /// safety factor.
+    pub fn next_refinement(&self, tolerance: f64, extrapolated: bool) -> (f64, bool) {
+        let caution = if extrapolated { SAFETY } else { 1.0 };
         let aim = AIM_IN_TIME * self.left_for_steps(tolerance);
-        let needed = |error: f64, order: f64| (error / aim).powf(1.0 / order);
-        let needed = needed(self.time, self.steps.order).max(needed(self.later, self.order_of_later()));
+        // A run that is not compared may have the steps of the first run, whose error is known.
+        let least = if extrapolated { SAFETY.recip() } else { MIN_REFINEMENT };
+        let needed = |error: f64, order: f64| (error * caution / aim).powf(1.0 / order);
+        let needed = needed(self.time, self.steps.order).max(needed(self.later, self.order_of_later())).max(least);
+        // An extrapolated run is refined by SAFETY, or by SAFETY * MIN_REFINEMENT if the refinement before was
+        // too small. It follows runs whose order is observed, since a single difference may be small by chance.
+        let is_observed = self.steps.is_observed;
+        let is_last = extrapolated && is_observed && needed <= SAFETY * MIN_REFINEMENT;
+        let compared = match (extrapolated && !is_last, is_observed) {
+            (true, true) => needed / SAFETY,
+            (true, false) => (needed / SAFETY).max(SAFETY),
+            _ => needed,
+        };
         // A larger refinement is divided. The last of its parts is the largest, since a short run costs less.
         // After a run in contact the next run shows the order, which may be higher than the assumed one.
-        let in_contact = !self.steps.is_observed && self.steps.order < MIN_ORDER;
-        let most = if in_contact { SAFETY } else { MAX_REFINEMENT };
-        let ratio = needed.max(MIN_REFINEMENT);
-        if ratio > most { (ratio / most).clamp(SAFETY, most) } else { ratio }
+        let most = if !is_observed && self.steps.order < MIN_ORDER { SAFETY } else { MAX_REFINEMENT };
+        let ratio = if compared > most { (compared / most).clamp(SAFETY, most) } else { compared };
+        (ratio, is_last)
+    }
+
+    /// Returns the expected error of a run with steps refined by `ratio`, with both safety factors.
+    pub fn extrapolated(&self, ratio: f64) -> f64 {
+        let time = self.time / ratio.powf(self.steps.order);
+        SAFETY * Self { time, later: self.later_at(ratio), ..*self }.reported()
     }
 
     /// Returns the estimate for a run with steps refined by `ratio` that differs from the run of this estimate
