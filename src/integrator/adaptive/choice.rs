@@ -4,7 +4,7 @@
 use std::rc::Rc;
 
 use super::division::{FIRST_LENGTH, LOSSLESS, longest_element, size};
-use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ErrorEstimate, ORDER_WITH_FRICTION, order_in_space};
+use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ErrorEstimate, ORDER_IN_CONTACT, order_in_space};
 use super::runs::{Runs, TrialRun};
 use super::space::{MIN_RATIO, SHORTER};
 use crate::equilibrium::EquilibriumError;
@@ -14,7 +14,6 @@ use crate::load::Load;
 use crate::model::Model;
 use crate::rod::LARGEST_INSIDE;
 use crate::state::Plan;
-use crate::support::Support;
 use crate::tropism::Declaration;
 
 /// Ratio of the error of the elements to that of the steps below which two runs with different elements show the error
@@ -161,7 +160,7 @@ impl<M: Model> Runs<'_, M> {
         // Runs 4.
         let (run, merging) = self.refine_merging(run)?;
         let space = error + merging + self.initial_error(&run.plan);
-        let estimate = self.error_of_steps(&half, &double, space);
+        let estimate = error_of_steps(&half, &double, space);
         let (plan, is_met) = (run.plan, estimate.reported() <= self.integrator.tolerance);
         if plan.merge_tolerance == half.plan.merge_tolerance {
             if is_met && plan.longest_element >= half.plan.longest_element {
@@ -173,7 +172,7 @@ impl<M: Model> Runs<'_, M> {
             }
         }
         let half = self.run_over_delays(Plan { step: half.plan.step, ..plan })?;
-        let estimate = self.error_of_steps(&half, &run, space);
+        let estimate = error_of_steps(&half, &run, space);
         Ok(Compared { plan, run: half, estimate })
     }
 
@@ -185,24 +184,23 @@ impl<M: Model> Runs<'_, M> {
         if self.has_started() || !is_smooth || ratio <= MIN_RATIO {
             return None;
         }
-        let orders = [self.order_in_time(half), order_in_space(self.start.rod.order())];
+        let orders = [order_in_time(half), order_in_space(self.start.rod.order())];
         let estimate = ErrorEstimate::of_both(ratio, differences, orders, self.initial_error(&half.plan));
         let tolerance = self.integrator.tolerance;
         let short_enough = estimate.space <= (AIM_IN_SPACE + AIM_OF_MERGING) * tolerance;
         (short_enough || estimate.reported() <= tolerance).then_some(estimate)
     }
+}
 
-    /// Returns the error of a run from its difference from a run with the same elements and twice the steps. `space` is
-    /// the error of the elements that the next run has.
-    fn error_of_steps(&self, half: &TrialRun, double: &TrialRun, space: f64) -> ErrorEstimate {
-        ErrorEstimate::of_half_steps(half.differences(double), self.order_in_time(half), space)
-    }
+/// Returns the error of a run from its difference from a run with the same elements and twice the steps. `space` is
+/// the error of the elements that the next run has.
+fn error_of_steps(half: &TrialRun, double: &TrialRun, space: f64) -> ErrorEstimate {
+    ErrorEstimate::of_half_steps(half.differences(double), order_in_time(half), space)
+}
 
-    /// Returns the order of the steps of a run. It is one if the shoot may slide on an obstacle with friction.
-    fn order_in_time(&self, run: &TrialRun) -> f64 {
-        let rubs = || self.shoot.model().support().contacts().iter().any(|contact| contact.friction > 0.0);
-        if run.track.touches && rubs() { ORDER_WITH_FRICTION } else { ORDER as f64 }
-    }
+/// Returns the order of the steps of a run before it is observed.
+fn order_in_time(run: &TrialRun) -> f64 {
+    if run.track.touches { ORDER_IN_CONTACT } else { ORDER as f64 }
 }
 
 /// Returns the step of the first run from `start` (s): the shortest delay or the slowest time constant, the longer of

@@ -19,13 +19,14 @@ pub(super) const ASYMPTOTIC: f64 = 0.02;
 const MAX_REFINEMENT: f64 = 8.0;
 /// Smallest refinement. The difference of two nearly equal runs does not show their errors.
 const MIN_REFINEMENT: f64 = 1.25;
-/// Smallest order, except that of steps with friction. Kinks reduce the order in time to three, and runs that are not
+/// Smallest order, except that of steps in contact. Kinks reduce the order in time to three, and runs that are not
 /// resolved show no order.
 const MIN_ORDER: f64 = 2.0;
 /// Assumed order before an order is observed, in time and in the length of elements.
 pub(super) const UNOBSERVED: f64 = 3.0;
-/// Order of steps in which a contact with friction slides: the friction force depends on the path.
-pub(super) const ORDER_WITH_FRICTION: f64 = 1.0;
+/// Assumed order of steps in contact with an obstacle before an order is observed. Friction depends on the path, and a
+/// law of touch may act like a switch at a time inside a step.
+pub(super) const ORDER_IN_CONTACT: f64 = 1.0;
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;
 
@@ -173,7 +174,7 @@ impl ErrorEstimate {
             _ => needed,
         };
         // A larger refinement is divided. The last of its parts is the largest, since a short run costs less.
-        // After a run with friction the next run shows the order, which may be higher than the assumed one.
+        // After a run in contact the next run shows the order, which may be higher than the assumed one.
         let most = if !is_observed && self.steps.order < MIN_ORDER { SAFETY } else { MAX_REFINEMENT };
         let ratio = if compared > most { (compared / most).clamp(SAFETY, most) } else { compared };
         (ratio, is_last)
@@ -224,7 +225,7 @@ mod tests {
     #[test]
     fn run_with_half_the_steps_and_the_elements_is_not_better_than_estimated() {
         // Errors (h/1000)^q of the steps and (l/10)⁵ of the elements, for steps h and elements of length l.
-        for (order, q) in [(ORDER as f64, 4), (ORDER_WITH_FRICTION, 1)] {
+        for (order, q) in [(ORDER as f64, 4), (ORDER_IN_CONTACT, 1)] {
             let error = |h: f64, l: f64| (h / 1000.0).powi(q) + (l / 10.0).powi(5);
             for ratio in [1.25, 1.5, 2.0, 3.0] {
                 let (coarse, fine) = (error(200.0, 1.0), error(100.0, 1.0 / ratio));
@@ -235,11 +236,11 @@ mod tests {
     }
 
     #[test]
-    fn steps_with_friction_report_twice_their_error_of_first_order() {
+    fn steps_in_contact_report_twice_their_error_of_first_order() {
         // Runs with steps h, h/2 and h/8 whose errors are h/1000, of which the part in the call is 3/4.
         let errors = [1.0, 0.5, 0.125].map(|step: f64| 1e-3 * step);
         let difference = errors[0] - errors[1];
-        let first = ErrorEstimate::of_half_steps([0.75 * difference, difference], ORDER_WITH_FRICTION, 0.0);
+        let first = ErrorEstimate::of_half_steps([0.75 * difference, difference], ORDER_IN_CONTACT, 0.0);
         assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
         let second = first.refined(4.0, 0.75 * (errors[1] - errors[2]));
         // The error of the order is (4 − 1)/2²⁰ = 3e-6.
