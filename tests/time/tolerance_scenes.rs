@@ -72,8 +72,8 @@ fn random_scenes_keep_the_tolerance() {
     assert!(unknown <= allowed(3), "{unknown} of {cases} without a reference");
 }
 
-/// The memories have time constants of 22 and 53 s, and steps are up to 80 s long. Shortly after a discontinuity all runs
-/// have the same steps. Cubics in steps of half a time constant have an error of four times the estimate.
+/// The memories have time constants of 22 and 53 s, and steps are up to 80 s long. Shortly after a discontinuity all
+/// runs have the same steps. Cubics in steps of half a time constant have an error of four times the estimate.
 #[test]
 fn estimates_contain_the_errors_of_fast_memories() {
     let scene = Scene::random(44);

@@ -226,8 +226,8 @@ impl Reduced<'_> {
     }
 
     /// Improves the solution by further steps as long as the contacts keep their states and the largest residual over
-    /// its scale, a length, decreases: rounding of the force at a stiff contact may hide the gap at a compliant one. The
-    /// scale is that of the rod, since it multiplies the rounding of places.
+    /// its scale, a length, decreases: rounding of the force at a stiff contact may hide the gap at a compliant one.
+    /// The scale becomes the stiffness of the rod, since it multiplies the rounding of places.
     fn polish(&self, contacts: &mut Vec<LinearContact>) {
         contacts.iter_mut().for_each(|contact| contact.k /= STIFFER);
         let mut all = self.evaluate_all(contacts);

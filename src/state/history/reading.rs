@@ -11,10 +11,10 @@ use crate::numerics::interpolation::lagrange_powers;
 use crate::state::CLOSE;
 
 /// Ratio z of the length of a piece to the time constant below which a cubic resolves the transient. Its error is
-/// z⁴/384 of the transient, which is 2e-8 here. After a discontinuity each step doubles the time since then, whatever
+/// z⁴/384 of the transient, which is 4e-6 here. After a discontinuity each step doubles the time since then, whatever
 /// the longest step is. With a larger ratio, long pieces with this error would be the same in all runs, whose
-/// differences would not show it. The weights of the forcing magnify rounding by z⁻³, to 1e-12.
-const SLOW: f64 = 0.05;
+/// differences would not show it.
+const SLOW: f64 = 0.2;
 /// Ratio above which there is no transient. Steps at most double, so that the transient has decayed by exp(−z/2) in the
 /// step before.
 const FAST: f64 = 100.0;
