@@ -115,7 +115,7 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
         }
     }
     println!("{touching} of {count} rods touch, failures: {failures:?}");
-    // The first 12,000 scenes end without one, too (`MORPHOROD_CASES=12000`).
+    // None of the first 12,000 scenes fails (`MORPHOROD_CASES=12000`).
     assert!(failures.is_empty(), "{failures:?}");
     assert!(touching * 2 > count, "{touching} scenes with contact");
 }

@@ -86,7 +86,7 @@ impl HeldSearch<'_> {
                 });
             }
             if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
-                // A saddle with less energy than all those before has not been left yet.
+                // A descent that reaches a saddle with less energy than all others does not move in a cycle.
                 if merit.energy < course.lowest - self.rounding_of(merit.energy) {
                     (course.lowest, course.saddles) = (merit.energy, 0);
                 }

@@ -10,7 +10,8 @@ use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
 use crate::rod::Rod;
 
-/// Smallest distance of a candidate from a base that is not free, relative to an element.
+/// Smallest distance of a candidate from a base that is not free, relative to an element. Closer to the base the
+/// compliance is almost zero.
 const NEAREST: f64 = 2e-3;
 
 impl HeldSearch<'_> {
@@ -75,7 +76,7 @@ impl HeldSearch<'_> {
                 let (same, distance) = (own.obstacle == at.obstacle, (own.arc_length - s).abs());
                 same && own.point && at.point && (distance < near || distance < element && leaves(own))
             };
-            // Two stations at one place would share an undetermined force.
+            // The forces of two stations that are close to each other are undetermined.
             let known = |own: &Candidate| own.obstacle == at.obstacle && (own.arc_length - s).abs() <= near;
             if !at.point && self.candidates.iter().any(known) {
                 continue;

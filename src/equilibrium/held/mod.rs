@@ -39,7 +39,7 @@
 //! | the step is not finite, or longer than 10 rad | lost if the tangent is negative, rejected otherwise | rejected |
 //! | no share of the step is in range | lost, unless an answer on earlier nodes is kept | rejected |
 //! | no fraction of the step is an improvement | lost if the tangent is negative, rejected otherwise | rejected |
-//! | the steps stagnate at a saddle | – | moved; at the fifth saddle an error |
+//! | the steps stagnate at a saddle | – | moved; an error after four saddles without less energy |
 //!
 //! A rejected attempt is repeated with a larger shift, up to a largest one, where the iteration fails. With a shift, a
 //! step that is not finite is an error. A lost attempt makes the iteration fail. The next way of [`trial::Reach`], if

@@ -23,11 +23,12 @@ const AT_NODE: f64 = 1e-4;
 /// Distance over which the derivative of the curvature is estimated, relative to an element.
 const DIFFERENCE: f64 = 1e-3;
 /// Length of an element, relative to the usual one, up to which its ends are its only stations in a contact segment.
-/// Forces between them act as a couple, and change by their own size for gaps of 1e-8 of the length. With 0.07 a force
-/// in the example `capstan` is off by 5e-5.
+/// Forces between them act as a couple, and change by their own size for gaps of 1e-8 of the length. With 0.07 the
+/// ratio of tensions in the example `capstan` has a relative error of 5e-5.
 const SHORT: f64 = 0.05;
 /// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
-/// contact alternate with small gaps. A gap that extends over all stations of an element is not due to this.
+/// contact alternate with small gaps. A gap over as many stations as an element has, apart from the contacts on its
+/// sides, is not due to this.
 const TOUCHING: f64 = 1e-4;
 /// Motion of an end, relative to the length, below which rounding of the curvature may cause it. It is assumed if an
 /// extrapolated motion is more than one half of the one before.
@@ -91,12 +92,12 @@ impl HeldSearch<'_> {
         let near = SETTINGS.near * self.element;
         let open = |obstacle: usize, from: f64, to: f64| {
             // Stations close to a contact may be no candidates. They do not show whether a gap extends over an element.
-            let apart = |place: &&LinePlace| place.arc_length > from + near && place.arc_length < to - near;
+            let resolved = |place: &&LinePlace| place.arc_length > from + near && place.arc_length < to - near;
             let inside = |s: f64| s > from + margin && s < to - margin;
             let candidates = self.candidates.iter().filter(|at| at.obstacle == obstacle && at.status == Status::Open);
             let wide = touching.max(margin);
             let between = stations.iter().filter(|place| inside(place.arc_length));
-            between.clone().filter(apart).count() >= rod.order().points()
+            between.clone().filter(resolved).count() >= rod.order().points()
                 || candidates.clone().any(|at| inside(at.arc_length) && at.gap.value > wide)
                 || between.clone().any(|place| self.obstacles.gap_at(obstacle, &place.position).value > wide)
         };
@@ -332,8 +333,8 @@ impl HeldSearch<'_> {
         let inside = stations.iter().filter(|place| {
             let own = rod.length_of(place.element);
             let within = !point && place.arc_length > patch.from && place.arc_length < patch.to;
-            let bears = place.x == 1.0 || own > SHORT * self.element;
-            within && bears && ends.iter().all(|s| (place.arc_length - s).abs() > SETTINGS.near * own)
+            let apart = ends.iter().all(|s| (place.arc_length - s).abs() > SETTINGS.near * own);
+            within && (place.x == 1.0 || apart && own > SHORT * self.element)
         });
         candidates.extend(inside.map(|place| new(place.arc_length, (place.element, place.x))));
         candidates.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));

@@ -32,8 +32,8 @@ pub(super) struct LinearContact {
     pub bend: Vector3<f64>,
     /// Second derivative of the gap along the rod, 1/m, if the candidate is the place of least gap.
     pub curve: f64,
-    /// Change of the slope along the rod by a couple about the axis in which the rod bends from the obstacle,
-    /// 1/(N m), if the candidate is the place of least gap.
+    /// Derivative of the slope along the rod by the couple about the axis in which the rod bends from the obstacle,
+    /// 1/(N m), at least zero; zero unless the candidate is the place of least gap.
     pub turn_by_couple: f64,
     /// Gap in contact, m; negative in a step that removes a part of a penetration.
     pub clearance: f64,
@@ -49,18 +49,20 @@ pub(super) struct LinearContact {
 }
 
 impl LinearContact {
-    /// Adds a fraction of a step. A displacement changes the slope in proportion to the force, and the step is for the
-    /// force before it. The displacement is changed so that the slope is that of the step.
+    /// Adds a fraction of a step. The derivative of the slope by the displacement depends on the force, and the step is
+    /// for the force before it. The displacement is scaled so that the slope is the one that the step predicts.
     pub fn advance(&mut self, (force, travel): (Vector3<f64>, f64), fraction: f64) {
-        let before = self.stiffness();
+        let before = self.slope_by_travel();
         self.force += force * fraction;
         if let Some([from, to]) = self.range {
-            self.travel = (self.travel + travel * fraction * (before / self.stiffness())).clamp(from, to);
+            self.travel = (self.travel + travel * fraction * (before / self.slope_by_travel())).clamp(from, to);
         }
     }
 
-    /// Derivative of the slope by the displacement, 1/m, without the rotation of the rod by other forces.
-    fn stiffness(&self) -> f64 {
+    /// An estimate of the derivative of the slope by the displacement, 1/m: that of the gap, and the rotation by the
+    /// couple of the displaced force. With the magnitude of the force it is positive. The slope of the solution is zero
+    /// for any estimate.
+    fn slope_by_travel(&self) -> f64 {
         self.curve + self.turn_by_couple * self.force.norm()
     }
 
@@ -156,17 +158,17 @@ impl Reduced<'_> {
             // The place of least gap is estimated from the slope and its change with the displacement: by the second
             // derivative of the gap, and by the couple of the displaced force.
             let slope = gap.normal.dot(&tangent);
-            let (size, stiffness) = (contact.force.norm(), contact.stiffness());
-            let least = (contact.travel - slope / stiffness).clamp(from, to);
+            let (size, rate) = (contact.force.norm(), contact.slope_by_travel());
+            let least = (contact.travel - slope / rate).clamp(from, to);
             let excess = contact.travel - least;
             if least <= from || least >= to {
                 let zero = Vector3::zeros();
                 return Slide { excess, by_force: zero, by_place: zero, by_tangent: zero, by_travel: 1.0 };
             }
-            let (by_place, by_tangent) = (gap.curvature * tangent / stiffness, gap.normal / stiffness);
+            let (by_place, by_tangent) = (gap.curvature * tangent / rate, gap.normal / rate);
             let by_travel = by_place.dot(&tangent) + by_tangent.dot(&contact.bend);
             let along = if size > 0.0 { contact.force / size } else { Vector3::zeros() };
-            let by_force = along * (-slope * contact.turn_by_couple / stiffness.powi(2));
+            let by_force = along * (-slope * contact.turn_by_couple / rate.powi(2));
             Slide { excess, by_force, by_place, by_tangent, by_travel }
         });
         Evaluated { law, tangent, slide }

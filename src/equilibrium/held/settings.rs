@@ -66,8 +66,8 @@ pub(super) struct Settings {
     /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the
     /// shape is proportional to its square, and that of the force at the end of a contact segment to itself.
     pub placed: f64,
-    /// Distance within which contact points are one, and shortest distance of a station of a contact segment from its
-    /// ends, relative to an element.
+    /// Distance within which contact points are one, and within which no station is added beside a candidate, relative
+    /// to an element; shortest distance of a station inside a contact segment from its ends, relative to its element.
     pub near: f64,
     /// Second derivative of the gap along the rod, times the length, below which a contact is no point.
     pub flat: f64,
@@ -78,9 +78,9 @@ pub(super) struct Settings {
     pub steep: f64,
     /// Gap of an open contact point that is no candidate any more, relative to the length.
     pub far: f64,
-    /// Number of saddles that are left in succession without a decrease of the energy from one to the next, and the
-    /// largest rotation by which each is left, rad: large against the rounding of the gradient, and small enough for
-    /// the quadratic model.
+    /// Largest number of saddles that are left from one with the least energy so far to the next one with less energy,
+    /// and the largest rotation by which each is left, rad: large against the rounding of the gradient, and small
+    /// enough for the quadratic model.
     pub saddles: (usize, f64),
     /// Number of inverse iterations for the softest direction.
     pub softenings: usize,

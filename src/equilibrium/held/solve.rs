@@ -33,7 +33,8 @@ const USEFUL: f64 = 1e-9;
 /// Ratio of the scale of the laws to the stiffness of the rod against a force. Between neighbouring contacts the rod is
 /// 1e2 to 1e3 times stiffer. In 24 slow runs of growing shoots the ratio 30 needed 0.6 of the time that 1 needed.
 const STIFFER: f64 = 30.0;
-/// Smallest and largest compliance that is added to loaded contacts in the iteration, relative to that of the contact.
+/// Smallest and largest compliance that is added to loaded contacts in the iteration, relative to the inverse of the
+/// scale of the laws.
 /// It selects the forces closest to the present ones where the rod does not determine them, and does not change the
 /// solution.
 const PROXIMAL: (f64, f64) = (1e-10, 0.1);
@@ -93,7 +94,7 @@ impl Reduced<'_> {
     }
 
     /// The contacts at which Newton's iteration begins. `None` if the first step is not finite, if the active set has
-    /// no solution and the present contacts have been tried, or if no contact with friction can stick.
+    /// no solution and the present contacts have been tried, or if there is no friction or no solution without sliding.
     fn initial(&self, contacts: &[LinearContact], near: bool, guess: Guess) -> Option<Vec<LinearContact>> {
         match guess {
             // The linear step would ignore the place that a near guess reaches.
@@ -106,14 +107,16 @@ impl Reduced<'_> {
                 (presses > 0 || !near).then_some(pressed)
             }
             Guess::Sticking => {
-                let rough = |at: &LinearContact| at.friction > 0.0;
-                let mut sticking =
-                    contacts.iter().any(rough).then(|| self.initial(contacts, near, Guess::Pressed))??;
-                for at in sticking.iter_mut().filter(|at| rough(at)) {
-                    at.friction = f64::MAX;
+                if contacts.iter().all(|at| at.friction == 0.0) {
+                    return None;
                 }
+                let mut sticking = self.initial(contacts, near, Guess::Pressed)?;
+                // An infinite coefficient times a derivative of zero would not be a number.
+                sticking.iter_mut().filter(|at| at.friction > 0.0).for_each(|at| at.friction = f64::MAX);
                 let sticks = self.newton(&mut sticking);
-                sticking.iter_mut().zip(contacts).for_each(|(at, own)| at.friction = own.friction);
+                for (at, own) in sticking.iter_mut().zip(contacts) {
+                    (at.friction, at.k) = (own.friction, own.k);
+                }
                 sticks.then_some(sticking)
             }
         }

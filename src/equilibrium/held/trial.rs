@@ -38,7 +38,8 @@ pub(super) struct Course {
     pub shift: f64,
     /// Shift that is tried first in the next step, N.
     pub next: f64,
-    /// The lowest energy of a saddle that was left, J, and the number of saddles that were left since then.
+    /// The least energy of the saddles that were left, J, and the number of saddles that were left since then,
+    /// including this one.
     pub lowest: f64,
     pub saddles: usize,
     /// Number of permitted negative directions at the first tangent, in a search for an unstable equilibrium.

@@ -198,7 +198,7 @@ fn error_of_steps(half: &TrialRun, double: &TrialRun, space: f64) -> ErrorEstima
     ErrorEstimate::of_half_steps(half.differences(double), order_in_time(half), space)
 }
 
-/// Returns the order of the steps of a run before it is observed.
+/// Returns the order that the steps of a run are assumed to have before it is observed.
 fn order_in_time(run: &TrialRun) -> f64 {
     if run.track.touches { ORDER_IN_CONTACT } else { ORDER as f64 }
 }

@@ -25,7 +25,8 @@ const MIN_ORDER: f64 = 2.0;
 /// Assumed order before an order is observed, in time and in the length of elements.
 pub(super) const UNOBSERVED: f64 = 3.0;
 /// Assumed order of steps in contact with an obstacle before an order is observed. Friction depends on the path, and a
-/// law of touch may act like a switch at a time inside a step.
+/// law of touch may act like a switch at a time inside a step. Without both the order is higher, and the next run shows
+/// it.
 pub(super) const ORDER_IN_CONTACT: f64 = 1.0;
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;

@@ -317,7 +317,7 @@ fn flat_point_is_clamped_by_a_couple() {
 fn contact_that_friction_presses_into_the_floor_sticks() {
     // A tip that slides by x = 0.1 along the floor meets it with the gap −0.004. The matrix of compliances couples both
     // directions by 5.2: friction against the sliding presses the tip down by 0.3 × 5.2 per normal force, more than the
-    // normal force lifts it, 0.9. No force slides it forward or backward, and one sticks it within the cone.
+    // normal force lifts it, 0.9. No sliding force satisfies the laws; one sticking force within the cone does.
     let (along, across, normal) = (50.0, 5.2, 0.9);
     let compliance = DMatrix::from_row_slice(3, 3, &[along, 0.0, across, 0.0, along, 0.0, across, 0.0, normal]);
     for (slip, depth) in [(0.1, 4e-3), (1e-3, 1e-5)] {
