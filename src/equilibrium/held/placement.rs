@@ -333,8 +333,8 @@ impl HeldSearch<'_> {
         let inside = stations.iter().filter(|place| {
             let own = rod.length_of(place.element);
             let within = !point && place.arc_length > patch.from && place.arc_length < patch.to;
-            let apart = ends.iter().all(|s| (place.arc_length - s).abs() > SETTINGS.near * own);
-            within && (place.x == 1.0 || apart && own > SHORT * self.element)
+            let bears = place.x == 1.0 || own > SHORT * self.element;
+            within && bears && ends.iter().all(|s| (place.arc_length - s).abs() > SETTINGS.near * own)
         });
         candidates.extend(inside.map(|place| new(place.arc_length, (place.element, place.x))));
         candidates.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
