@@ -160,17 +160,17 @@ fn random_events_keep_the_tolerance() {
     let verdicts: Vec<(f64, f64)> = (seed..seed + cases).filter_map(|seed| Scene::random(seed).judge()).collect();
     let count = |holds: &dyn Fn(&(f64, f64)) -> bool| verdicts.iter().filter(|verdict| holds(verdict)).count();
     let (all, kept) = (verdicts.len(), count(&|(error, _)| *error <= 1.0));
-    // Where the error is below a fiftieth of the tolerance, a larger estimate does not decide anything.
-    let near = count(&|(error, ratio)| (0.3..30.0).contains(ratio) || *ratio >= 30.0 && *error <= 0.02);
+    let near = count(&|(_, ratio)| (0.3..30.0).contains(ratio));
     let worst = verdicts.iter().map(|(error, _)| *error).fold(0.0, f64::max);
     let lowest = verdicts.iter().map(|(_, ratio)| *ratio).fold(f64::INFINITY, f64::min);
-    println!("{all} of {cases} scenes with a result, {kept} keep the tolerance, {near} useful estimates");
+    println!("{all} of {cases} scenes with a result, {kept} keep the tolerance, {near} estimates within 0.3 and 30");
     println!("largest error {worst:.2} tolerances, smallest estimate {lowest:.2} errors");
     // Documented limits: 99 of 100 runs keep the tolerance, no error exceeds twice the tolerance,
     // and no estimate is below a tenth of the error.
     assert!((all - kept) * 100 <= all && worst <= 2.0 && lowest >= 0.1, "{kept} of {all}, {worst}, {lowest}");
-    // Documented rate: 99 of 100 estimates are useful. One more may be outside in a small sample.
-    assert!(near + 1 + all / 100 >= all, "{near} of {all}");
+    // Documented rate: 95 of 100 estimates are within these factors. One more may be outside in a
+    // small sample.
+    assert!(near + 1 + all / 20 >= all, "{near} of {all}");
     assert!(all as u64 * 10 >= cases * 9, "{all} of {cases}");
 }
 

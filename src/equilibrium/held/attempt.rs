@@ -86,18 +86,8 @@ impl HeldSearch<'_> {
                 });
             }
             if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
-                // A descent that reaches a saddle with less energy than all others does not move in a cycle.
-                if merit.energy < course.lowest - self.rounding_of(merit.energy) {
-                    (course.lowest, course.saddles) = (merit.energy, 0);
-                }
-                if course.saddles == SETTINGS.saddles.0 {
-                    let negative = self.found.inertia.negative;
-                    let unstable = EquilibriumError::Unstable { negative };
-                    // An equilibrium without negative directions is neutral: the search has not converged.
-                    return Err(if negative > 0 { unstable } else { self.not_found(turn) });
-                }
-                self.leave_saddle(rod, &start, &trial.linear, course.saddles);
-                course.saddles += 1;
+                self.count_saddle(course, merit.energy, turn)?;
+                self.leave_saddle(rod, &start, &trial.linear, course.saddles - 1);
                 return Ok(Attempt::Moved);
             }
             match self.fit(rod, &mut start, &mut trial, (shift, &mut searched)) {
@@ -129,6 +119,23 @@ impl HeldSearch<'_> {
             let step = Step { turn, fraction, shift, pivots, linear, changed, stretch, drift };
             return Ok(Attempt::Accepted(Box::new(step)));
         }
+    }
+
+    /// Counts a saddle with the given energy (J), which the rod will leave. Returns an error if too many saddles before
+    /// it did not have less energy than all others. The next step has the given size (rad).
+    fn count_saddle(&self, course: &mut Course, energy: f64, turn: f64) -> Result<(), EquilibriumError> {
+        // A descent that reaches a saddle with less energy than all others does not move in a cycle.
+        if energy < course.lowest - self.rounding_of(energy) {
+            (course.lowest, course.saddles) = (energy, 0);
+        }
+        if course.saddles == SETTINGS.saddles.0 {
+            let negative = self.found.inertia.negative;
+            let unstable = EquilibriumError::Unstable { negative };
+            // An equilibrium without negative directions is neutral: the search has not converged.
+            return Err(if negative > 0 { unstable } else { self.not_found(turn) });
+        }
+        course.saddles += 1;
+        Ok(())
     }
 
     /// Whether the rod was unstable at the start of a step, of which it has moved by a fraction. An unstable rod

@@ -50,18 +50,6 @@ const DECREASE: f64 = 1e-3;
 /// A step of the iteration: changes of the force (N) and of the displacement along the rod (m) of each contact.
 type Steps = [(Vector3<f64>, f64)];
 
-/// An initial guess of the forces.
-#[derive(Clone, Copy)]
-enum Guess {
-    /// The present forces, or those after the first step.
-    Present,
-    /// The normal forces that an active set determines.
-    Pressed,
-    /// The forces of contacts that do not slide. Where friction presses a sliding rod into an obstacle, this solution
-    /// may be the only one.
-    Sticking,
-}
-
 impl Reduced<'_> {
     /// Sets the scales of the laws, with or without the displacements of the whole rod.
     fn scale(&self, contacts: &mut [LinearContact], with_rigid: bool) {
@@ -82,44 +70,58 @@ impl Reduced<'_> {
         for &with_rigid in scales {
             let mut scaled = contacts.clone();
             self.scale(&mut scaled, with_rigid);
-            for guess in [Guess::Present, Guess::Pressed, Guess::Sticking] {
-                let Some(mut trial) = self.initial(&scaled, near, guess) else { continue };
-                if self.newton(&mut trial) {
-                    *contacts = trial;
-                    return true;
-                }
+            let guess = self.first_guess(&scaled, near);
+            if let Some(solved) = guess.and_then(|guess| self.solved_from(guess)) {
+                *contacts = solved;
+                return true;
+            }
+            let Some(pressed) = self.pressed_guess(&scaled, near) else { continue };
+            let solved = self.solved_from(pressed.clone());
+            if let Some(solved) = solved.or_else(|| self.solved_from(self.sticking_guess(pressed, &scaled)?)) {
+                *contacts = solved;
+                return true;
             }
         }
         false
     }
 
-    /// The contacts at which Newton's iteration begins. `None` if the first step is not finite, if the active set has
-    /// no solution and the present contacts have been tried, or if there is no friction or no solution without sliding.
-    fn initial(&self, contacts: &[LinearContact], near: bool, guess: Guess) -> Option<Vec<LinearContact>> {
-        match guess {
-            // The linear step would ignore the place that a near guess reaches.
-            Guess::Present if near => Some(contacts.to_vec()),
-            Guess::Present => Some(Self::moved(contacts, &self.first_step(contacts, PROXIMAL.0)?, 1.0)),
-            Guess::Pressed => {
-                let mut pressed = contacts.to_vec();
-                // The second time, the normals are those at the places to which the first forces lead.
-                let presses = (0..PRESSES).take_while(|_| self.press(&mut pressed)).count();
-                (presses > 0 || !near).then_some(pressed)
-            }
-            Guess::Sticking => {
-                if contacts.iter().all(|at| at.friction == 0.0) {
-                    return None;
-                }
-                let mut sticking = self.initial(contacts, near, Guess::Pressed)?;
-                // An infinite coefficient times a derivative of zero would not be a number.
-                sticking.iter_mut().filter(|at| at.friction > 0.0).for_each(|at| at.friction = f64::MAX);
-                let sticks = self.newton(&mut sticking);
-                for (at, own) in sticking.iter_mut().zip(contacts) {
-                    (at.friction, at.k) = (own.friction, own.k);
-                }
-                sticks.then_some(sticking)
-            }
+    /// The contacts after Newton's iteration; `None` if it does not solve their laws.
+    fn solved_from(&self, mut guess: Vec<LinearContact>) -> Option<Vec<LinearContact>> {
+        self.newton(&mut guess).then_some(guess)
+    }
+
+    /// The first initial guess: the present contacts, or those after the first step. `None` if this step is not finite.
+    fn first_guess(&self, contacts: &[LinearContact], near: bool) -> Option<Vec<LinearContact>> {
+        // The linear step would ignore the place that a near guess reaches.
+        if near {
+            return Some(contacts.to_vec());
         }
+        Some(Self::moved(contacts, &self.first_step(contacts, PROXIMAL.0)?, 1.0))
+    }
+
+    /// The second guess: the normal forces that an active set determines. `None` if the active set has no solution and
+    /// the present contacts have been tried.
+    fn pressed_guess(&self, contacts: &[LinearContact], near: bool) -> Option<Vec<LinearContact>> {
+        let mut pressed = contacts.to_vec();
+        // The second time, the normals are those at the places to which the first forces lead.
+        let presses = (0..PRESSES).take_while(|_| self.press(&mut pressed)).count();
+        (presses > 0 || !near).then_some(pressed)
+    }
+
+    /// The third guess, found from the second: the solution without sliding. Where friction presses a sliding rod into
+    /// an obstacle, it may be the only solution. `None` without friction, or if there is no such solution.
+    fn sticking_guess(&self, pressed: Vec<LinearContact>, contacts: &[LinearContact]) -> Option<Vec<LinearContact>> {
+        if contacts.iter().all(|at| at.friction == 0.0) {
+            return None;
+        }
+        let mut sticking = pressed;
+        // An infinite coefficient times a derivative of zero would not be a number.
+        sticking.iter_mut().filter(|at| at.friction > 0.0).for_each(|at| at.friction = f64::MAX);
+        let mut sticking = self.solved_from(sticking)?;
+        for (at, own) in sticking.iter_mut().zip(contacts) {
+            (at.friction, at.k) = (own.friction, own.k);
+        }
+        Some(sticking)
     }
 
     /// The largest force, N.
