@@ -17,6 +17,9 @@ use nalgebra::Vector3;
 /// others the interpolated shape penetrates by up to 1.6 times the error, by at most 8e-5 of the length.
 const MISPLACED: [u64; 11] = [2161, 2162, 2247, 3228, 3727, 3895, 5493, 9165, 9597, 9994, 11093];
 
+/// A scene in which a contact point stayed beside the apex, which penetrated the obstacle by 2.6e-4 of the length.
+const BESIDE_APEX: u64 = 8494;
+
 const WEIGHT: Weight = Weight { density: DENSITY };
 
 type Obstacles = Vec<Contact<Box<dyn Obstacle>>>;
@@ -70,7 +73,7 @@ fn scene(seed: u64) -> (Rod, Environment, Obstacles) {
 #[test]
 fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
     let (count, mut failures, mut touching) = (number("MORPHOROD_CASES", 450), Vec::new(), 0);
-    for seed in 0..count {
+    for seed in (0..count).chain([BESIDE_APEX].into_iter().filter(|seed| *seed >= count)) {
         let friction = [0.0, 0.5, 1.0][seed as usize % 3];
         let (mut rod, environment, mut obstacles) = scene(seed);
         obstacles.iter_mut().for_each(|contact| contact.friction = friction);

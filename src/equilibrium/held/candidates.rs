@@ -61,18 +61,14 @@ impl HeldSearch<'_> {
             new.extend(self.minima(&gaps, &own, &values, bound));
             new.extend(self.penetrating(&gaps, &own, &values, bound));
         }
-        let (length, element) = (self.length, self.element);
+        let element = self.element;
         let near = SETTINGS.near * element;
         let base = self.first_place();
         let mut changed = false;
         for (at, s) in new.into_iter().filter(|(_, s)| *s >= base) {
-            let strays = |own: &Candidate| {
-                let inside = own.arc_length > length * SAME && own.arc_length < length * (1.0 - SAME);
-                own.point && !own.slides && inside && own.approach().0.abs() > SETTINGS.steep
-            };
             // Contact points that are no place of least gap move to one.
-            let leaves = |own: &Candidate| strays(own) || own.slides && own.status == Status::Open;
-            let close = |own: &&mut Candidate| {
+            let leaves = |own: &Candidate| self.strays(own) || own.slides && own.status == Status::Open;
+            let close = |own: &Candidate| {
                 let (same, distance) = (own.obstacle == at.obstacle, (own.arc_length - s).abs());
                 same && own.point && at.point && (distance < near || distance < element && leaves(own))
             };
@@ -82,20 +78,28 @@ impl HeldSearch<'_> {
                 continue;
             }
             changed = true;
-            match self.candidates.iter_mut().find(close) {
-                // Elements do not resolve two minima that are so close.
-                Some(own) if own.slides || own.status == Status::Open || strays(own) => {
-                    (own.element, own.x, own.arc_length) = (at.element, at.x, s);
-                }
+            let Some(i) = self.candidates.iter().position(close) else {
+                self.candidates.push(Candidate { arc_length: s, ..at });
+                continue;
+            };
+            let own = &self.candidates[i];
+            // Elements do not resolve two minima that are so close.
+            if own.slides || own.status == Status::Open || self.strays(own) {
+                let own = &mut self.candidates[i];
+                (own.element, own.x, own.arc_length) = (at.element, at.x, s);
+            } else {
                 // Beside a contact point that is flat the rod lies on the obstacle.
-                Some(own) => {
-                    own.point = false;
-                    self.candidates.push(Candidate { arc_length: s, point: false, ..at });
-                }
-                None => self.candidates.push(Candidate { arc_length: s, ..at }),
+                self.candidates[i].point = false;
+                self.candidates.push(Candidate { arc_length: s, point: false, ..at });
             }
         }
         changed
+    }
+
+    /// Whether a contact point inside the rod is no place of least gap, and does not slide to one.
+    fn strays(&self, at: &Candidate) -> bool {
+        let inside = at.arc_length > self.length * SAME && at.arc_length < self.length * (1.0 - SAME);
+        at.point && !at.slides && inside && at.approach().0.abs() > SETTINGS.steep
     }
 
     /// The smallest arc length of a candidate, m. A base that is not free does not move.
@@ -119,13 +123,15 @@ impl HeldSearch<'_> {
         all.filter(low).map(|(_, ends)| [&ends[0], &ends[1]].map(|place| gaps.at(place)))
     }
 
-    /// The largest penetration at the local minima of all gaps, m: also at those that the elements do not resolve.
+    /// The largest penetration at the stations and at the local minima of all gaps, m: also at minima that the elements
+    /// do not resolve.
     pub(super) fn penetration(&self, rod: &Rod) -> f64 {
         let each = (0..self.obstacles.contacts.len()).flat_map(|obstacle| {
             let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle };
             let values = self.gaps_at_stations(obstacle);
             let minima = |[from, to]: [Sample; 2]| gaps.minima(&from, &to, 0.0);
-            self.intervals(&gaps, &values, 0.0).flat_map(minima).map(|least| -least.gap).collect::<Vec<f64>>()
+            let inner = self.intervals(&gaps, &values, 0.0).flat_map(minima).map(|least| -least.gap);
+            inner.chain(values.iter().map(|gap| -gap)).collect::<Vec<f64>>()
         });
         each.fold(0.0, f64::max)
     }
@@ -174,7 +180,7 @@ impl HeldSearch<'_> {
             let level = values[i] + SETTINGS.rounding * self.length;
             let known = near().any(|at| {
                 let distance = (at.arc_length - place.arc_length).abs();
-                distance <= close || at.slides && at.gap.value <= level
+                distance <= close && !self.strays(at) || at.slides && at.gap.value <= level
             });
             if known {
                 continue;

@@ -103,15 +103,6 @@ impl Evaluated {
     }
 }
 
-/// Derivatives of the place and the tangent of a contact by the force of another one and by its displacement along the
-/// rod.
-struct Coupling {
-    place_force: Matrix3<f64>,
-    place_travel: Vector3<f64>,
-    tangent_force: Matrix3<f64>,
-    tangent_travel: Vector3<f64>,
-}
-
 /// The problem: coordinates without the forces, and their displacements per force.
 pub(super) struct Reduced<'a> {
     pub surfaces: &'a dyn Surfaces,
@@ -204,24 +195,16 @@ impl Reduced<'_> {
         self.step(contacts, &all, proximal)
     }
 
-    /// The displacements of a contact by another one.
-    fn coupling(&self, contact: &LinearContact, other: &LinearContact) -> Coupling {
-        let block = |x: usize, y: usize| -> Matrix3<f64> {
-            self.compliance.fixed_view::<3, 3>(contact.first + x, other.first + y).into_owned()
-        };
-        // The force of a contact that is displaced along the rod acts with a couple.
-        let by = |x: usize| {
-            let force = block(x, 0);
-            if other.range.is_none() {
-                return (force, Vector3::zeros());
-            }
-            let couple = block(x, 3);
-            (force + couple * other.travel, couple * other.force)
-        };
-        let (place_force, place_travel) = by(0);
-        let (tangent_force, tangent_travel) =
-            if contact.range.is_some() { by(3) } else { (Matrix3::zeros(), Vector3::zeros()) };
-        Coupling { place_force, place_travel, tangent_force, tangent_travel }
+    /// The displacements of all coordinates by the unknowns of a contact: the three components of its force and, if it
+    /// has a range, its displacement along the rod, with which its force exerts a couple.
+    fn columns(&self, contact: &LinearContact) -> Vec<DVector<f64>> {
+        let column = |c: usize| self.compliance.column(contact.first + c);
+        if contact.range.is_none() {
+            return (0..3).map(|c| column(c).into_owned()).collect();
+        }
+        let by_force = (0..3).map(|c| column(c) + column(3 + c) * contact.travel);
+        let by_travel = column(3) * contact.force.x + column(4) * contact.force.y + column(5) * contact.force.z;
+        by_force.chain([by_travel]).collect()
     }
 
     /// One Newton step: changes of the force and of the travel of every contact.
@@ -237,67 +220,48 @@ impl Reduced<'_> {
         // An open contact that still has a force is an unknown, too, so that its force vanishes.
         let is_loaded = |i: usize| all[i].law.status != Status::Open;
         let unknown: Vec<usize> = (0..contacts.len()).filter(|i| is_loaded(*i) || contacts[*i].force != zero).collect();
-        let sizes = unknown.iter().map(|i| 3 + usize::from(contacts[*i].range.is_some()));
-        let mut at = vec![0];
-        for size in sizes {
-            at.push(at[at.len() - 1] + size);
+        let mut first = vec![0];
+        for i in &unknown {
+            first.push(first[first.len() - 1] + 3 + usize::from(contacts[*i].range.is_some()));
         }
-        let n = at[unknown.len()];
+        let n = first[unknown.len()];
+        let columns: Vec<DVector<f64>> = unknown.iter().flat_map(|i| self.columns(&contacts[*i])).collect();
         let (mut matrix, mut rhs) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
-        for (a, &i) in unknown.iter().enumerate() {
+        for (&row, &i) in first.iter().zip(&unknown) {
             let (contact, Evaluated { law, tangent, slide, .. }) = (&contacts[i], &all[i]);
-            let (row, loaded) = (at[a], is_loaded(i));
-            // Derivatives by the coordinates of the contact: place, and tangent.
-            let by_tangent = law.by_place * contact.travel;
-            let proximal = if loaded { proximal } else { 0.0 };
+            let proximal = if is_loaded(i) { proximal } else { 0.0 };
             let mut own = matrix.fixed_view_mut::<3, 3>(row, row);
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);
-            let mut slide_by = None;
-            if let Some(Slide { excess, by_force, by_place, by_tangent: slide_tangent, by_travel }) = slide {
+            let (x, sliding) = (contact.first, slide.is_some());
+            let part = |u: &DVector<f64>, at: usize| Vector3::new(u[at], u[at + 1], u[at + 2]);
+            if is_loaded(i) {
+                for (column, u) in columns.iter().enumerate() {
+                    let turn = if sliding { part(u, x + 3) * contact.travel } else { zero };
+                    let by = law.by_place * (part(u, x) + turn);
+                    (0..3).for_each(|c| matrix[(row + c, column)] += by[c]);
+                }
+            }
+            if let Some(Slide { excess, by_force, by_place, by_tangent, by_travel }) = slide {
                 // The scale of the residual is that of the forces.
+                let (scale, last) = (contact.k, row + 3);
                 let law_by_travel = law.by_place * tangent + law.by_anchor * contact.anchor.1;
-                let mut column = matrix.fixed_view_mut::<3, 1>(row, row + 3);
-                column += law_by_travel;
-                let scale = contact.k;
-                rhs[row + 3] = -excess * scale;
-                matrix[(row + 3, row + 3)] += by_travel * scale;
-                let mut view = matrix.fixed_view_mut::<1, 3>(row + 3, row);
-                view += by_force.transpose() * scale;
-                let by_place = *by_place * scale;
-                slide_by = Some((by_place, *slide_tangent * scale + by_place * contact.travel));
-            }
-            if !loaded && slide_by.is_none() {
-                continue;
-            }
-            for (b, &j) in unknown.iter().enumerate() {
-                let (other, column) = (&contacts[j], at[b]);
-                let Coupling { place_force, place_travel, tangent_force, tangent_travel } =
-                    self.coupling(contact, other);
-                if loaded {
-                    let mut view = matrix.fixed_view_mut::<3, 3>(row, column);
-                    view += law.by_place * place_force + by_tangent * tangent_force;
-                }
-                if other.range.is_some() && loaded {
-                    let mut view = matrix.fixed_view_mut::<3, 1>(row, column + 3);
-                    view += law.by_place * place_travel + by_tangent * tangent_travel;
-                }
-                if let Some((by_place, by_tangent)) = slide_by {
-                    let forces = place_force.tr_mul(&by_place) + tangent_force.tr_mul(&by_tangent);
-                    for c in 0..3 {
-                        matrix[(row + 3, column + c)] += forces[c];
-                    }
-                    if other.range.is_some() {
-                        matrix[(row + 3, column + 3)] += by_place.dot(&place_travel) + by_tangent.dot(&tangent_travel);
-                    }
+                (0..3).for_each(|c| matrix[(row + c, last)] += law_by_travel[c]);
+                rhs[last] = -excess * scale;
+                (0..3).for_each(|c| matrix[(last, row + c)] += by_force[c] * scale);
+                matrix[(last, last)] += by_travel * scale;
+                let by_tangent = (by_tangent + by_place * contact.travel) * scale;
+                let by_place = by_place * scale;
+                for (column, u) in columns.iter().enumerate() {
+                    matrix[(last, column)] += by_place.dot(&part(u, x)) + by_tangent.dot(&part(u, x + 3));
                 }
             }
         }
         let solution = solved(&matrix, rhs)?;
-        for (a, &i) in unknown.iter().enumerate() {
-            steps[i].0 = solution.fixed_rows::<3>(at[a]).into_owned();
+        for (&row, &i) in first.iter().zip(&unknown) {
+            steps[i].0 = solution.fixed_rows::<3>(row).into_owned();
             if contacts[i].range.is_some() {
-                steps[i].1 = solution[at[a] + 3];
+                steps[i].1 = solution[row + 3];
             }
         }
         Some(steps)

@@ -1,8 +1,8 @@
 //! Solution of the contact problem of the linear rod.
 //!
 //! A semismooth Newton method with a line search solves the laws of all contacts together. If it does not converge, it
-//! is repeated from the normal forces that an active set determines ([`super::press`]), and from the forces without
-//! sliding.
+//! is repeated from the normal forces that an active set determines ([`super::press`]), from the forces without
+//! sliding, and from the present forces.
 
 use nalgebra::Vector3;
 
@@ -70,14 +70,15 @@ impl Reduced<'_> {
         for &with_rigid in scales {
             let mut scaled = contacts.clone();
             self.scale(&mut scaled, with_rigid);
-            let guess = self.first_guess(&scaled, near);
-            if let Some(solved) = guess.and_then(|guess| self.solved_from(guess)) {
-                *contacts = solved;
-                return true;
-            }
-            let Some(pressed) = self.pressed_guess(&scaled, near) else { continue };
-            let solved = self.solved_from(pressed.clone());
-            if let Some(solved) = solved.or_else(|| self.solved_from(self.sticking_guess(pressed, &scaled)?)) {
+            let first = || self.solved_from(self.first_guess(&scaled, near)?);
+            let others = || {
+                let pressed = self.pressed_guess(&scaled, near)?;
+                let solved = self.solved_from(pressed.clone());
+                solved.or_else(|| self.solved_from(self.sticking_guess(pressed, &scaled)?))
+            };
+            // The first guess of a near solution is this one.
+            let present = || if near { None } else { self.solved_from(scaled.clone()) };
+            if let Some(solved) = first().or_else(others).or_else(present) {
                 *contacts = solved;
                 return true;
             }

@@ -333,3 +333,54 @@ fn contact_that_friction_presses_into_the_floor_sticks() {
         assert!(force.x.abs() < 0.3 * force.z);
     }
 }
+
+#[test]
+fn apex_that_slides_along_an_inclined_shoot_is_found_from_its_present_force() {
+    // The apex of a shoot hardly moves along the shoot, which is inclined to the plane. Across its motion the friction
+    // nearly balances the change of the normal force, so that the direction of the motion is sensitive. The compliance
+    // is that of a growing shoot. Other guesses lead to no solution.
+    let compliance = DMatrix::from_row_slice(
+        3,
+        3,
+        &[
+            26.7033421,
+            -0.56740237,
+            -1.26755737,
+            -0.56740237,
+            13.9857147,
+            12.3449067,
+            -1.26755737,
+            12.3449067,
+            10.9343211,
+        ],
+    );
+    let start = DVector::from_vec(vec![0.0, 0.0, 1.78e-9]);
+    let (present, friction) = (Vector3::new(0.3, 0.0, 1.0) * 1.9281008e-3, 0.3);
+    // With the present force the apex would move by these distances.
+    let free = &start + DVector::from_vec(vec![-9.7255e-5, -3.2686e-6, -2.973e-7]) - &compliance * present;
+    let problem = Reduced { surfaces: &Floor, compliance: &compliance, start, free, scale: 2e-3 };
+    let at = LinearContact {
+        force: present,
+        clearance: 0.0,
+        anchor: (Vector3::zeros(), Vector3::zeros()),
+        status: Status::Sliding,
+        ..contact(0, friction, None)
+    };
+    let mut contacts = vec![at];
+    assert!(problem.solve(&mut contacts, false));
+    // The angle of the friction by bisection: the motion is opposite to it.
+    let pushed = |angle: f64| {
+        let direction = Vector3::new(friction * angle.cos(), friction * angle.sin(), 1.0);
+        let (by, free) = (&compliance * direction, &problem.free);
+        let force = direction * (-free[2] / by[2]);
+        (force, free[1] + by[1] * force.z - (free[0] + by[0] * force.z) * angle.tan())
+    };
+    let (mut low, mut high) = (0.0, 0.1);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        *(if pushed(middle).1 * pushed(low).1 > 0.0 { &mut low } else { &mut high }) = middle;
+    }
+    // The near-singular compliance amplifies rounding by 1e3.
+    assert_relative_eq!(contacts[0].force, pushed(low).0, epsilon = 0.0, max_relative = 1e-12);
+    assert_eq!(contacts[0].status, Status::Sliding);
+}
