@@ -66,7 +66,7 @@ impl HeldSearch<'_> {
         let base = self.first_place();
         let mut changed = false;
         for (at, s) in new.into_iter().filter(|(_, s)| *s >= base) {
-            // Contact points that are no place of least gap move to one.
+            // Contact points that stray, and open ones that slide, move to the new place.
             let leaves = |own: &Candidate| self.strays(own) || own.slides && own.status == Status::Open;
             let close = |own: &Candidate| {
                 let (same, distance) = (own.obstacle == at.obstacle, (own.arc_length - s).abs());
@@ -96,8 +96,9 @@ impl HeldSearch<'_> {
         changed
     }
 
-    /// Whether a contact point inside the rod is no place of least gap, and does not slide to one.
-    fn strays(&self, at: &Candidate) -> bool {
+    /// Whether a contact point inside the rod is no place of least gap, since the rod is steep there, and does not
+    /// slide to one.
+    pub(super) fn strays(&self, at: &Candidate) -> bool {
         let inside = at.arc_length > self.length * SAME && at.arc_length < self.length * (1.0 - SAME);
         at.point && !at.slides && inside && at.approach().0.abs() > SETTINGS.steep
     }
@@ -123,8 +124,8 @@ impl HeldSearch<'_> {
         all.filter(low).map(|(_, ends)| [&ends[0], &ends[1]].map(|place| gaps.at(place)))
     }
 
-    /// The largest penetration at the stations and at the local minima of all gaps, m: also at minima that the elements
-    /// do not resolve.
+    /// The largest penetration at the base, at the stations and at the local minima of all gaps, m: also at minima that
+    /// the elements do not resolve.
     pub(super) fn penetration(&self, rod: &Rod) -> f64 {
         let each = (0..self.obstacles.contacts.len()).flat_map(|obstacle| {
             let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle };
@@ -136,7 +137,7 @@ impl HeldSearch<'_> {
         each.fold(0.0, f64::max)
     }
 
-    /// The gap to an obstacle at all stations, m.
+    /// The gap to an obstacle at the base and at all stations, m.
     fn gaps_at_stations(&self, obstacle: usize) -> Vec<f64> {
         self.line.places.iter().map(|place| self.obstacles.gap_at(obstacle, &place.position).value).collect()
     }

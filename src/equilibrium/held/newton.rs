@@ -273,7 +273,8 @@ impl HeldSearch<'_> {
         // A contact point is where the gap is least, or at an end of the rod.
         let skew = self.candidates.iter().any(|at| {
             let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward > 0.0);
-            at.status != Status::Open && at.slides && inside && at.approach().0.abs() > SETTINGS.tangential
+            let skew = at.slides && inside && at.approach().0.abs() > SETTINGS.tangential;
+            at.status != Status::Open && (skew || self.strays(at))
         });
         // Conditions at places that move together are violated by rounding of their differences.
         let violation = self.largest_violation() / self.length;

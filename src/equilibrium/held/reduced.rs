@@ -195,8 +195,8 @@ impl Reduced<'_> {
         self.step(contacts, &all, proximal)
     }
 
-    /// The displacements of all coordinates by the unknowns of a contact: the three components of its force and, if it
-    /// has a range, its displacement along the rod, with which its force exerts a couple.
+    /// The derivatives of all coordinates by the unknowns of a contact: by the three components of its force and, if it
+    /// has a range, by its displacement along the rod, since the displaced force exerts a couple.
     fn columns(&self, contact: &LinearContact) -> Vec<DVector<f64>> {
         let column = |c: usize| self.compliance.column(contact.first + c);
         if contact.range.is_none() {
@@ -233,13 +233,14 @@ impl Reduced<'_> {
             let mut own = matrix.fixed_view_mut::<3, 3>(row, row);
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);
-            let (x, sliding) = (contact.first, slide.is_some());
+            let (x, has_range) = (contact.first, slide.is_some());
+            // Three components of the displacements, from a coordinate.
             let part = |u: &DVector<f64>, at: usize| Vector3::new(u[at], u[at + 1], u[at + 2]);
             if is_loaded(i) {
-                for (column, u) in columns.iter().enumerate() {
-                    let turn = if sliding { part(u, x + 3) * contact.travel } else { zero };
+                for (k, u) in columns.iter().enumerate() {
+                    let turn = if has_range { part(u, x + 3) * contact.travel } else { zero };
                     let by = law.by_place * (part(u, x) + turn);
-                    (0..3).for_each(|c| matrix[(row + c, column)] += by[c]);
+                    (0..3).for_each(|c| matrix[(row + c, k)] += by[c]);
                 }
             }
             if let Some(Slide { excess, by_force, by_place, by_tangent, by_travel }) = slide {
@@ -252,8 +253,8 @@ impl Reduced<'_> {
                 matrix[(last, last)] += by_travel * scale;
                 let by_tangent = (by_tangent + by_place * contact.travel) * scale;
                 let by_place = by_place * scale;
-                for (column, u) in columns.iter().enumerate() {
-                    matrix[(last, column)] += by_place.dot(&part(u, x)) + by_tangent.dot(&part(u, x + 3));
+                for (k, u) in columns.iter().enumerate() {
+                    matrix[(last, k)] += by_place.dot(&part(u, x)) + by_tangent.dot(&part(u, x + 3));
                 }
             }
         }

@@ -76,7 +76,7 @@ impl Reduced<'_> {
                 let solved = self.solved_from(pressed.clone());
                 solved.or_else(|| self.solved_from(self.sticking_guess(pressed, &scaled)?))
             };
-            // The first guess of a near solution is this one.
+            // Near a solution the present forces have been the first guess.
             let present = || if near { None } else { self.solved_from(scaled.clone()) };
             if let Some(solved) = first().or_else(others).or_else(present) {
                 *contacts = solved;

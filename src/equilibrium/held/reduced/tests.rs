@@ -336,9 +336,9 @@ fn contact_that_friction_presses_into_the_floor_sticks() {
 
 #[test]
 fn apex_that_slides_along_an_inclined_shoot_is_found_from_its_present_force() {
-    // The apex of a shoot hardly moves along the shoot, which is inclined to the plane. Across its motion the friction
-    // nearly balances the change of the normal force, so that the direction of the motion is sensitive. The compliance
-    // is that of a growing shoot. Other guesses lead to no solution.
+    // The apex of a shoot hardly moves along the shoot, which is inclined to the plane. The friction across the motion
+    // nearly cancels the effect of the normal force, so that small changes of the forces change the direction of the
+    // motion much. The compliance is that of a growing shoot. The iteration does not converge from the other guesses.
     let compliance = DMatrix::from_row_slice(
         3,
         3,
@@ -376,6 +376,7 @@ fn apex_that_slides_along_an_inclined_shoot_is_found_from_its_present_force() {
         (force, free[1] + by[1] * force.z - (free[0] + by[0] * force.z) * angle.tan())
     };
     let (mut low, mut high) = (0.0, 0.1);
+    assert!(pushed(low).1 * pushed(high).1 < 0.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         *(if pushed(middle).1 * pushed(low).1 > 0.0 { &mut low } else { &mut high }) = middle;
