@@ -20,7 +20,7 @@ impl<M: Model> Shoot<M> {
 
     /// The rates ∂u*/∂t (1/(m s), components along the directors) at the points of the rod in the growth zone. Empty
     /// before an integrator has started the shoot.
-    pub(super) fn intrinsic_rates(&self) -> Vec<Vector3<f64>> {
+    pub(crate) fn intrinsic_rates(&self) -> Vec<Vector3<f64>> {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
         let (laws, rod, time) = (Declaration::of(tropism), &self.state.rod, self.environment().time);
         let size = laws.size();

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::StateError;
+use super::{CLOSE, StateError};
 use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::support::{Patch, Reaction};
@@ -19,6 +19,8 @@ pub(crate) struct ContactState {
     pub patches: Vec<Patch>,
     /// Time of the patches and of the reactions, s.
     pub time: f64,
+    /// Time of the patches and reactions before, from which the rates follow, s.
+    pub earlier: f64,
     /// Rates of the ends of the patches, m/s; empty if the contacts have changed.
     pub end_rates: Vec<[f64; 2]>,
     /// Rates of the places (m/s) and forces (N/s) of the reactions; empty if the contacts have changed.
@@ -26,9 +28,13 @@ pub(crate) struct ContactState {
 }
 
 impl ContactState {
-    /// Reactions and patches extrapolated to a time (s), as initial guess. They do not pass the base.
+    /// Reactions and patches extrapolated to a time (s), as initial guess. They do not pass the base. Rates over a much
+    /// shorter time contain the errors of two equilibria, and are not used.
     pub fn predicted(&self, reactions: &[Reaction], time: f64) -> (Vec<Reaction>, Vec<Patch>) {
         let (mut reactions, mut patches, after) = (reactions.to_vec(), self.patches.clone(), time - self.time);
+        if self.time - self.earlier < CLOSE * after {
+            return (reactions, patches);
+        }
         for (patch, rate) in patches.iter_mut().zip(&self.end_rates) {
             let from = (patch.from + rate[0] * after).max(0.0);
             (patch.from, patch.to) = (from, (patch.to + rate[1] * after).max(from));
@@ -49,6 +55,7 @@ impl ContactState {
             && before.iter().map(place).eq(now.iter().map(place));
         // A search that is repeated at the same time keeps the rates.
         if after > 0.0 || !same {
+            self.earlier = self.time;
             self.end_rates.clear();
             self.force_rates.clear();
             if same {
@@ -90,6 +97,6 @@ impl ContactState {
         ParameterError::finite("sum of the places of contacts", sum, "m")?;
         let forces = self.force_rates.iter().map(|(slide, force)| slide + force.sum());
         let rates = self.end_rates.iter().flatten().copied().chain(forces).sum::<f64>();
-        Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time, "")?)
+        Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time + self.earlier, "")?)
     }
 }

@@ -2,7 +2,7 @@
 
 /// Smallest and largest factor by which a motion is extrapolated. They belong to distances that change by the ratios −1
 /// and 0.9.
-const EXTRAPOLATION: (f64, f64) = (0.5, 10.0);
+const EXTRAPOLATION: (f64, f64) = (0.1, 10.0);
 
 /// The end of a contact segment, at which nodes are placed repeatedly.
 #[derive(Debug, Clone, Copy)]

@@ -159,7 +159,7 @@ impl<M: Model> Runs<'_, M> {
         let error_of_half = error + run.differences(&double)[1];
         // Runs 4.
         let (run, merging) = self.refine_merging(run)?;
-        let space = error + merging + self.initial_error(&run.plan);
+        let space = error + merging + run.hidden + run.initial;
         let estimate = error_of_steps(&half, &double, space);
         let (plan, is_met) = (run.plan, estimate.reported() <= self.integrator.tolerance);
         if plan.merge_tolerance == half.plan.merge_tolerance {
@@ -180,12 +180,12 @@ impl<M: Model> Runs<'_, M> {
     /// or if the elements are short enough. Only the steps may have to be shorter then.
     fn error_of_both(&self, half: &TrialRun, first: &TrialRun) -> Option<ErrorEstimate> {
         let (ratio, differences) = (half.element_ratio(first), half.differences(first));
-        let is_smooth = half.statistics.merge_loss <= LOSSLESS && differences[1] <= ASYMPTOTIC;
+        let is_smooth = self.is_smooth() && half.statistics.merge_loss <= LOSSLESS && differences[1] <= ASYMPTOTIC;
         if self.has_started() || !is_smooth || ratio <= MIN_RATIO {
             return None;
         }
         let orders = [order_in_time(half), order_in_space(self.start.rod.order())];
-        let estimate = ErrorEstimate::of_both(ratio, differences, orders, self.initial_error(&half.plan));
+        let estimate = ErrorEstimate::of_both(ratio, differences, orders, half.hidden + half.initial);
         let tolerance = self.integrator.tolerance;
         let short_enough = estimate.space <= (AIM_IN_SPACE + AIM_OF_MERGING) * tolerance;
         (short_enough || estimate.reported() <= tolerance).then_some(estimate)

@@ -13,7 +13,7 @@ use crate::shoot::Shoot;
 
 /// Largest relative difference, for a smooth compliance, from the polynomial through its values at the points
 /// of an element.
-const SMOOTH: f64 = 0.1;
+pub(super) const SMOOTH: f64 = 0.1;
 
 /// Returns the possible error of the rotation of each element of `coarse` if its compliance is not smooth, rad; zero
 /// if it is smooth. The elements of the shoot are the halves of these.

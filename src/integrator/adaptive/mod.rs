@@ -22,11 +22,13 @@
 //! | `track` | positions of a shoot in a run, and the distance between two runs |
 //! | `division` | division of a shoot into elements of a given length |
 //! | `equilibrium_mesh` | elements for the equilibrium at the start of a run |
+//! | `hidden_strain` | error of the intrinsic strain where a law is not smooth inside an element |
 //! | `hidden_turns` | error of an equilibrium where the stiffness is not smooth inside an element |
 
 mod choice;
 mod division;
 mod equilibrium_mesh;
+mod hidden_strain;
 mod hidden_turns;
 mod richardson;
 mod runs;

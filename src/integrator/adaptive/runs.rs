@@ -4,7 +4,8 @@
 use std::rc::Rc;
 
 use super::division::{FIRST_LENGTH, cut, longest_element, merge_lossless};
-use super::richardson::{AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
+use super::hidden_strain::HiddenStrain;
+use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::PositionTrack;
 use super::{Adaptive, Outcome, Statistics, tolerance_of_equilibria};
 use crate::equilibrium::Equilibrium;
@@ -18,6 +19,10 @@ use crate::tropism::Declaration;
 /// Tolerance of the initial equilibrium, relative to that of the run: as for merging.
 const INITIAL: f64 = AIM_OF_MERGING;
 
+/// Largest number of times that a run is repeated with further nodes.
+const REPETITIONS: usize = 3;
+/// Smallest distance of a further node from other nodes, relative to its element.
+const AT_NODE: f64 = 1e-3;
 /// Largest time over the delays after the call, in longest steps. It bounds the work for long delays.
 const MOST_LATER_STEPS: f64 = 1000.0;
 
@@ -30,6 +35,10 @@ pub(super) struct TrialRun {
     /// State at the end of the call.
     state: State,
     pub track: PositionTrack,
+    /// Errors of the initial equilibrium and of the intrinsic strain between the material points, relative to the
+    /// length.
+    pub initial: f64,
+    pub hidden: f64,
 }
 
 impl TrialRun {
@@ -66,6 +75,8 @@ pub(super) struct Runs<'a, M> {
     snap: Option<f64>,
     /// Initial meshes of the runs, of a shoot without a history.
     meshes: Vec<FirstMesh>,
+    /// Further nodes of all runs, by their distances from the apex at t = 0, m.
+    nodes: Vec<f64>,
     /// Declaration of the laws.
     pub laws: Declaration,
     /// Time that all runs over the delays have reached, s.
@@ -89,7 +100,8 @@ impl<'a, M: Model> Runs<'a, M> {
         let mut laws = Declaration::default();
         laws.read(shoot.model.tropism());
         let (spent, meshes, undivided) = (Statistics::default(), Vec::new(), shoot.state.clone());
-        Self { integrator, shoot, start, undivided, spent, snap: None, meshes, laws, reached: f64::INFINITY }
+        let nodes = Vec::new();
+        Self { integrator, shoot, start, undivided, spent, snap: None, meshes, nodes, laws, reached: f64::INFINITY }
     }
 
     /// Returns whether the shoot had a history at the beginning of the call.
@@ -134,13 +146,33 @@ impl<'a, M: Model> Runs<'a, M> {
         Ok(Rc::new(run))
     }
 
-    /// Makes the first steps of a plan, by at most `max_steps`.
-    pub fn run_at_most(&mut self, mut plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
+    /// Makes the first steps of a plan, by at most `max_steps`. A run whose elements hide too much of the intrinsic
+    /// strain is repeated with further nodes.
+    pub fn run_at_most(&mut self, plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
+        let mut run = self.run_once(plan, max_steps)?;
+        for _ in 0..REPETITIONS {
+            let duration = self.shoot.time() - self.start.time;
+            let enough = AIM_IN_SPACE * self.integrator.tolerance;
+            let found = HiddenStrain::of(self.shoot, duration, enough)?;
+            run.hidden = found.error;
+            if found.nodes.is_empty() {
+                break;
+            }
+            self.nodes.extend(found.nodes);
+            self.meshes.clear();
+            run = self.run_once(plan, max_steps)?;
+        }
+        Ok(run)
+    }
+
+    /// Makes the first steps of a plan with the present nodes.
+    fn run_once(&mut self, mut plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
         let mut track = PositionTrack::default();
         let known = self.divide(&mut plan)?;
+        let initial = self.initial_error(&plan);
         let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
         let statistics = self.follow(&plan, plan.until, max_steps, known, record)?;
-        Ok(TrialRun { plan, statistics, state: self.shoot.state.clone(), track })
+        Ok(TrialRun { plan, statistics, state: self.shoot.state.clone(), track, initial, hidden: 0.0 })
     }
 
     /// Advances the shoot with the resolution of a plan. The work counts, also if the run fails.
@@ -188,10 +220,12 @@ impl<'a, M: Model> Runs<'a, M> {
         if self.has_started() {
             self.shoot.state.copy_from(self.start);
             cut(self.shoot, plan.longest_element);
+            self.add_nodes();
             return Ok(None);
         }
         self.shoot.state.copy_from(&self.undivided);
         cut(self.shoot, plan.longest_element);
+        self.add_nodes();
         // The comparison of runs shows the error of the shape as well, except near buckling and where the stiffness
         // is discontinuous.
         let tolerance = INITIAL * self.integrator.tolerance;
@@ -205,8 +239,26 @@ impl<'a, M: Model> Runs<'a, M> {
         Ok(Some(found))
     }
 
+    /// Gives the shoot the further nodes.
+    fn add_nodes(&mut self) {
+        for distance in &self.nodes {
+            let state = &mut self.shoot.state;
+            if let Some((e, x)) = state.rod.locate_initial(*distance)
+                && x > AT_NODE
+                && x < 1.0 - AT_NODE
+            {
+                state.split(e, x);
+            }
+        }
+    }
+
+    /// Returns whether the laws are smooth inside the elements.
+    pub fn is_smooth(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
     /// Returns the error of the initial equilibrium in the runs of a plan, relative to the length.
-    pub fn initial_error(&self, plan: &Plan) -> f64 {
+    fn initial_error(&self, plan: &Plan) -> f64 {
         let mesh = self.meshes.iter().find(|mesh| mesh.longest_element == plan.longest_element);
         mesh.map_or(0.0, |mesh| mesh.error / SAFETY)
     }

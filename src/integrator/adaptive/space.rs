@@ -41,7 +41,7 @@ impl<M: Model> Runs<'_, M> {
     ) -> Outcome<(Rc<TrialRun>, f64)> {
         let order = order_in_space(self.start.rod.order());
         // Merged tissue and tissue with a history are often not smooth.
-        let smooth = !self.has_started() && run.statistics.merge_loss <= LOSSLESS;
+        let smooth = !self.has_started() && self.is_smooth() && run.statistics.merge_loss <= LOSSLESS;
         let assumed = if smooth { order_before_observation(order) } else { UNOBSERVED };
         let mut estimate = Richardson::assuming(assumed, order);
         let (enough, tolerance) = (AIM_IN_SPACE * self.integrator.tolerance, self.integrator.tolerance);
@@ -53,10 +53,11 @@ impl<M: Model> Runs<'_, M> {
             let (ratio, difference) = (run.element_ratio(&compared), run.differences(&compared)[1]);
             let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
             let coarser_error = estimate.error_of_coarser(ratio.max(ratio.recip()), difference);
-            if differ && coarser_error <= enough {
-                return Ok((if ratio > 1.0 { compared } else { run }, coarser_error));
+            let coarser = if ratio > 1.0 { &compared } else { &run };
+            if differ && coarser_error.max(coarser.hidden) <= enough {
+                return Ok((Rc::clone(coarser), coarser_error));
             }
-            let plan = run.plan;
+            let (plan, hidden) = (run.plan, run.hidden);
             let mut longest_element = self.next_length(plan.longest_element);
             if ratio >= MIN_RATIO {
                 let finer_error = estimate.error(ratio, difference);
@@ -67,7 +68,7 @@ impl<M: Model> Runs<'_, M> {
                     let sufficient = SAFETY * error <= tolerance;
                     return Ok(if sufficient { (regular, error) } else { (compared, f64::INFINITY) });
                 }
-                if difference <= ASYMPTOTIC && finer_error <= enough {
+                if difference <= ASYMPTOTIC && finer_error.max(hidden) <= enough {
                     return Ok((run, finer_error));
                 }
                 let before = std::mem::replace(&mut compared, run);
@@ -77,12 +78,13 @@ impl<M: Model> Runs<'_, M> {
                 }
                 // The observed order does not hold for refinements by more than two.
                 let shortest = 0.5 * plan.longest_element;
-                longest_element = if difference > ASYMPTOTIC {
-                    shortest
+                let needed = if difference > ASYMPTOTIC {
+                    0.0
                 } else {
                     error = finer_error;
-                    (plan.longest_element / estimate.refinement(error / enough)).clamp(shortest, longest_element)
+                    if hidden > enough { 0.0 } else { plan.longest_element / estimate.refinement(error / enough) }
                 };
+                longest_element = needed.clamp(shortest, longest_element);
             }
             run = self.run_over_delays(Plan { longest_element, ..plan })?;
         }

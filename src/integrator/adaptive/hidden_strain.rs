@@ -1,0 +1,112 @@
+//! Error of the intrinsic strain where a law jumps or is steep inside an element.
+//!
+//! A law is evaluated at the material points. Two meshes may miss a narrow peak alike, or have their points alike on
+//! the sides of a jump, so that their difference is small by accident. The rates of the intrinsic strain at more places
+//! show it.
+
+use nalgebra::Vector3;
+
+use super::division::cut_into;
+use super::hidden_turns::SMOOTH;
+use crate::growth::GrowthLaw;
+use crate::integrator::IntegrationError;
+use crate::integrator::error::Outcome;
+use crate::model::Model;
+use crate::rod::weighted;
+use crate::shoot::Shoot;
+use crate::state::State;
+
+/// Name of the gradients in errors.
+const GRADIENT: &str = "growth gradient between two material points";
+/// Number of parts of an element in which the rates are evaluated. A peak that is narrower than a part may be missed.
+const PARTS: usize = 4;
+/// Largest number of times that elements are halved. The distance of a jump from a node is then below 1e-6 elements.
+const HALVINGS: usize = 20;
+
+/// Displacement of the centre line by the intrinsic strain that a mesh does not show.
+pub(super) struct HiddenStrain {
+    /// Possible displacement in the time of a run, relative to the length.
+    pub error: f64,
+    /// Distances from the apex at t = 0 (m) of further nodes with which it is small enough.
+    pub nodes: Vec<f64>,
+}
+
+impl HiddenStrain {
+    /// The hidden strain by the present rates over a time (s), with the nodes for a largest displacement `enough`.
+    /// Tissue that elongates moves past the places of a law, so that it has no such nodes.
+    ///
+    /// # Errors
+    /// [`NotFinite`](IntegrationError::NotFinite) for a law that is not finite between the material points.
+    pub fn of(shoot: &mut Shoot<impl Model>, duration: f64, enough: f64) -> Outcome<Self> {
+        let mut hidden = displacements(shoot, duration);
+        let mut found = Self { error: hidden.iter().sum(), nodes: Vec::new() };
+        if !found.error.is_finite() {
+            return Err(IntegrationError::NotFinite { what: GRADIENT, time: shoot.time() });
+        }
+        if shoot.model().growth().elongates() || found.error <= enough {
+            return Ok(found);
+        }
+        let state = shoot.state.clone();
+        for _ in 0..HALVINGS {
+            let share = enough / hidden.len() as f64;
+            for e in (0..hidden.len()).rev().filter(|e| hidden[*e] > share) {
+                found.nodes.push(shoot.rod().initial_apex_distance(e, 0.5));
+                cut_into(&mut shoot.state, e, 2);
+            }
+            hidden = displacements(shoot, duration);
+            if hidden.iter().sum::<f64>() <= enough {
+                break;
+            }
+        }
+        shoot.state = state;
+        Ok(found)
+    }
+}
+
+/// The displacements that each element may hide, relative to the length; zero outside the zone. A place that moves with
+/// the apex acts in an element until the tissue has passed it.
+fn displacements(shoot: &mut Shoot<impl Model>, duration: f64) -> Vec<f64> {
+    let coarse = shoot.intrinsic_rates();
+    let state: State = shoot.state.clone();
+    let first = state.rod.first_growing;
+    for e in (first..state.rod.elements()).rev() {
+        cut_into(&mut shoot.state, e, PARTS);
+    }
+    let fine = shoot.intrinsic_rates();
+    let divided = std::mem::replace(&mut shoot.state, state).rod;
+    let (rod, growth, time) = (shoot.rod(), shoot.model().growth(), shoot.time());
+    let (p, reference) = (rod.order().points(), rod.reference());
+    let mut hidden = vec![0.0; rod.elements()];
+    let mut beyond = 0.0;
+    let each = coarse.chunks(p).zip(fine.chunks(PARTS * p)).zip(divided.points()[divided.zone()].chunks(PARTS * p));
+    for (k, ((own, fine), points)) in each.enumerate().rev() {
+        // The rates minus the polynomial through those at the material points, as turns.
+        let (mut sum, mut size, mut largest, mut departure) = (Vector3::zeros(), 0.0, 0.0_f64, 0.0_f64);
+        for (i, (rate, point)) in fine.iter().zip(points).enumerate() {
+            let x = ((i / p) as f64 + reference.points[i % p]) / PARTS as f64;
+            let missing = rate - weighted(own, &reference.at_points(x));
+            let length = reference.weights[i % p] * point.jacobian;
+            sum += missing * length;
+            size += missing.norm() * length;
+            largest = largest.max(rate.norm());
+            departure = departure.max(missing.norm());
+        }
+        let (e, length) = (first + k, rod.length_of(first + k));
+        beyond += length;
+        let speed = growth.apical_speed(rod.element_points(e)[p / 2].apex_distance, time);
+        let acts = if growth.elongates() { duration.min(length / speed.abs()) } else { duration };
+        let moved = |turn: f64| turn * acts * beyond / rod.length();
+        hidden[e] += moved(if departure > SMOOTH * largest { size } else { sum.norm() });
+        if k > 0 && !rod.keeps_node(e) {
+            // Between the last place of the element before and the first place of this one.
+            let before = &coarse[(k - 1) * p..k * p];
+            let jump = weighted(before, &reference.at_points(1.0)) - weighted(own, &reference.at_points(0.0));
+            let gap = reference.points[0] * (rod.length_of(e - 1) + length) / PARTS as f64;
+            if jump.norm() > SMOOTH * largest {
+                hidden[e] += moved(jump.norm() * gap);
+                hidden[e - 1] += moved(jump.norm() * gap);
+            }
+        }
+    }
+    hidden
+}
