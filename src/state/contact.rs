@@ -100,3 +100,35 @@ impl ContactState {
         Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time + self.earlier, "")?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn force_is_not_extrapolated_from_a_much_shorter_time() {
+        let force = |normal: f64| {
+            vec![Reaction {
+                arc_length: 0.04,
+                initial_apex_distance: 0.0,
+                force: Vector3::x() * normal,
+                couple: Vector3::zeros(),
+                length: 0.0,
+                obstacle: Some(0),
+                surface: 0,
+                normal,
+                slip: None,
+            }]
+        };
+        let patches = || vec![Patch { obstacle: 0, surface: 0, from: 0.04, to: 0.04 }];
+        let predicted = |times: [f64; 2]| {
+            let (mut contact, forces) = (ContactState::default(), [1e-6, 1.0001e-6].map(force));
+            contact.take(patches(), [&[], &forces[0]], times[0]);
+            contact.take(patches(), [&forces[0], &forces[1]], times[1]);
+            contact.predicted(&forces[1], times[1] + 1.0).0[0].force.x
+        };
+        // The two equilibria differ by their errors, and by growth.
+        assert_eq!(predicted([10.0 - 1e-11, 10.0]), 1.0001e-6);
+        assert!((predicted([9.5, 10.0]) - 1.0003e-6).abs() < 1e-18);
+    }
+}

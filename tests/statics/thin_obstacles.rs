@@ -1,10 +1,11 @@
 //! Poles that are thinner than the distance of the places at which contact is evaluated.
 
 use crate::fixtures::rods::RADIUS;
-use morphorod::constitutive::LinearElastic;
+use morphorod::constitutive::{LinearElastic, Timoshenko};
 use morphorod::equilibrium::{EquilibriumError, Held, NewtonSolver};
+use morphorod::load::Weight;
 use morphorod::rod::Rod;
-use morphorod::support::{Contact, Cylinder};
+use morphorod::support::{Contact, Cylinder, Obstacle};
 use morphorod::{Order, Scene, Still};
 use nalgebra::Vector3;
 
@@ -53,4 +54,29 @@ fn rod_never_passes_through_a_thin_pole() {
     let solver = NewtonSolver { max_iterations: 100, ..NewtonSolver::default() };
     let thinnest = bent(solver, 2e-5 * LENGTH, 8);
     assert!(thinnest.is_err_and(|error| matches!(error, EquilibriumError::NoConvergence { .. })));
+}
+
+#[test]
+fn penetration_of_a_rod_that_shears_is_contained_in_its_error() {
+    let young = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+    let still = Still::tilted(std::f64::consts::FRAC_PI_2);
+    for (softer, least) in [(10.0, 1e-9), (100.0, 1e-7)] {
+        let soft = young.youngs_modulus / softer;
+        let law = Timoshenko { law: young, youngs_modulus: soft, shear_modulus: soft / 3.0, shear_factor: 0.9 };
+        for elements in [8, 32] {
+            let through = Vector3::new(0.6 * LENGTH, 0.0, -3e-3);
+            let pole = Cylinder { through, along: Vector3::y(), radius: 2e-3 };
+            let support = Contact { obstacle: pole, radius: RADIUS, friction: 0.0 };
+            let mut rod = Rod::uniform(LENGTH, RADIUS, still.base, elements, Order::Eight).unwrap();
+            let load = Weight { density: 1000.0 };
+            let held = NewtonSolver::default().solve_held(&mut rod, &law, &load, &support, &still.environment(0.0));
+            let held = held.unwrap();
+            let depth = |place: &Vector3<f64>| RADIUS - support.obstacle.distance(place, 0.0).value;
+            let deepest = held.rod.centre_line_at(20_001).iter().map(depth).fold(0.0, f64::max) / LENGTH;
+            // The strain of the centre line between the material points is interpolated in two ways, and its jump at
+            // the contact is spread over an element.
+            let error = held.equilibrium.error;
+            assert!(deepest > least && (0.5..2.0).contains(&(error / deepest)), "{softer}: {deepest:e}, {error:e}");
+        }
+    }
 }

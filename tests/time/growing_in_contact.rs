@@ -212,6 +212,34 @@ fn stimuli_are_not_extrapolated_from_the_short_steps_before_a_snap() {
 /// A shoot that only its contacts hold yields to their forces: it is not bent as a straight one before each search. If
 /// it were, 34 times the factorisations of the shoot without the table would be necessary, and 22 times are.
 #[test]
+fn touchdown_with_friction_is_no_snap() {
+    // The apex touches the sphere at 27,559 s. The second equilibrium is 1e-11 s after the first one in contact.
+    let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+        .length(0.03)
+        .radius(5e-4)
+        .growth(UniformGrowth { zone_length: 0.04, time: 20.0 * HOUR })
+        .tropism((
+            Gravitropism { sensitivity: 0.1, perception: SettledStatoliths }.remembered(MEMORY),
+            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+        ))
+        .load(Weight { density: 1000.0 })
+        .scene(Still::tilted(0.8))
+        .support(Contact {
+            obstacle: Sphere { centre: Vector3::new(0.031, 0.001, 0.038), radius: 5e-3 },
+            radius: 5e-4,
+            friction: 0.15,
+        })
+        .build()
+        .unwrap();
+    let statistics = MethodOfSteps::new(60.0).advance(&mut shoot, 28_000.0).unwrap();
+    assert!(statistics.contact_changes == 1 && statistics.snaps == 0, "{statistics}");
+    // With steps of 70 to 300 s and of 10 to 40 s the normal force is 4.0e-5 N to 4.3e-5 N.
+    let normal = shoot.reactions()[0].normal;
+    println!("{normal}");
+    assert!((3.8e-5..4.5e-5).contains(&normal), "{normal}");
+}
+
+#[test]
 fn shoots_that_only_contacts_hold_are_not_bent_before_a_search() {
     let mut scene = scene(38).unwrap();
     let [free, held] =

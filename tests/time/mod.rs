@@ -35,6 +35,7 @@ mod supports;
 mod tolerance;
 mod tolerance_events;
 mod tolerance_inside;
+mod tolerance_of_steep_laws;
 mod tolerance_random;
 mod tolerance_scenes;
 mod trial_runs;

@@ -223,12 +223,12 @@ impl HeldSearch<'_> {
                     return Ok(Some(step));
                 }
                 Attempt::Moved => return Ok(None),
-                Attempt::Lost => return Err(self.not_found(self.body.system().largest_turn())),
+                Attempt::Lost => return Err(self.not_found(course.last)),
                 Attempt::Rejected => {}
             }
             let buckling = 1.0 / (self.body.system().compliance() * self.length);
             if !(shift <= SETTINGS.largest_shift * self.force_scale().max(buckling)) {
-                return Err(self.not_found(self.body.system().largest_turn()));
+                return Err(self.not_found(course.last));
             }
             needed = true;
             shift = (factor * shift).max(course.shift / factor);
@@ -280,7 +280,7 @@ impl HeldSearch<'_> {
         let violation = self.largest_violation() / self.length;
         let stagnates = turn < STAGNANT && (SETTINGS.slow * turn..STAGNANT).contains(&last);
         let rests = stagnates && turn < RESTING && turn >= SETTINGS.slow * last;
-        let apart = skew || found || !(violation <= if rests { RESTING } else { SETTINGS.rounding });
+        let apart = skew || found || self.floats() || !(violation <= if rests { RESTING } else { SETTINGS.rounding });
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced = self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
         let rounds = stagnates && !apart && !stretching && balanced;

@@ -153,12 +153,19 @@ pub(super) struct Gaps<'b, 'a> {
     pub line: &'b Line,
     pub obstacles: &'b Obstacles<'a>,
     pub obstacle: usize,
+    /// Whether slopes are those of the centre line. Contacts of a rod that shears slide along d3 instead.
+    pub sheared: bool,
 }
 
 impl Gaps<'_, '_> {
     pub fn at(&self, place: &LinePlace) -> Sample {
         let gap = self.obstacles.gap_at(self.obstacle, &place.position);
-        let tangent = self.rod.frame_within(place.element, place.x) * Vector3::z();
+        let at = (place.element, place.x);
+        let tangent = if self.sheared {
+            self.line.tangent(self.rod, at)
+        } else {
+            self.rod.frame_within(at.0, at.1) * Vector3::z()
+        };
         let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
         let LinePlace { element, x, arc_length, path, .. } = *place;
         Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
@@ -243,7 +250,7 @@ pub(super) fn largest_share(
             let size = places[i + 1].path - places[i].path;
             let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);
             if allowed(least) < share * way {
-                let search = Gaps { rod, line, obstacles, obstacle };
+                let search = Gaps { rod, line, obstacles, obstacle, sheared: false };
                 least = search.lowest(&search.at(&places[i]), &search.at(&places[i + 1]), 0);
             }
             share = share.min(allowed(least) / way);

@@ -19,7 +19,8 @@ use crate::rod::Rod;
 use crate::so3;
 use crate::support::{Energy, Joint, Patch, Reaction, Slip, Support};
 
-/// Unbalanced force on a free base at the end of a search, relative to the force in the rod, that nothing balances.
+/// Unbalanced force on a free base at the end of a search, relative to the largest force in the rod, that nothing
+/// balances.
 const LOOSE: f64 = 1e-3;
 
 /// Least spring at a free base that remains in a step, relative to the force in the rod over its length. A softer one
@@ -340,11 +341,17 @@ impl<'a> HeldSearch<'a> {
         self.reactions(rod)
     }
 
+    /// Whether nothing balances the force on a free base.
+    pub(super) fn floats(&self) -> bool {
+        let (largest, rounding) = (self.body.force().largest(), SETTINGS.rounding * self.force_scale());
+        let free = self.body.system().joints.free_base.is_some();
+        free && self.body.force().at_base().norm() > (LOOSE * largest).max(rounding)
+    }
+
     /// The error of a search that did not converge, with the size of its last step (rad).
     pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
-        let force = self.body.force().at_base();
-        if self.body.system().joints.free_base.is_some() && force.norm() > LOOSE * self.force_scale() {
-            return EquilibriumError::NotHeld { force };
+        if self.floats() {
+            return EquilibriumError::NotHeld { force: self.body.force().at_base() };
         }
         EquilibriumError::NoConvergence {
             iterations: self.found.iterations,
