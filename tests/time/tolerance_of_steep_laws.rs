@@ -43,7 +43,7 @@ impl GrowthLaw for Apical {
 /// distance from the apex (m), relative to the length. The curve is that of the midpoint rule in 200,000 steps, whose
 /// error is below 1e-9 for a law without jumps. A jump causes an error of half a step, 2e-6 of its bend.
 fn error(shoot: &Shoot<impl Model>, curvature: impl Fn(f64) -> f64) -> f64 {
-    let (places, steps) = (400, 200_000);
+    let (places, steps) = (400_usize, 200_000_usize);
     let (line, h) = (shoot.rod().centre_line_at(places + 1), LENGTH / steps as f64);
     let (mut angle, mut place, mut largest) = (0.0_f64, Vector3::zeros(), 0.0_f64);
     for i in 0..steps {

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::division::cut_into;
+use super::division::{cut_into, longest_element};
 use super::hidden_turns::SMOOTH;
 use crate::growth::GrowthLaw;
 use crate::integrator::IntegrationError;
@@ -20,14 +20,16 @@ use crate::state::State;
 const GRADIENT: &str = "growth gradient between two material points";
 /// Number of parts of an element in which the rates are evaluated. A peak that is narrower than a part may be missed.
 const PARTS: usize = 4;
-/// Largest number of times that elements are halved. The distance of a jump from a node is then below 1e-6 elements.
-const HALVINGS: usize = 20;
+/// Length of an element, relative to the longest one, from which on a strain that it hides is steep.
+const SHORT: f64 = 1.0 / 16.0;
+/// Largest number of times that elements are halved. The distance of a jump from a node is then 1e-9 elements.
+const HALVINGS: usize = 30;
 
 /// Displacement of the centre line by the intrinsic strain that a mesh does not show.
 pub(super) struct HiddenStrain {
     /// Possible displacement in the time of a run, relative to the length.
     pub error: f64,
-    /// Distances from the apex at t = 0 (m) of further nodes with which it is small enough.
+    /// Distances from the apex at t = 0 (m) of further nodes about steep places, with which it is small enough there.
     pub nodes: Vec<f64>,
 }
 
@@ -47,17 +49,24 @@ impl HiddenStrain {
             return Ok(found);
         }
         let state = shoot.state.clone();
+        // The ends and the middle of each divided element, and whether it is short.
+        let (mut divided, short) = (Vec::new(), SHORT * longest_element(&state));
         for _ in 0..HALVINGS {
-            let share = enough / hidden.len() as f64;
+            let share = 0.5 * enough / hidden.len() as f64;
             for e in (0..hidden.len()).rev().filter(|e| hidden[*e] > share) {
-                found.nodes.push(shoot.rod().initial_apex_distance(e, 0.5));
+                let ends = [0.0, 0.5, 1.0].map(|x| shoot.rod().initial_apex_distance(e, x));
+                divided.push((ends, shoot.rod().length_of(e) <= short));
                 cut_into(&mut shoot.state, e, 2);
             }
             hidden = displacements(shoot, duration);
-            if hidden.iter().sum::<f64>() <= enough {
+            // The elements of the next run may be others.
+            if hidden.iter().sum::<f64>() <= 0.5 * enough {
                 break;
             }
         }
+        // Other elements are resolved by shorter elements, whose difference shows all of their errors.
+        let steep = |from: f64, to: f64| divided.iter().any(|([_, at, _], short)| *short && (to..=from).contains(at));
+        found.nodes.extend(divided.iter().filter(|([from, _, to], _)| steep(*from, *to)).map(|([_, at, _], _)| at));
         shoot.state = state;
         Ok(found)
     }
@@ -80,13 +89,16 @@ fn displacements(shoot: &mut Shoot<impl Model>, duration: f64) -> Vec<f64> {
     let mut beyond = 0.0;
     let each = coarse.chunks(p).zip(fine.chunks(PARTS * p)).zip(divided.points()[divided.zone()].chunks(PARTS * p));
     for (k, ((own, fine), points)) in each.enumerate().rev() {
-        // The rates minus the polynomial through those at the material points, as turns.
-        let (mut sum, mut size, mut largest, mut departure) = (Vector3::zeros(), 0.0, 0.0_f64, 0.0_f64);
+        // The rates minus the polynomial through those at the material points, and the turn and displacement by them.
+        let (mut turn, mut way) = (Vector3::zeros(), Vector3::<f64>::zeros());
+        let (mut size, mut farthest, mut largest, mut departure) = (0.0, 0.0_f64, 0.0_f64, 0.0_f64);
         for (i, (rate, point)) in fine.iter().zip(points).enumerate() {
             let x = ((i / p) as f64 + reference.points[i % p]) / PARTS as f64;
             let missing = rate - weighted(own, &reference.at_points(x));
             let length = reference.weights[i % p] * point.jacobian;
-            sum += missing * length;
+            way += (turn + missing * (0.5 * length)) * length;
+            turn += missing * length;
+            farthest = farthest.max(way.norm());
             size += missing.norm() * length;
             largest = largest.max(rate.norm());
             departure = departure.max(missing.norm());
@@ -95,16 +107,17 @@ fn displacements(shoot: &mut Shoot<impl Model>, duration: f64) -> Vec<f64> {
         beyond += length;
         let speed = growth.apical_speed(rod.element_points(e)[p / 2].apex_distance, time);
         let acts = if growth.elongates() { duration.min(length / speed.abs()) } else { duration };
-        let moved = |turn: f64| turn * acts * beyond / rod.length();
-        hidden[e] += moved(if departure > SMOOTH * largest { size } else { sum.norm() });
+        let moved = |way: f64| way * acts / rod.length();
+        let smooth = turn.norm() * (beyond - length) + farthest;
+        hidden[e] += moved(if departure > SMOOTH * largest { size * beyond } else { smooth });
         if k > 0 && !rod.keeps_node(e) {
             // Between the last place of the element before and the first place of this one.
             let before = &coarse[(k - 1) * p..k * p];
             let jump = weighted(before, &reference.at_points(1.0)) - weighted(own, &reference.at_points(0.0));
             let gap = reference.points[0] * (rod.length_of(e - 1) + length) / PARTS as f64;
             if jump.norm() > SMOOTH * largest {
-                hidden[e] += moved(jump.norm() * gap);
-                hidden[e - 1] += moved(jump.norm() * gap);
+                hidden[e] += moved(jump.norm() * gap * beyond);
+                hidden[e - 1] += moved(jump.norm() * gap * beyond);
             }
         }
     }

@@ -21,8 +21,8 @@ const INITIAL: f64 = AIM_OF_MERGING;
 
 /// Largest number of times that a run is repeated with further nodes.
 const REPETITIONS: usize = 3;
-/// Smallest distance of a further node from other nodes, relative to its element.
-const AT_NODE: f64 = 1e-3;
+/// Smallest distance of a further node from other nodes, relative to its element: far above rounding.
+const AT_NODE: f64 = 1e-6;
 /// Largest time over the delays after the call, in longest steps. It bounds the work for long delays.
 const MOST_LATER_STEPS: f64 = 1000.0;
 
@@ -52,6 +52,11 @@ impl TrialRun {
     /// does not show.
     pub fn error_of_equilibria(&self) -> f64 {
         self.statistics.equilibrium_error + tolerance_of_equilibria(self.plan.tolerance)
+    }
+
+    /// Number of elements at the end of the call.
+    pub fn elements(&self) -> usize {
+        self.state.rod.elements()
     }
 
     /// Returns the ratio of the longest elements of a run to those of this run, averaged over the steps. Growing
@@ -150,12 +155,12 @@ impl<'a, M: Model> Runs<'a, M> {
     /// strain is repeated with further nodes.
     pub fn run_at_most(&mut self, plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
         let mut run = self.run_once(plan, max_steps)?;
-        for _ in 0..REPETITIONS {
+        for repetition in 0..=REPETITIONS {
             let duration = self.shoot.time() - self.start.time;
             let enough = AIM_IN_SPACE * self.integrator.tolerance;
             let found = HiddenStrain::of(self.shoot, duration, enough)?;
             run.hidden = found.error;
-            if found.nodes.is_empty() {
+            if found.nodes.is_empty() || repetition == REPETITIONS {
                 break;
             }
             self.nodes.extend(found.nodes);

@@ -21,6 +21,8 @@ pub(super) const MIN_RATIO: f64 = 1.15;
 /// Largest number of refinements of the elements and of the merge tolerance. The elements are then shorter by a factor
 /// of 0.8¹³ = 1/18.
 const MAX_REFINEMENTS: usize = 13;
+/// Number of elements from which on they are not halved for a law that is steep between the material points.
+const MOST_ELEMENTS: usize = 1000;
 /// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
 /// mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
@@ -58,10 +60,14 @@ impl<M: Model> Runs<'_, M> {
                 return Ok((Rc::clone(coarser), coarser_error));
             }
             let (plan, hidden) = (run.plan, run.hidden);
+            if hidden > enough && run.elements() > MOST_ELEMENTS {
+                return Err(self.not_met(SAFETY * hidden));
+            }
             let mut longest_element = self.next_length(plan.longest_element);
             if ratio >= MIN_RATIO {
                 let finer_error = estimate.error(ratio, difference);
                 if !estimate.converges
+                    && hidden <= enough
                     && let Some((regular, error)) = regular
                 {
                     // The remaining difference is due to the steps.
