@@ -95,9 +95,19 @@ impl Problem<'_> {
         last
     }
 
-    /// Central difference quotient of the residuals for unknown `k` with the step `h`.
+    /// Difference quotient of the residuals for unknown `k` with the step `h`, of second order. It is central unless
+    /// the shoots on one side have no residuals. For a shoot whose elements change at the point they cannot follow the
+    /// grid.
     fn quotient(&self, point: &Point, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
-        Ok((self.displaced(point, k, h)? - self.displaced(point, k, -h)?) / (2.0 * h))
+        let one_sided = |h: f64, near: DVector<f64>| {
+            Ok((near * 4.0 - self.displaced(point, k, 2.0 * h)? - &point.residuals * 3.0) / (2.0 * h))
+        };
+        match [h, -h].map(|h| self.displaced(point, k, h)) {
+            [Ok(ahead), Ok(behind)] => Ok((ahead - behind) / (2.0 * h)),
+            [Ok(ahead), Err(FitError::Run { .. })] => one_sided(h, ahead),
+            [Err(FitError::Run { .. }), Ok(behind)] => one_sided(-h, behind),
+            [Err(error), _] | [_, Err(error)] => Err(error),
+        }
     }
 
     /// Residuals over the noise with unknown `k` changed by `h`, on the grid of the run at the point. Values beyond the
@@ -125,21 +135,21 @@ mod tests {
     use super::*;
     use crate::fit::residuals::Origin;
     use crate::fit::{Loss, Parameter, Series};
-    use crate::integrator::Grid;
+    use crate::integrator::{Grid, IntegrationError};
 
-    /// The first unknown x has the effect sin x, and the second one an effect of the size of rounding.
-    #[test]
-    fn column_of_rounding_is_zero() {
-        let parameters = ["a", "b"].map(|name| Parameter::positive(name, [0.1, 10.0]));
-        let data = [Series::tips(vec![1.0], &[Vector3::x()])];
-        let run = |values: &[f64], _: f64, _: Option<&Grid>| {
-            let residual = values[0].ln().sin() + 1e-14 * (1e6 * values[1].ln()).sin();
-            let rows = (0..3).map(|index| Origin { series: 0, index, time: 1.0 });
+    /// A problem with the unknowns ln a and ln b at a = 2 and b = 3, and three equal residuals of a and b.
+    fn problem<'a>(
+        parameters: &'a [Parameter; 2],
+        data: &'a [Series; 1],
+        residual: impl Fn(&[f64]) -> Result<f64, FitError> + Send + Sync + 'a,
+    ) -> Problem<'a> {
+        let run = move |values: &[f64], _: f64, _: Option<&Grid>| {
+            let (residual, rows) = (residual(values)?, (0..3).map(|index| Origin { series: 0, index, time: 1.0 }));
             Ok((rows.map(|row| (row, residual)).collect(), Grid::default()))
         };
-        let problem = Problem {
-            parameters: &parameters,
-            data: &data,
+        Problem {
+            parameters,
+            data,
             loss: Loss::Squares,
             values: vec![2.0, 3.0],
             free: vec![0, 1],
@@ -147,7 +157,37 @@ mod tests {
             until: f64::INFINITY,
             threads: 1,
             run: Arc::new(run),
+        }
+    }
+
+    fn parameters() -> [Parameter; 2] {
+        ["a", "b"].map(|name| Parameter::positive(name, [0.1, 10.0]))
+    }
+
+    #[test]
+    fn derivative_on_one_side_where_shoots_on_the_other_have_no_residuals() {
+        let (parameters, data) = (parameters(), [Series::tips(vec![1.0], &[Vector3::x()])]);
+        let refused = |values: &[f64]| {
+            let error = IntegrationError::Grid { time: 0.0, problem: "an element that it changes does not exist" };
+            FitError::Run { values: vec![("a".to_owned(), values[0])], error: Box::new(error) }
         };
+        for side in [1.0, -1.0] {
+            let problem = problem(&parameters, &data, |values| {
+                if side * (values[0] - 2.0) > 1e-12 { Err(refused(values)) } else { Ok(values[0].ln().sin()) }
+            });
+            let point = problem.at(problem.unknowns()).unwrap();
+            let jacobian = problem.jacobian(&point).unwrap();
+            // The error is of third order in the step of 1e-3 or less.
+            assert_relative_eq!(jacobian[(0, 0)], 2.0_f64.ln().cos(), epsilon = 1e-8);
+        }
+    }
+
+    /// The first unknown x has the effect sin x, and the second one an effect of the size of rounding.
+    #[test]
+    fn column_of_rounding_is_zero() {
+        let (parameters, data) = (parameters(), [Series::tips(vec![1.0], &[Vector3::x()])]);
+        let problem =
+            problem(&parameters, &data, |values| Ok(values[0].ln().sin() + 1e-14 * (1e6 * values[1].ln()).sin()));
         let point = problem.at(problem.unknowns()).unwrap();
         let jacobian = problem.jacobian(&point).unwrap();
         // The error of fourth order is 1e-20, and that by rounding 1e-16 over the step of 3e-6.

@@ -221,7 +221,9 @@ fn describe_estimate(error: f64) -> String {
 /// Describes the remedies for an error that is too large, with the effect of a snap at a time (s).
 fn describe_snap(time: Option<f64>) -> String {
     let Some(time) = time else {
-        return "; a larger tolerance, a larger `max_work` or shorter calls may help".to_owned();
+        return "; a larger tolerance, a larger `max_work` or shorter calls may help, or a law jumps in time and does \
+                not announce it by `next_discontinuity`"
+            .to_owned();
     };
     let time = Number(time);
     format!("; after the snap at {time} s errors decrease slowly: advance to an earlier time, or take fixed steps")

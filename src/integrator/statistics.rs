@@ -63,6 +63,8 @@ impl std::fmt::Display for Statistics {
     }
 }
 
+/// Adds the statistics of a later run. Counts add, `last_snap` is the later one, and errors, losses and the largest
+/// jump are the larger ones.
 impl std::ops::AddAssign for Statistics {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;

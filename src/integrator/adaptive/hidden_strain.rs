@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::division::{cut_into, longest_element};
+use super::division::cut_into;
 use super::hidden_turns::SMOOTH;
 use crate::growth::GrowthLaw;
 use crate::integrator::IntegrationError;
@@ -18,10 +18,12 @@ use crate::state::State;
 
 /// Name of the gradients in errors.
 const GRADIENT: &str = "growth gradient between two material points";
-/// Number of parts of an element in which the rates are evaluated. A peak that is narrower than a part may be missed.
-const PARTS: usize = 4;
-/// Length of an element, relative to the longest one, from which on a strain that it hides is steep.
-const SHORT: f64 = 1.0 / 16.0;
+/// Ends of the parts of an element in which the rates are evaluated. A peak that is narrower than a part may be missed.
+/// The short parts show a jump beside a node.
+const ENDS: [f64; 7] = [0.0, 1e-3, 0.25, 0.5, 0.75, 1.0 - 1e-3, 1.0];
+const PARTS: usize = ENDS.len() - 1;
+/// Length of an element, relative to the shoot, from which on a strain that it hides is steep.
+const SHORT: f64 = 1.0 / 256.0;
 /// Largest number of times that elements are halved. The distance of a jump from a node is then 1e-9 elements.
 const HALVINGS: usize = 30;
 
@@ -50,7 +52,7 @@ impl HiddenStrain {
         }
         let state = shoot.state.clone();
         // The ends and the middle of each divided element, and whether it is short.
-        let (mut divided, short) = (Vec::new(), SHORT * longest_element(&state));
+        let (mut divided, short) = (Vec::new(), SHORT * state.rod.length());
         for _ in 0..HALVINGS {
             let share = 0.5 * enough / hidden.len() as f64;
             for e in (0..hidden.len()).rev().filter(|e| hidden[*e] > share) {
@@ -65,7 +67,7 @@ impl HiddenStrain {
             }
         }
         // Other elements are resolved by shorter elements, whose difference shows all of their errors.
-        let steep = |from: f64, to: f64| divided.iter().any(|([_, at, _], short)| *short && (to..=from).contains(at));
+        let steep = |from: f64, to: f64| divided.iter().any(|([_, at, _], steep)| *steep && (to..=from).contains(at));
         found.nodes.extend(divided.iter().filter(|([from, _, to], _)| steep(*from, *to)).map(|([_, at, _], _)| at));
         shoot.state = state;
         Ok(found)
@@ -79,7 +81,9 @@ fn displacements(shoot: &mut Shoot<impl Model>, duration: f64) -> Vec<f64> {
     let state: State = shoot.state.clone();
     let first = state.rod.first_growing;
     for e in (first..state.rod.elements()).rev() {
-        cut_into(&mut shoot.state, e, PARTS);
+        for part in (1..PARTS).rev() {
+            shoot.state.split(e, ENDS[part] / ENDS[part + 1]);
+        }
     }
     let fine = shoot.intrinsic_rates();
     let divided = std::mem::replace(&mut shoot.state, state).rod;
@@ -89,11 +93,13 @@ fn displacements(shoot: &mut Shoot<impl Model>, duration: f64) -> Vec<f64> {
     let mut beyond = 0.0;
     let each = coarse.chunks(p).zip(fine.chunks(PARTS * p)).zip(divided.points()[divided.zone()].chunks(PARTS * p));
     for (k, ((own, fine), points)) in each.enumerate().rev() {
-        // The rates minus the polynomial through those at the material points, and the turn and displacement by them.
+        // `missing` is the rate minus the polynomial through the rates at the material points. It turns and displaces
+        // the rod beyond.
         let (mut turn, mut way) = (Vector3::zeros(), Vector3::<f64>::zeros());
         let (mut size, mut farthest, mut largest, mut departure) = (0.0, 0.0_f64, 0.0_f64, 0.0_f64);
         for (i, (rate, point)) in fine.iter().zip(points).enumerate() {
-            let x = ((i / p) as f64 + reference.points[i % p]) / PARTS as f64;
+            let [from, to] = [ENDS[i / p], ENDS[i / p + 1]];
+            let x = from + (to - from) * reference.points[i % p];
             let missing = rate - weighted(own, &reference.at_points(x));
             let length = reference.weights[i % p] * point.jacobian;
             way += (turn + missing * (0.5 * length)) * length;
@@ -110,16 +116,6 @@ fn displacements(shoot: &mut Shoot<impl Model>, duration: f64) -> Vec<f64> {
         let moved = |way: f64| way * acts / rod.length();
         let smooth = turn.norm() * (beyond - length) + farthest;
         hidden[e] += moved(if departure > SMOOTH * largest { size * beyond } else { smooth });
-        if k > 0 && !rod.keeps_node(e) {
-            // Between the last place of the element before and the first place of this one.
-            let before = &coarse[(k - 1) * p..k * p];
-            let jump = weighted(before, &reference.at_points(1.0)) - weighted(own, &reference.at_points(0.0));
-            let gap = reference.points[0] * (rod.length_of(e - 1) + length) / PARTS as f64;
-            if jump.norm() > SMOOTH * largest {
-                hidden[e] += moved(jump.norm() * gap * beyond);
-                hidden[e - 1] += moved(jump.norm() * gap * beyond);
-            }
-        }
     }
     hidden
 }

@@ -50,7 +50,7 @@ impl<M: Model> Runs<'_, M> {
         let mut error = f64::INFINITY;
         // The run before the first difference that did not decrease, and its error. The difference before may have
         // been small by chance.
-        let mut regular = None;
+        let mut regular: Option<(Rc<TrialRun>, f64)> = None;
         for _ in 0..MAX_REFINEMENTS {
             let (ratio, difference) = (run.element_ratio(&compared), run.differences(&compared)[1]);
             let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
@@ -67,8 +67,7 @@ impl<M: Model> Runs<'_, M> {
             if ratio >= MIN_RATIO {
                 let finer_error = estimate.error(ratio, difference);
                 if !estimate.converges
-                    && hidden <= enough
-                    && let Some((regular, error)) = regular
+                    && let Some((regular, error)) = regular.take_if(|(run, _)| run.hidden <= enough)
                 {
                     // The remaining difference is due to the steps.
                     let sufficient = SAFETY * error <= tolerance;
