@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::Shoot;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
+use crate::rod::MaterialPoint;
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
 impl<M: Model> Shoot<M> {
@@ -21,26 +22,63 @@ impl<M: Model> Shoot<M> {
     /// The rates ∂u*/∂t (1/(m s), components along the directors) at the points of the rod in the growth zone. Empty
     /// before an integrator has started the shoot.
     pub(crate) fn intrinsic_rates(&self) -> Vec<Vector3<f64>> {
+        let points = self.state.rod.points();
+        self.rates(|read| {
+            let zone = self.state.rod.zone().enumerate();
+            zone.map(|(i, point)| read(&points[point], &[(i, 1.0)])).collect()
+        })
+    }
+
+    /// The rates at the given coordinates of each element in the growth zone, for variables and stimuli that are
+    /// polynomials through those at the points of the element.
+    pub(crate) fn intrinsic_rates_within(&self, places: &[f64]) -> Vec<Vector3<f64>> {
+        let (rod, p) = (&self.state.rod, self.state.rod.order().points());
+        let weights: Vec<_> = places.iter().map(|x| rod.reference().at_points(*x)).collect();
+        self.rates(|read| {
+            let mut rates = Vec::with_capacity(rod.zone().len() / p * places.len());
+            for e in rod.first_growing..rod.elements() {
+                let first = (e - rod.first_growing) * p;
+                for (x, weights) in places.iter().zip(&weights) {
+                    let each: Vec<_> =
+                        weights[..p].iter().enumerate().map(|(g, weight)| (first + g, *weight)).collect();
+                    rates.push(read(&rod.point_within(e, *x), &each));
+                }
+            }
+            rates
+        })
+    }
+
+    /// Calls `each` with a function for the rate at a material point whose variables and stimuli are sums over points in
+    /// the zone, with weights.
+    fn rates(
+        &self,
+        each: impl FnOnce(&mut dyn FnMut(&MaterialPoint, &[(usize, f64)]) -> Vector3<f64>) -> Vec<Vector3<f64>>,
+    ) -> Vec<Vector3<f64>> {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
-        let (laws, rod, time) = (Declaration::of(tropism), &self.state.rod, self.environment().time);
+        let (laws, time) = (Declaration::of(tropism), self.environment().time);
         let size = laws.size();
         if history.levels() < 2 || history.size() != (size.variables, size.stimuli) {
             return Vec::new();
         }
         // Variables without a delay are not read.
         let read = |delay: f64, tau: f64| history.reading(time - delay, tau);
-        let each = laws.variables().iter();
-        let readings: Vec<_> = each.map(|at| at.delay.map(|delay| read(delay, at.time_constant))).collect();
-        let mut past = vec![0.0; readings.len()];
-        let each = rod.points()[rod.zone()].iter().enumerate();
-        each.map(|(i, point)| {
-            for (k, reading) in readings.iter().enumerate() {
-                reading.iter().for_each(|reading| history.read_some(reading, i, &[k], &mut past));
+        let variables = laws.variables().iter();
+        let readings: Vec<_> = variables.map(|at| at.delay.map(|delay| read(delay, at.time_constant))).collect();
+        let (mut past, mut one) = (vec![0.0; readings.len()], vec![0.0; readings.len()]);
+        let mut present = vec![0.0; size.stimuli];
+        each(&mut |point, sum| {
+            past.fill(0.0);
+            present.fill(0.0);
+            for (i, weight) in sum {
+                for (k, reading) in readings.iter().enumerate() {
+                    reading.iter().for_each(|reading| history.read_some(reading, *i, &[k], &mut one));
+                    past[k] += weight * one[k];
+                }
+                let stimuli = history.stimuli(history.levels() - 1, *i);
+                present.iter_mut().zip(stimuli).for_each(|(sum, stimulus)| *sum += weight * stimulus);
             }
             let at = Growing::of(point, time, point.apex_distance);
-            let present = size.present(history.stimuli(history.levels() - 1, i));
-            tropism.gradient(&at, &past, present) * growth.regr(point.apex_distance, time)
+            tropism.gradient(&at, &past, size.present(&present)) * growth.regr(point.apex_distance, time)
         })
-        .collect()
     }
 }

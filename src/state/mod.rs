@@ -28,7 +28,7 @@ use crate::scene::after;
 use crate::support::Support;
 
 /// Number of the format of serialised states. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 14;
+pub(crate) const FORMAT: u32 = 15;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step

@@ -217,7 +217,7 @@ mod written {
     #[test]
     fn messages_name_the_damaged_part() {
         let message = refusal(|state| state["format"] = 99.into());
-        assert!(message.contains("format 99; this version reads format 14"), "{message}");
+        assert!(message.contains("format 99; this version reads format 15"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());

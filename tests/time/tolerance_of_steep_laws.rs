@@ -41,7 +41,7 @@ impl GrowthLaw for Apical {
 
 /// Largest distance of the centre line from the curve of a shoot of constant length with a curvature (1/m) at each
 /// distance from the apex (m), relative to the length. The curve is that of the midpoint rule in 200,000 steps, whose
-/// error is below 1e-9 for a law without jumps. A jump causes an error of half a step, 2e-6 of its bend.
+/// error is below 1e-9. Jumps are at ends of steps, so that they cause no error.
 fn error(shoot: &Shoot<impl Model>, curvature: impl Fn(f64) -> f64) -> f64 {
     let (places, steps) = (400_usize, 200_000_usize);
     let (line, h) = (shoot.rod().centre_line_at(places + 1), LENGTH / steps as f64);
@@ -97,10 +97,10 @@ fn growth_that_jumps_along_the_shoot_is_within_the_tolerance() {
             let mut shoot = laws.into_dyn().build().unwrap();
             let estimate = run(&mut shoot, tolerance, until).error.unwrap();
             let curvature = |distance: f64| if distance < apical { 0.15 / RADIUS * until / TIME } else { 0.0 };
-            // The bend is 1.5 rad times the share.
-            let error = error(&shoot, curvature) - 4e-6 * share;
+            let error = error(&shoot, curvature);
             assert!(error < tolerance, "{share}, {tolerance:e}: {error:e}");
-            // The jump at 0.813 of the length is beside a node of a run with the largest tolerance.
+            // With the tolerance 1e-3 and the jump at 0.813 of the length the error is 3.4 times the estimate, since the
+            // jump is next to a node.
             assert!(error < 4.0 * estimate, "{share}, {tolerance:e}: {error:e}, estimate {estimate:e}");
         }
     }

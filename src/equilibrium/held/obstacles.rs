@@ -153,7 +153,7 @@ pub(super) struct Gaps<'b, 'a> {
     pub line: &'b Line,
     pub obstacles: &'b Obstacles<'a>,
     pub obstacle: usize,
-    /// Whether slopes are those of the centre line. Contacts of a rod that shears slide along d3 instead.
+    /// Whether slopes use the tangent of the centre line instead of d3. Contacts slide along d3.
     pub sheared: bool,
 }
 

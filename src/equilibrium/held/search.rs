@@ -19,8 +19,7 @@ use crate::rod::Rod;
 use crate::so3;
 use crate::support::{Energy, Joint, Patch, Reaction, Slip, Support};
 
-/// Unbalanced force on a free base at the end of a search, relative to the largest force in the rod, that nothing
-/// balances.
+/// Smallest unbalanced force on a free base, relative to the largest force in the rod, for which the rod is not held.
 const LOOSE: f64 = 1e-3;
 
 /// Least spring at a free base that remains in a step, relative to the force in the rod over its length. A softer one
@@ -341,7 +340,7 @@ impl<'a> HeldSearch<'a> {
         self.reactions(rod)
     }
 
-    /// Whether nothing balances the force on a free base.
+    /// Whether the unbalanced force on a free base is too large for an equilibrium.
     pub(super) fn floats(&self) -> bool {
         let (largest, rounding) = (self.body.force().largest(), SETTINGS.rounding * self.force_scale());
         let free = self.body.system().joints.free_base.is_some();

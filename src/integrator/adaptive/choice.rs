@@ -57,10 +57,12 @@ impl<M: Model> Runs<'_, M> {
             let plan = Plan { step: run.plan.step / ratio, ..plan };
             if is_last {
                 let last = self.run_at_most(plan, max_steps)?;
+                estimate.space += (last.hidden - run.hidden).max(0.0);
                 return Ok(self.accept(&last, estimate.extrapolated(ratio)));
             }
             let finer = Rc::new(self.run(plan, reached)?);
             estimate = estimate.refined(ratio, finer.differences(&run)[0]);
+            estimate.space += (finer.hidden - run.hidden).max(0.0);
             run = finer;
         }
     }
@@ -163,7 +165,7 @@ impl<M: Model> Runs<'_, M> {
         let estimate = error_of_steps(&half, &double, space);
         let (plan, is_met) = (run.plan, estimate.reported() <= self.integrator.tolerance);
         if plan.merge_tolerance == half.plan.merge_tolerance {
-            if is_met && plan.longest_element >= half.plan.longest_element {
+            if is_met && half.hidden <= run.hidden && plan.longest_element >= half.plan.longest_element {
                 return Ok(Compared { plan: half.plan, run: half, estimate });
             }
             // The difference between run 2 and the next run shows the error of the steps, although elements differ.

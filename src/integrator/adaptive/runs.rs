@@ -4,7 +4,7 @@
 use std::rc::Rc;
 
 use super::division::{FIRST_LENGTH, cut, longest_element, merge_lossless};
-use super::hidden_strain::HiddenStrain;
+use super::hidden_strain::{hidden_strain, nodes_at_steep_places};
 use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::PositionTrack;
 use super::{Adaptive, Outcome, Statistics, tolerance_of_equilibria};
@@ -19,9 +19,9 @@ use crate::tropism::Declaration;
 /// Tolerance of the initial equilibrium, relative to that of the run: as for merging.
 const INITIAL: f64 = AIM_OF_MERGING;
 
-/// Largest number of times that a run is repeated with further nodes.
+/// Largest number of times that a run is repeated with additional nodes.
 const REPETITIONS: usize = 3;
-/// Smallest distance of a further node from other nodes, relative to its element: far above rounding.
+/// Smallest distance of an additional node from other nodes, relative to its element: far above rounding.
 const AT_NODE: f64 = 1e-6;
 /// Largest time over the delays after the call, in longest steps. It bounds the work for long delays.
 const MOST_LATER_STEPS: f64 = 1000.0;
@@ -54,9 +54,9 @@ impl TrialRun {
         self.statistics.equilibrium_error + tolerance_of_equilibria(self.plan.tolerance)
     }
 
-    /// Number of elements at the end of the call.
+    /// Number of elements in the growth zone at the end of the call.
     pub fn elements(&self) -> usize {
-        self.state.rod.elements()
+        self.state.rod.elements() - self.state.rod.first_growing
     }
 
     /// Returns the ratio of the longest elements of a run to those of this run, averaged over the steps. Growing
@@ -80,7 +80,7 @@ pub(super) struct Runs<'a, M> {
     snap: Option<f64>,
     /// Initial meshes of the runs, of a shoot without a history.
     meshes: Vec<FirstMesh>,
-    /// Further nodes of all runs, by their distances from the apex at t = 0, m.
+    /// Additional nodes of all runs, as distances from the apex at t = 0, m.
     nodes: Vec<f64>,
     /// Declaration of the laws.
     pub laws: Declaration,
@@ -152,18 +152,21 @@ impl<'a, M: Model> Runs<'a, M> {
     }
 
     /// Makes the first steps of a plan, by at most `max_steps`. A run whose elements hide too much of the intrinsic
-    /// strain is repeated with further nodes.
+    /// strain is repeated with additional nodes.
     pub fn run_at_most(&mut self, plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
         let mut run = self.run_once(plan, max_steps)?;
         for repetition in 0..=REPETITIONS {
             let duration = self.shoot.time() - self.start.time;
             let enough = AIM_IN_SPACE * self.integrator.tolerance;
-            let found = HiddenStrain::of(self.shoot, duration, enough)?;
-            run.hidden = found.error;
-            if found.nodes.is_empty() || repetition == REPETITIONS {
+            run.hidden = hidden_strain(self.shoot, duration)?;
+            if run.hidden <= enough || repetition == REPETITIONS {
                 break;
             }
-            self.nodes.extend(found.nodes);
+            let nodes = nodes_at_steep_places(self.shoot, duration, enough);
+            if nodes.is_empty() {
+                break;
+            }
+            self.nodes.extend(nodes);
             self.meshes.clear();
             run = self.run_once(plan, max_steps)?;
         }
@@ -244,7 +247,7 @@ impl<'a, M: Model> Runs<'a, M> {
         Ok(Some(found))
     }
 
-    /// Gives the shoot the further nodes.
+    /// Divides elements at the additional nodes.
     fn add_nodes(&mut self) {
         for distance in &self.nodes {
             let state = &mut self.shoot.state;
@@ -257,7 +260,7 @@ impl<'a, M: Model> Runs<'a, M> {
         }
     }
 
-    /// Returns whether the laws are smooth inside the elements.
+    /// Returns whether no run has required additional nodes.
     pub fn is_smooth(&self) -> bool {
         self.nodes.is_empty()
     }

@@ -21,8 +21,8 @@ pub(super) const MIN_RATIO: f64 = 1.15;
 /// Largest number of refinements of the elements and of the merge tolerance. The elements are then shorter by a factor
 /// of 0.8¹³ = 1/18.
 const MAX_REFINEMENTS: usize = 13;
-/// Number of elements from which on they are not halved for a law that is steep between the material points.
-const MOST_ELEMENTS: usize = 1000;
+/// Number of elements above which elements are not refined for a law that is steep between the material points.
+pub(super) const MOST_ELEMENTS: usize = 1000;
 /// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
 /// mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
@@ -56,11 +56,11 @@ impl<M: Model> Runs<'_, M> {
             let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
             let coarser_error = estimate.error_of_coarser(ratio.max(ratio.recip()), difference);
             let coarser = if ratio > 1.0 { &compared } else { &run };
-            if differ && coarser_error.max(coarser.hidden) <= enough {
+            if differ && coarser_error <= enough && coarser.hidden <= enough {
                 return Ok((Rc::clone(coarser), coarser_error));
             }
             let (plan, hidden) = (run.plan, run.hidden);
-            if hidden > enough && run.elements() > MOST_ELEMENTS {
+            if SAFETY * hidden > tolerance && run.elements() > MOST_ELEMENTS {
                 return Err(self.not_met(SAFETY * hidden));
             }
             let mut longest_element = self.next_length(plan.longest_element);
@@ -73,7 +73,7 @@ impl<M: Model> Runs<'_, M> {
                     let sufficient = SAFETY * error <= tolerance;
                     return Ok(if sufficient { (regular, error) } else { (compared, f64::INFINITY) });
                 }
-                if difference <= ASYMPTOTIC && finer_error.max(hidden) <= enough {
+                if difference <= ASYMPTOTIC && finer_error <= enough && hidden <= enough {
                     return Ok((run, finer_error));
                 }
                 let before = std::mem::replace(&mut compared, run);
