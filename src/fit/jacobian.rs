@@ -176,8 +176,8 @@ mod tests {
             });
             let point = problem.at(problem.unknowns()).unwrap();
             let jacobian = problem.jacobian(&point).unwrap();
-            // The steps are at most 1e-5. The error by rounding is below 1e-10, and a quotient of first order would have
-            // an error of 3e-6.
+            // The steps are at most 1e-5. The error by rounding is below 1e-10, and a quotient of first order would
+            // have an error of 3e-6.
             assert_relative_eq!(jacobian[(0, 0)], 2.0_f64.ln().cos(), epsilon = 1e-9);
         }
     }

@@ -48,8 +48,8 @@ impl<M: Model> Shoot<M> {
         })
     }
 
-    /// Calls `each` with a function for the rate at a material point whose variables and stimuli are sums over points in
-    /// the zone, with weights.
+    /// Calls `each` with a function for the rate at a material point. Its variables and stimuli are weighted sums over
+    /// points in the zone.
     fn rates(
         &self,
         each: impl FnOnce(&mut dyn FnMut(&MaterialPoint, &[(usize, f64)]) -> Vector3<f64>) -> Vec<Vector3<f64>>,

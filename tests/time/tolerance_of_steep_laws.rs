@@ -99,8 +99,8 @@ fn growth_that_jumps_along_the_shoot_is_within_the_tolerance() {
             let curvature = |distance: f64| if distance < apical { 0.15 / RADIUS * until / TIME } else { 0.0 };
             let error = error(&shoot, curvature);
             assert!(error < tolerance, "{share}, {tolerance:e}: {error:e}");
-            // With the tolerance 1e-3 and the jump at 0.813 of the length the error is 3.4 times the estimate, since the
-            // jump is next to a node.
+            // With the tolerance 1e-3 and the jump at 0.813 of the length the error is 3.4 times the estimate, since
+            // the jump is next to a node.
             assert!(error < 4.0 * estimate, "{share}, {tolerance:e}: {error:e}, estimate {estimate:e}");
         }
     }

@@ -26,11 +26,11 @@ const SHORT: f64 = 1.0 / 256.0;
 /// Largest number of times that elements are halved. The distance of a jump from a node is then 1e-9 elements.
 const HALVINGS: usize = 30;
 
-/// Returns the possible displacement of the centre line by the intrinsic strain that the elements of a shoot hide, by the
-/// present rates over a time (s), relative to the length.
+/// Returns the possible displacement of the centre line by the intrinsic strain that the elements of a shoot hide,
+/// relative to the length: by the present rates over a time (s).
 ///
-/// It is too small for a law that jumps at a material point of a shoot that elongates, and for one that is steep only at
-/// earlier times.
+/// It is too small for a law that jumps at a material point of a shoot that elongates, and for one that is steep at
+/// earlier times only.
 ///
 /// # Errors
 /// [`NotFinite`](IntegrationError::NotFinite) for a law that is not finite between the material points.
@@ -40,8 +40,8 @@ pub(super) fn hidden_strain(shoot: &Shoot<impl Model>, duration: f64) -> Outcome
 }
 
 /// Returns the distances from the apex at t = 0 (m) of additional nodes about steep places, with which the hidden
-/// displacement is at most half of `enough`. There are none for a shoot that elongates, since its tissue moves past the
-/// places of a law, and for a law that needs too many.
+/// displacement is at most half of `enough`. A shoot that elongates has none, since its tissue moves relative to a law.
+/// A law that needs too many has none either.
 pub(super) fn nodes_at_steep_places(shoot: &mut Shoot<impl Model>, duration: f64, enough: f64) -> Vec<f64> {
     if shoot.model().growth().elongates() {
         return Vec::new();
