@@ -46,8 +46,8 @@ mod tests {
         let mut distances = Vec::new();
         for _ in 0..5 {
             let found = 1.0 + ratio * (node - 1.0);
-            let end = End::after(&ends, (0, 1.0, found), 0.5);
-            ends = vec![End::after(&[], (1, 1.0, found), 0.5), end, End::after(&[], (0, -1.0, found), 0.5)];
+            let end = End::after(&ends, (0, 1.0, found), 10.0);
+            ends = vec![End::after(&[], (1, 1.0, found), 10.0), end, End::after(&[], (0, -1.0, found), 10.0)];
             node = end.node;
             distances.push((node - 1.0).abs());
         }
