@@ -1,8 +1,8 @@
 //! Ends of contact segments, which nodes approach in a sequence of placements.
 
-/// Smallest and largest factor by which a motion is extrapolated. They belong to distances that change by the ratios −9
+/// Smallest and largest factor by which a motion is extrapolated. They belong to distances that change by the ratios −1
 /// and 0.9.
-const EXTRAPOLATION: (f64, f64) = (0.1, 10.0);
+const EXTRAPOLATION: (f64, f64) = (0.5, 10.0);
 
 /// The end of a contact segment, at which nodes are placed repeatedly.
 #[derive(Debug, Clone, Copy)]
@@ -46,8 +46,8 @@ mod tests {
         let mut distances = Vec::new();
         for _ in 0..5 {
             let found = 1.0 + ratio * (node - 1.0);
-            let end = End::after(&ends, (0, 1.0, found), 10.0);
-            ends = vec![End::after(&[], (1, 1.0, found), 10.0), end, End::after(&[], (0, -1.0, found), 10.0)];
+            let end = End::after(&ends, (0, 1.0, found), 0.5);
+            ends = vec![End::after(&[], (1, 1.0, found), 0.5), end, End::after(&[], (0, -1.0, found), 0.5)];
             node = end.node;
             distances.push((node - 1.0).abs());
         }
@@ -55,8 +55,8 @@ mod tests {
     }
 
     #[test]
-    fn distances_that_change_in_proportion_vanish_at_the_third_placement() {
-        for ratio in [0.8, 0.5, 0.06, 0.0, -0.3, -0.9, -1.7, -5.0] {
+    fn distances_that_decrease_in_proportion_vanish_at_the_third_placement() {
+        for ratio in [0.8, 0.5, 0.06, 0.0, -0.3, -0.9] {
             let distances = distances(ratio);
             assert!(distances[1] >= 0.99 * ratio.abs() * distances[0], "{ratio}: {distances:?}");
             assert!(distances[2] < 1e-12, "{ratio}: {distances:?}");
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_is_limited_and_distances_that_increase_on_one_side_are_not_extrapolated() {
+    fn motion_is_limited_and_distances_that_increase_are_not_extrapolated() {
         let end = End { obstacle: 0, outward: 1.0, node: 1.0, before: Some((0.9, 0.05)) };
         assert_eq!(End::after(&[end], (0, 1.0, 1.1), 0.3).node, 1.1);
         assert_eq!(End::after(&[end], (0, 1.0, 1.5), 0.3).node, 1.3);
