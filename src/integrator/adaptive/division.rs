@@ -8,6 +8,8 @@ use crate::state::State;
 
 /// Merge tolerance at which the loss is only the rounding of the projection, rad.
 pub(super) const LOSSLESS: f64 = 1e-11;
+/// Number of elements above which elements are not refined for a law that is steep between the material points.
+pub(super) const MOST_ELEMENTS: usize = 1000;
 /// Ratio of the initial length of an element to the longest element, at which growth halves elements. It is the
 /// geometric mean of 1 and 1/2. The divisions in runs with different elements then occur at similar times.
 pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;

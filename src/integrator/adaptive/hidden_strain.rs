@@ -6,9 +6,8 @@
 
 use nalgebra::Vector3;
 
-use super::division::cut_into;
+use super::division::{MOST_ELEMENTS, cut_into};
 use super::hidden_turns::SMOOTH;
-use super::space::MOST_ELEMENTS;
 use crate::growth::GrowthLaw;
 use crate::integrator::IntegrationError;
 use crate::integrator::error::Outcome;

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::division::LOSSLESS;
+use super::division::{LOSSLESS, MOST_ELEMENTS};
 use super::richardson::{
     AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, Richardson, SAFETY, UNOBSERVED, order_before_observation, order_in_space,
 };
@@ -21,8 +21,6 @@ pub(super) const MIN_RATIO: f64 = 1.15;
 /// Largest number of refinements of the elements and of the merge tolerance. The elements are then shorter by a factor
 /// of 0.8¹³ = 1/18.
 const MAX_REFINEMENTS: usize = 13;
-/// Number of elements above which elements are not refined for a law that is steep between the material points.
-pub(super) const MOST_ELEMENTS: usize = 1000;
 /// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
 /// mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
