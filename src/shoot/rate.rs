@@ -25,7 +25,7 @@ impl<M: Model> Shoot<M> {
         let points = self.state.rod.points();
         self.rates(|read| {
             let zone = self.state.rod.zone().enumerate();
-            zone.map(|(i, point)| read(&points[point], &[(i, 1.0)])).collect()
+            zone.map(|(i, point)| read(&points[point], i, &[1.0])).collect()
         })
     }
 
@@ -39,9 +39,7 @@ impl<M: Model> Shoot<M> {
             for e in rod.first_growing..rod.elements() {
                 let first = (e - rod.first_growing) * p;
                 for (x, weights) in places.iter().zip(&weights) {
-                    let each: Vec<_> =
-                        weights[..p].iter().enumerate().map(|(g, weight)| (first + g, *weight)).collect();
-                    rates.push(read(&rod.point_within(e, *x), &each));
+                    rates.push(read(&rod.point_within(e, *x), first, &weights[..p]));
                 }
             }
             rates
@@ -49,10 +47,10 @@ impl<M: Model> Shoot<M> {
     }
 
     /// Calls `each` with a function for the rate at a material point. Its variables and stimuli are weighted sums over
-    /// points in the zone.
+    /// successive points in the zone, given by the index of the first one and the weights.
     fn rates(
         &self,
-        each: impl FnOnce(&mut dyn FnMut(&MaterialPoint, &[(usize, f64)]) -> Vector3<f64>) -> Vec<Vector3<f64>>,
+        each: impl FnOnce(&mut dyn FnMut(&MaterialPoint, usize, &[f64]) -> Vector3<f64>) -> Vec<Vector3<f64>>,
     ) -> Vec<Vector3<f64>> {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
         let (laws, time) = (Declaration::of(tropism), self.environment().time);
@@ -66,15 +64,15 @@ impl<M: Model> Shoot<M> {
         let readings: Vec<_> = variables.map(|at| at.delay.map(|delay| read(delay, at.time_constant))).collect();
         let (mut past, mut one) = (vec![0.0; readings.len()], vec![0.0; readings.len()]);
         let mut present = vec![0.0; size.stimuli];
-        each(&mut |point, sum| {
+        each(&mut |point, first, weights| {
             past.fill(0.0);
             present.fill(0.0);
-            for (i, weight) in sum {
+            for (i, weight) in (first..).zip(weights) {
                 for (k, reading) in readings.iter().enumerate() {
-                    reading.iter().for_each(|reading| history.read_some(reading, *i, &[k], &mut one));
+                    reading.iter().for_each(|reading| history.read_some(reading, i, &[k], &mut one));
                     past[k] += weight * one[k];
                 }
-                let stimuli = history.stimuli(history.levels() - 1, *i);
+                let stimuli = history.stimuli(history.levels() - 1, i);
                 present.iter_mut().zip(stimuli).for_each(|(sum, stimulus)| *sum += weight * stimulus);
             }
             let at = Growing::of(point, time, point.apex_distance);

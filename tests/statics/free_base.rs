@@ -152,7 +152,7 @@ fn force_that_drags_a_strip_over_a_table_is_friction_times_weight() {
 
 #[test]
 fn rod_that_nothing_holds_is_an_error() {
-    // The bend by the smallest weight is q ℓ³/(E I) = 2e-12. A joint turns the apex and bears no force.
+    // The bend by the smallest weight is q ℓ³/(E I) = 1.6e-11. A joint turns the apex and bears no force.
     let joint = (Joint::Free, Hold::apex().elastic_joint(UnitQuaternion::identity(), 1e-4));
     for density in [1e3, 1e-3, 1e-9] {
         for support in [&Joint::Free as &dyn Support, &joint] {

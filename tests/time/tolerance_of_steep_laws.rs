@@ -66,7 +66,6 @@ fn run(shoot: &mut Shoot<DynLaws>, tolerance: f64, until: f64) -> Statistics {
 #[test]
 fn localised_bend_is_within_the_tolerance() {
     let until = 2.0 * HOUR;
-    let mut ratios = Vec::new();
     for edge in [1e-2, 2e-3, 1e-3, 1e-5] {
         for (from, to) in [(0.0, 0.02), (0.01, 0.03), (0.0123, 0.0177), (0.021, 0.0234)] {
             for tolerance in TOLERANCES {
@@ -76,14 +75,12 @@ fn localised_bend_is_within_the_tolerance() {
                 let mut shoot = builder.growth(growth).tropism(law.clone()).into_dyn().build().unwrap();
                 let estimate = run(&mut shoot, tolerance, until).error.unwrap();
                 let error = error(&shoot, |distance| 0.3 / RADIUS * until / TIME * law.window(distance));
-                assert!(error < tolerance, "edge {edge}, {from} to {to}, tolerance {tolerance:e}: {error:e}");
-                ratios.push(estimate / error);
+                // The smallest estimate is 2.2 times the error.
+                let name = format!("edge {edge}, {from} to {to}, tolerance {tolerance:e}");
+                assert!(error < tolerance.min(estimate), "{name}: {error:e}, estimate {estimate:e}");
             }
         }
     }
-    // Richardson's estimate is too small in few of these runs.
-    let low = ratios.iter().filter(|ratio| **ratio < 1.0).count();
-    assert!(low <= 2, "{low} of {} estimates are below the error", ratios.len());
 }
 
 #[test]

@@ -18,7 +18,7 @@ impl HeldSearch<'_> {
     /// Evaluates the sites and candidates on the shape of a rod.
     pub(super) fn locate(&mut self, rod: &Rod) {
         let time = self.obstacles.time;
-        self.line = Line::new(rod, self.body.tangents(rod), self.body.strain_line(rod));
+        self.line = Line::new(rod, self.body.tangents(rod));
         let forces = self.candidates.iter().map(|at| (at.obstacle, at.force));
         self.obstacles.yielded = self.obstacles.displacements(forces);
         for site in &mut self.sites {
@@ -55,7 +55,7 @@ impl HeldSearch<'_> {
         }
         let mut new = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
-            let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle, sheared: false };
+            let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle, strains: &[] };
             let own: Vec<&Candidate> = self.candidates.iter().filter(|at| at.obstacle == obstacle).collect();
             let values = self.gaps_at_stations(obstacle);
             new.extend(self.minima(&gaps, &own, &values, bound));
@@ -127,8 +127,9 @@ impl HeldSearch<'_> {
     /// The largest penetration at the base, at the stations and at the local minima of all gaps, m: also at minima that
     /// the elements do not resolve.
     pub(super) fn penetration(&self, rod: &Rod) -> f64 {
+        let strains = self.body.strain_line(rod);
         let each = (0..self.obstacles.contacts.len()).flat_map(|obstacle| {
-            let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle, sheared: true };
+            let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle, strains: &strains };
             let values = self.gaps_at_stations(obstacle);
             let minima = |[from, to]: [Sample; 2]| gaps.minima(&from, &to, 0.0);
             let inner = self.intervals(&gaps, &values, 0.0).flat_map(minima).map(|least| -least.gap);

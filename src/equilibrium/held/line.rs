@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::response::upto_parts;
-use crate::rod::{Rod, centre_line_tangent, weighted};
+use crate::rod::Rod;
 
 /// A place of a rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,8 +21,6 @@ pub(super) struct LinePlace {
 pub(super) struct Line {
     /// Tangents ∂p/∂s at the material points.
     pub tangents: Vec<Vector3<f64>>,
-    /// Strains of the centre line at the material points, along the directors; empty without shear and stretch.
-    strains: Vec<Vector3<f64>>,
     /// The base and the stations of all elements, from base to apex. The last station of an element is its end.
     pub places: Vec<LinePlace>,
     /// Number of stations in an element.
@@ -30,12 +28,12 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub fn new(rod: &Rod, tangents: Vec<Vector3<f64>>, strains: Vec<Vector3<f64>>) -> Self {
+    pub fn new(rod: &Rod, tangents: Vec<Vector3<f64>>) -> Self {
         let stations = &rod.reference().stations;
         let base = LinePlace { element: 0, x: 0.0, arc_length: 0.0, path: 0.0, position: rod.base_position() };
         let mut places = Vec::with_capacity(1 + rod.elements() * stations.len());
         places.push(base);
-        let mut line = Self { tangents, strains, places, stations: stations.len() };
+        let mut line = Self { tangents, places, stations: stations.len() };
         for e in 0..rod.elements() {
             for (x, weights) in stations {
                 let mut parts = *weights;
@@ -50,15 +48,6 @@ impl Line {
     /// The place at coordinate `x` of an element.
     pub fn place(&self, rod: &Rod, (element, x): (usize, f64)) -> LinePlace {
         self.within(rod, (element, x), &upto_parts(rod, element, x))
-    }
-
-    /// The tangent ∂p/∂s at coordinate `x` of an element. It jumps at a node at which a force shears the rod.
-    pub fn tangent(&self, rod: &Rod, (element, x): (usize, f64)) -> Vector3<f64> {
-        let p = rod.order().points();
-        let strains = self.strains.get(element * p..(element + 1) * p);
-        let strain =
-            strains.map_or_else(centre_line_tangent, |strains| weighted(strains, &rod.reference().at_points(x)));
-        rod.frame_within(element, x) * strain
     }
 
     /// The place at coordinate `x` of an element, given the weights (m) of the integral up to there.

@@ -10,7 +10,7 @@ use super::line::{Line, LinePlace};
 use super::reduced::Surfaces;
 use super::settings::SETTINGS;
 use crate::numerics::scalar::bracketed_root;
-use crate::rod::Rod;
+use crate::rod::{Rod, centre_line_tangent, weighted};
 use crate::support::{Contact, Obstacle, Patch, Reaction};
 
 /// Number of halvings of an interval between two stations in the search for places close to an obstacle.
@@ -153,21 +153,20 @@ pub(super) struct Gaps<'b, 'a> {
     pub line: &'b Line,
     pub obstacles: &'b Obstacles<'a>,
     pub obstacle: usize,
-    /// Whether slopes use the tangent of the centre line instead of d3. Contacts slide along d3.
-    pub sheared: bool,
+    /// Strains of the centre line at the material points. Without them the slopes are those in the direction of d3, in
+    /// which contacts slide.
+    pub strains: &'b [Vector3<f64>],
 }
 
 impl Gaps<'_, '_> {
     pub fn at(&self, place: &LinePlace) -> Sample {
         let gap = self.obstacles.gap_at(self.obstacle, &place.position);
-        let at = (place.element, place.x);
-        let tangent = if self.sheared {
-            self.line.tangent(self.rod, at)
-        } else {
-            self.rod.frame_within(at.0, at.1) * Vector3::z()
-        };
-        let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
         let LinePlace { element, x, arc_length, path, .. } = *place;
+        let p = self.rod.order().points();
+        let strains = self.strains.get(element * p..(element + 1) * p);
+        let at_place = |strains: &[_]| weighted(strains, &self.rod.reference().at_points(x));
+        let tangent = self.rod.frame_within(element, x) * strains.map_or_else(centre_line_tangent, at_place);
+        let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
         Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
     }
 
@@ -250,7 +249,7 @@ pub(super) fn largest_share(
             let size = places[i + 1].path - places[i].path;
             let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);
             if allowed(least) < share * way {
-                let search = Gaps { rod, line, obstacles, obstacle, sheared: false };
+                let search = Gaps { rod, line, obstacles, obstacle, strains: &[] };
                 least = search.lowest(&search.at(&places[i]), &search.at(&places[i + 1]), 0);
             }
             share = share.min(allowed(least) / way);

@@ -35,9 +35,9 @@ pub(super) struct TrialRun {
     /// State at the end of the call.
     state: State,
     pub track: PositionTrack,
-    /// Errors of the initial equilibrium and of the intrinsic strain between the material points, relative to the
-    /// length.
+    /// Error of the initial equilibrium, relative to the length.
     pub initial: f64,
+    /// Error of the intrinsic strain between the material points, relative to the length.
     pub hidden: f64,
 }
 

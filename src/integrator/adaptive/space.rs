@@ -81,13 +81,14 @@ impl<M: Model> Runs<'_, M> {
                 }
                 // The observed order does not hold for refinements by more than two.
                 let shortest = 0.5 * plan.longest_element;
-                let needed = if difference > ASYMPTOTIC {
-                    0.0
-                } else {
+                if difference <= ASYMPTOTIC {
                     error = finer_error;
-                    if hidden > enough { 0.0 } else { plan.longest_element / estimate.refinement(error / enough) }
+                }
+                longest_element = if difference <= ASYMPTOTIC && hidden <= enough {
+                    (plan.longest_element / estimate.refinement(error / enough)).clamp(shortest, longest_element)
+                } else {
+                    shortest
                 };
-                longest_element = needed.clamp(shortest, longest_element);
             }
             run = self.run_over_delays(Plan { longest_element, ..plan })?;
         }
