@@ -195,16 +195,26 @@ impl Reduced<'_> {
         self.step(contacts, &all, proximal)
     }
 
-    /// The derivatives of all coordinates by the unknowns of a contact: by the three components of its force and, if it
-    /// has a range, by its displacement along the rod, since the displaced force exerts a couple.
-    fn columns(&self, contact: &LinearContact) -> Vec<DVector<f64>> {
-        let column = |c: usize| self.compliance.column(contact.first + c);
-        if contact.range.is_none() {
-            return (0..3).map(|c| column(c).into_owned()).collect();
+    /// The derivatives of all coordinates by the unknowns of contacts: by the three components of the force of each
+    /// and, if it has a range, by its displacement along the rod, since the displaced force exerts a couple.
+    fn by_unknowns<'b>(&self, contacts: impl Iterator<Item = &'b LinearContact>, unknowns: usize) -> DMatrix<f64> {
+        let mut derivatives = DMatrix::zeros(self.free.len(), unknowns);
+        let mut k = 0;
+        for contact in contacts {
+            let Some(couples) = contact.range.map(|_| contact.first + 3) else {
+                derivatives.columns_mut(k, 3).copy_from(&self.compliance.columns(contact.first, 3));
+                k += 3;
+                continue;
+            };
+            for c in 0..3 {
+                let mut by_force = derivatives.column_mut(k + c);
+                by_force.copy_from(&self.compliance.column(contact.first + c));
+                by_force.axpy(contact.travel, &self.compliance.column(couples + c), 1.0);
+                derivatives.column_mut(k + 3).axpy(contact.force[c], &self.compliance.column(couples + c), 1.0);
+            }
+            k += 4;
         }
-        let by_force = (0..3).map(|c| column(c) + column(3 + c) * contact.travel);
-        let by_travel = column(3) * contact.force.x + column(4) * contact.force.y + column(5) * contact.force.z;
-        by_force.chain([by_travel]).collect()
+        derivatives
     }
 
     /// One Newton step: changes of the force and of the travel of every contact.
@@ -225,7 +235,7 @@ impl Reduced<'_> {
             first.push(first[first.len() - 1] + 3 + usize::from(contacts[*i].range.is_some()));
         }
         let n = first[unknown.len()];
-        let columns: Vec<DVector<f64>> = unknown.iter().flat_map(|i| self.columns(&contacts[*i])).collect();
+        let derivatives = self.by_unknowns(unknown.iter().map(|i| &contacts[*i]), n);
         let (mut matrix, mut rhs) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (&row, &i) in first.iter().zip(&unknown) {
             let (contact, Evaluated { law, tangent, slide, .. }) = (&contacts[i], &all[i]);
@@ -234,13 +244,14 @@ impl Reduced<'_> {
             own += law.by_force + Matrix3::identity() * proximal;
             rhs.fixed_rows_mut::<3>(row).copy_from(&-law.residual);
             let (x, has_range) = (contact.first, slide.is_some());
-            // Three components of the displacements, from a coordinate.
-            let part = |u: &DVector<f64>, at: usize| Vector3::new(u[at], u[at + 1], u[at + 2]);
             if is_loaded(i) {
-                for (k, u) in columns.iter().enumerate() {
-                    let turn = if has_range { part(u, x + 3) * contact.travel } else { zero };
-                    let by = law.by_place * (part(u, x) + turn);
-                    (0..3).for_each(|c| matrix[(row + c, k)] += by[c]);
+                for (k, u) in derivatives.column_iter().enumerate() {
+                    let mut displacement: Vector3<f64> = u.fixed_rows::<3>(x).into_owned();
+                    if has_range {
+                        displacement += u.fixed_rows::<3>(x + 3) * contact.travel;
+                    }
+                    let mut by = matrix.fixed_view_mut::<3, 1>(row, k);
+                    by += law.by_place * displacement;
                 }
             }
             if let Some(Slide { excess, by_force, by_place, by_tangent, by_travel }) = slide {
@@ -253,8 +264,9 @@ impl Reduced<'_> {
                 matrix[(last, last)] += by_travel * scale;
                 let by_tangent = (by_tangent + by_place * contact.travel) * scale;
                 let by_place = by_place * scale;
-                for (k, u) in columns.iter().enumerate() {
-                    matrix[(last, k)] += by_place.dot(&part(u, x)) + by_tangent.dot(&part(u, x + 3));
+                for (k, u) in derivatives.column_iter().enumerate() {
+                    let (displacement, turn) = (u.fixed_rows::<3>(x), u.fixed_rows::<3>(x + 3));
+                    matrix[(last, k)] += by_place.dot(&displacement) + by_tangent.dot(&turn);
                 }
             }
         }
