@@ -2,14 +2,17 @@
 //!
 //! A semismooth Newton method with a line search solves the laws of all contacts together. If it does not converge, it
 //! is repeated from the normal forces that an active set determines ([`super::press`]), from the forces without
-//! sliding, and from the present forces.
+//! sliding, and from the present forces. Without the active set 2 of 9 growing shoots that touch in the test
+//! `time::obstacles` do not reach their end. As the first guess it leads to forces far from the present ones.
 
 use nalgebra::Vector3;
 
 use super::law::Status;
 use super::reduced::{Evaluated, LinearContact, Reduced};
 
-/// Number of Newton iterations, and of fractions of a step that are tried in each.
+/// Number of Newton iterations, and of fractions of a step that are tried in each. The residual must decrease in each
+/// step: if it only had to stay below the largest of the last three, more problems would be solved, but the coil of the
+/// test `statics::helix` would leave its branch of equilibria at the curvature 1.16 instead of the fold at 3.31.
 const ITERATIONS: usize = 40;
 const FRACTIONS: usize = 4;
 /// The iteration ends unless the squared residual decreases by the factor (second) within this number of iterations
