@@ -116,6 +116,12 @@ impl HeldSearch<'_> {
         let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
         let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
+        // Where a contact point has left its node, Newton's method does not converge quadratically.
+        let left = |at: &Candidate| at.slides && at.status != Status::Open && at.x.fract() != 0.0;
+        let places = settled || turn < SETTINGS.placing_turn;
+        if places && self.candidates.iter().any(left) && self.move_nodes(rod, course) {
+            return Ok(false);
+        }
         let converged = loop {
             // The ratio of a chord to the step before shows the accuracy of the tangent.
             let distance = if chords == 0 { step.drift } else { turn };
