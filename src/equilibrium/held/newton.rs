@@ -116,11 +116,12 @@ impl HeldSearch<'_> {
         let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
         let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
-        // Where a contact point has left its node, Newton's method does not converge quadratically, and steps with the
-        // same factors may lead away from its place. Ends of segments are found from a shape that has converged.
+        // Newton's method does not converge quadratically for a contact point that has left its node, and steps with
+        // the same factors may increase its distance. If no point has left its node, nodes move after these steps,
+        // since the ends of segments are extrapolated more accurately from a converged shape.
         let left = |at: &Candidate| at.slides && at.status != Status::Open && at.x.fract() != 0.0;
-        let places = settled || turn < SETTINGS.placing_turn;
-        if places && self.candidates.iter().any(left) && self.move_nodes(rod, course) {
+        let is_close = settled || turn < SETTINGS.placing_turn;
+        if is_close && self.candidates.iter().any(left) && self.move_nodes(rod, course) {
             return Ok(false);
         }
         let converged = loop {

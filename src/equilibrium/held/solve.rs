@@ -2,8 +2,9 @@
 //!
 //! A semismooth Newton method with a line search solves the laws of all contacts together. If it does not converge, it
 //! is repeated from the normal forces that an active set determines ([`super::press`]), from the forces without
-//! sliding, and from the present forces. Without the active set 2 of 9 growing shoots that touch in the test
-//! `time::obstacles` do not reach their end. As the first guess it leads to forces far from the present ones.
+//! sliding, and from the present forces. The active set is necessary: 2 of 9 growing shoots that touch in the test
+//! `time::obstacles` do not reach their end if this guess is omitted. It is not the first guess, since its forces
+//! may be far from the present ones.
 
 use nalgebra::Vector3;
 
