@@ -75,9 +75,30 @@ pub(crate) struct ReferenceElement {
     /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through the Gauss points
     /// that is one at point j.
     integrals: [[f64; MAX_POINTS]; MAX_POINTS],
-    /// Stations, at which a distributed contact acts, with the weights of `within`. There is one fewer than
-    /// rotations, so that bending energy determines the shape.
-    pub stations: Vec<(f64, [f64; MAX_POINTS])>,
+    /// Stations, at which a distributed contact acts. There is one fewer than rotations, so that bending energy
+    /// determines the shape.
+    pub stations: Vec<Station>,
+}
+
+/// A station of an element.
+#[derive(Debug)]
+pub(crate) struct Station {
+    pub x: f64,
+    /// The weights of [`within`](ReferenceElement::within).
+    pub upto: [f64; MAX_POINTS],
+    /// The points of the Gauss rule from the start of the element to the station.
+    pub chord: Vec<ChordPoint>,
+}
+
+/// A point of the Gauss rule from the start of an element to a place inside it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ChordPoint {
+    /// Weight in the element coordinate.
+    pub weight: f64,
+    /// The values of the polynomials through the Gauss points of the element.
+    pub points: [f64; MAX_POINTS],
+    /// The values of the polynomials of the nodes 1 … p.
+    pub nodes: [f64; MAX_POINTS],
 }
 
 impl ReferenceElement {
@@ -126,7 +147,9 @@ impl ReferenceElement {
             }
         }
         let stations = if p < 2 { vec![1.0] } else { lobatto(p - 1)[1..].to_vec() };
-        reference.stations = stations.into_iter().map(|x| (x, reference.within(x))).collect();
+        let chord = |x: f64| (0..p).map(|k| reference.chord_point(k, x)).collect();
+        let station = |x: f64| Station { x, upto: reference.within(x), chord: chord(x) };
+        reference.stations = stations.into_iter().map(station).collect();
         reference
     }
 
@@ -142,6 +165,12 @@ impl ReferenceElement {
         let mut values = [0.0; MAX_POINTS + 1];
         lagrange_over(&self.denominators.1, &self.nodes, x, &mut values);
         std::array::from_fn(|k| values[k + 1])
+    }
+
+    /// Point k of the Gauss rule from the start of the element to `x`.
+    pub fn chord_point(&self, k: usize, x: f64) -> ChordPoint {
+        let at = x * self.points[k];
+        ChordPoint { weight: x * self.weights[k], points: self.at_points(at), nodes: self.at_nodes(at) }
     }
 
     /// The weights of `integral_upto` for `x` up to 1, by powers of x. At 1 they are exactly those of the Gauss points.

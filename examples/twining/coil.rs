@@ -33,8 +33,8 @@ pub fn follow() -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
     let _ = solver.solve(&mut rod, &tissue, &(), &environment)?;
     let mut angles = Vec::new();
     // With longer steps the search for an unstable equilibrium may converge to one outside the plane.
-    let equal_steps = (11..=30).map(|tenths| f64::from(tenths) / 10.0);
-    for product in equal_steps.chain([3.1, 3.2, 3.25, 3.28, 3.3, 3.305, 3.308]) {
+    let equal_steps = (22..=60).map(|twentieths| f64::from(twentieths) / 20.0);
+    for product in equal_steps.chain([3.1, 3.2, 3.25, 3.28, 3.3, 3.305, 3.307]) {
         rod.set_intrinsic(|_| Vector3::y() * (product / radius));
         let held = solver.solve_held(&mut rod, &tissue, &(), &support, &environment)?;
         let outward = held.rod.tip() - pole.through;

@@ -13,8 +13,9 @@ use super::elimination::{Elimination, Row, vector_at};
 use super::line::LineYields;
 use super::points::{Responses, at_points, vectors_at_points};
 use crate::constitutive::{Constitutive, Tissue};
-use crate::reference_element::{AtPoints, MAX_POINTS, ReferenceElement, interpolated, total};
-use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
+use crate::load::PointReaction;
+use crate::reference_element::{AtPoints, ChordPoint, MAX_POINTS, ReferenceElement, interpolated, total};
+use crate::rod::{MaterialPoint, centre_line_tangent, weighted, weighted_jacobian};
 use crate::so3::{Form, Real, s_functions};
 
 /// Data on which the equilibrium of an element depends.
@@ -24,6 +25,8 @@ pub(super) struct ElementData<'a> {
     pub points: &'a [MaterialPoint],
     /// The force n at the material points, in the fixed frame, N.
     pub forces: &'a [Vector3<f64>],
+    /// Reactions of supports inside the element.
+    pub inside: &'a [PointReaction],
     /// Time, s, from which the age of the tissue follows.
     pub time: f64,
 }
@@ -93,7 +96,7 @@ impl ElementSystem {
         let response = Responses::of::<P>(material, (data.points, data.time), &strain, &along_directors);
         let (couple, along, load) = (response.couple * weight, response.along, force * weight);
         let turned = exp.apply(&theta, &along);
-        let energy = total(weight * response.energy - load.dot(&turned));
+        let mut energy = total(weight * response.energy - load.dot(&turned));
 
         // Derivative of the strain by that of θ along the element coordinate.
         let strain_slope = to_strain.matrix(&theta) * inverse;
@@ -115,9 +118,7 @@ impl ElementSystem {
                 + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
             let c = symmetric_product(&strain_slope, &c_slope);
             let turned_theta = exp.jacobian(&theta, &along);
-            let mut theta_turn = Matrix3::from_fn(|i, j| load.cross(&turned_theta.column(i))[j]);
-            let mut turn_turn =
-                Matrix3::from_diagonal_element(load.dot(&turned)) - symmetric_part(&(turned * load.transpose()));
+            let (mut theta_turn, mut turn_turn) = by_turn(&load, &turned, &turned_theta);
             self.yielding = 0.0;
             if let Some(compliance) = &response.line {
                 let yields = LineYields::of(&(compliance * weight), &exp, &theta, &force);
@@ -139,6 +140,9 @@ impl ElementSystem {
             }
             self.hessian.set_block(3 * P, 3 * P, &turn_turn.map(total));
         }
+        if !data.inside.is_empty() {
+            energy -= self.add_inside::<P, HESSIAN>(reference, data);
+        }
         // The gradient by the current frames requires this factor even without a Hessian.
         let theta = data.rotations[P - 1];
         self.inverse = Form::inverse_right_jacobian(&s_functions(theta.norm_squared()));
@@ -146,28 +150,68 @@ impl ElementSystem {
         energy
     }
 
-    /// The derivatives of Σ `parts`[g] p′(g), a part of the chord of the element, by its unknowns: one row for each
-    /// component in the fixed frame, eliminated as the gradient. `parts` are lengths, m.
+    /// Adds the derivatives of the energy by the reactions inside the element, for a rod without shear and stretch.
+    /// Returns their work, J.
+    #[inline(never)]
+    fn add_inside<const P: usize, const HESSIAN: bool>(
+        &mut self,
+        reference: &ReferenceElement,
+        data: &ElementData,
+    ) -> f64 {
+        let (rotate, along) = (data.frame.to_rotation_matrix().into_inner(), centre_line_tangent());
+        let mut work = 0.0;
+        for (reaction, k) in data.inside.iter().flat_map(|reaction| (0..P).map(move |k| (reaction, k))) {
+            let (shape, length) = data.part_of_chord(reference, reaction.x, k);
+            let (theta, load) = (weighted(data.rotations, &shape), rotate.tr_mul(&reaction.force) * length);
+            let exp = Form::exp(&s_functions(theta.norm_squared()));
+            let turned = exp.apply(&theta, &along);
+            work += load.dot(&turned);
+            let by_theta = exp.gradient(&theta, &load, &along);
+            (0..P).for_each(|n| self.gradient[n] -= by_theta * shape[n]);
+            self.gradient[P] += load.cross(&turned);
+            if HESSIAN {
+                let a = exp.hessian(&theta, &load, &along);
+                let (theta_turn, turn_turn) = by_turn(&load, &turned, &exp.jacobian(&theta, &along));
+                for l in 0..P {
+                    for m in 0..=l {
+                        self.hessian.add_block(3 * m, 3 * l, &(a * (-shape[l] * shape[m])));
+                    }
+                    self.hessian.add_block(3 * l, 3 * P, &(theta_turn * shape[l]));
+                }
+                self.hessian.add_block(3 * P, 3 * P, &turn_turn);
+            }
+        }
+        work
+    }
+
+    /// The derivatives of the chord from the start of the element to coordinate `x` by its unknowns: one row for each
+    /// component in the fixed frame, eliminated as the gradient. With shear or stretch, the chord inside the element is
+    /// that of the polynomial through the tangents at the Gauss points.
     pub fn chord_rows<const P: usize>(
         &self,
         reference: &ReferenceElement,
         material: &impl Constitutive,
         data: &ElementData,
-        parts: &[f64; MAX_POINTS],
+        x: f64,
     ) -> [Row; 3] {
         let rotate = data.frame.to_rotation_matrix().into_inner();
+        let line_at =
+            |g: usize, along: &Vector3<f64>| material.line_response(&Tissue::of(&data.points[g], data.time), along);
+        let (exact, upto) = (x < 1.0 && line_at(0, &Vector3::zeros()).is_none(), reference.within(x));
         let mut rows = [Row::default(); 3];
         for g in 0..P {
-            let shape = &reference.shape[g];
-            let point = &data.points[g];
-            let theta = weighted(data.rotations, shape);
+            let (shape, length) = if exact {
+                data.part_of_chord(reference, x, g)
+            } else {
+                (reference.shape[g], upto[g] * data.points[g].jacobian)
+            };
+            let theta = weighted(data.rotations, &shape);
             let exp = Form::exp(&s_functions(theta.norm_squared()));
             let force = rotate.tr_mul(&data.forces[g]);
-            let along = exp.transpose().apply(&theta, &force);
-            let line = material.line_response(&Tissue::of(point, data.time), &along);
+            let line = line_at(g, &exp.transpose().apply(&theta, &force));
             let strain = line.map_or(centre_line_tangent(), |line| line.strain);
             for (k, row) in rows.iter_mut().enumerate() {
-                let unit = rotate.row(k).transpose() * parts[g];
+                let unit = rotate.row(k).transpose() * length;
                 let mut by_theta = exp.gradient(&theta, &unit, &strain);
                 let mut by_turn = exp.apply(&theta, &strain).cross(&unit);
                 if let Some(line) = &line {
@@ -304,6 +348,23 @@ impl ElementSystem {
     pub fn slope<const P: usize>(&self, steps: &[Vector3<f64>], first: &Vector3<f64>) -> f64 {
         (0..P).map(|k| self.gradient[k].dot(&steps[k])).sum::<f64>() + self.gradient[P].dot(first)
     }
+}
+
+impl ElementData<'_> {
+    /// The values of the nodal polynomials at point k of the Gauss rule from the start of the element to `x`, and the
+    /// weight of the point, m.
+    fn part_of_chord(&self, reference: &ReferenceElement, x: f64, k: usize) -> ([f64; MAX_POINTS], f64) {
+        let ChordPoint { weight, points, nodes } = reference.chord_point(k, x);
+        (nodes, weight * weighted_jacobian(self.points, &points))
+    }
+}
+
+/// Second derivatives of the work of a load on a turned vector, times −1: by the rotation vector, of which the turned
+/// vector has the derivative `turned_theta`, and the rotation of the whole element, and by this rotation twice.
+#[inline]
+fn by_turn<T: Real>(load: &Vector3<T>, turned: &Vector3<T>, turned_theta: &Matrix3<T>) -> (Matrix3<T>, Matrix3<T>) {
+    let mixed = Matrix3::from_fn(|i, j| load.cross(&turned_theta.column(i))[j]);
+    (mixed, Matrix3::from_diagonal_element(load.dot(turned)) - symmetric_part(&(turned * load.transpose())))
 }
 
 /// The product aᵀ b, for matrices for which it is symmetric.

@@ -95,6 +95,16 @@ impl Elimination {
         }
     }
 
+    /// Adds to a block of three rows and columns.
+    pub fn add_block(&mut self, row: usize, col: usize, block: &Matrix3<f64>) {
+        for i in 0..3 {
+            let to = self.rows[row + i].as_flattened_mut();
+            for j in 0..3 {
+                to[col + j] += block[(i, j)];
+            }
+        }
+    }
+
     /// Adds `shift` to the diagonal of the interior unknowns, which are the first, and eliminates them. Counts their
     /// pivots.
     pub fn eliminate<const P: usize>(&mut self, shift: f64, inertia: &mut Inertia) {

@@ -71,11 +71,13 @@ impl Configuration {
 
 impl System {
     pub fn data<'a, const P: usize>(rod: &'a Rod, force: &'a InternalForce, e: usize) -> ElementData<'a> {
+        let (forces, inside) = force.on_element(e, P);
         ElementData {
             frame: &rod.frames()[e],
             rotations: rod.element_rotations(e),
             points: rod.element_points(e),
-            forces: &force.at_points()[e * P..(e + 1) * P],
+            forces,
+            inside,
             time: force.environment().time,
         }
     }

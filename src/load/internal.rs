@@ -26,6 +26,10 @@ pub struct InternalForce {
     couples: Vec<(usize, Vector3<f64>)>,
     /// The reactions of [`react`](Self::react).
     reactions: Vec<Reaction>,
+    /// Reactions inside elements, in the order of the elements, and the forces at the material points without those
+    /// inside the own element; empty if all reactions are at ends of elements.
+    inside: Vec<PointReaction>,
+    beyond: Vec<Vector3<f64>>,
 }
 
 /// Largest relative difference of the lengths of a rod and of the rod for which a force was computed: far above
@@ -104,11 +108,18 @@ impl InternalForce {
         self.loads.clear();
         self.couples.clear();
         self.reactions.clear();
+        self.inside.clear();
     }
 
-    /// Replaces the reactions of supports. Inside an element the force of a reaction is distributed over the material
-    /// points so that its work is that of the load on the discrete rod.
-    pub(crate) fn set_reactions(&mut self, rod: &Rod, reactions: impl Iterator<Item = PointReaction> + Clone) {
+    /// Replaces the reactions of supports. At the material points of an element, a reaction inside it is distributed so
+    /// that its work is that on the polynomial through the tangents at these points. Unless the rod `yields`,
+    /// [`on_element`](Self::on_element) returns these reactions with their places instead.
+    pub(crate) fn set_reactions(
+        &mut self,
+        rod: &Rod,
+        reactions: impl Iterator<Item = PointReaction> + Clone,
+        yields: bool,
+    ) {
         let reference = rod.reference();
         if self.loads.is_empty() {
             self.loads.clone_from(&self.forces);
@@ -124,6 +135,9 @@ impl InternalForce {
         );
         let mut inside: Vec<_> = reactions.filter(|reaction| reaction.force != Vector3::zeros()).collect();
         inside.sort_by_key(|reaction| reaction.element);
+        self.inside.clear();
+        self.inside.extend(inside.iter().filter(|reaction| reaction.x < 1.0 && !yields).copied());
+        self.beyond.clear();
         let (mut beyond, mut next) = (self.at_base - self.load_at_base, 0);
         for e in 0..rod.elements() {
             let from = next;
@@ -134,6 +148,11 @@ impl InternalForce {
             let range = e * reference.p..(e + 1) * reference.p;
             for (to, load) in self.forces[range.clone()].iter_mut().zip(&self.loads[range.clone()]) {
                 *to = load + beyond;
+            }
+            if !self.inside.is_empty() {
+                let at_end = inside[from..next].iter().filter(|reaction| reaction.x >= 1.0);
+                let at_end: Vector3<f64> = at_end.map(|reaction| reaction.force).sum();
+                self.beyond.extend(self.forces[range.clone()].iter().map(|force| force + at_end));
             }
             for reaction in &inside[from..next] {
                 let upto = reference.integral_upto(reaction.x);
@@ -147,6 +166,17 @@ impl InternalForce {
     /// Force at the base under the load alone, without reactions, in the fixed frame, N.
     pub(crate) fn load_at_base(&self) -> Vector3<f64> {
         if self.loads.is_empty() { self.at_base } else { self.load_at_base }
+    }
+
+    /// The forces on an element of `p` material points: those at these points that act beyond the element or are
+    /// distributed, and the reactions inside the element.
+    pub(crate) fn on_element(&self, e: usize, p: usize) -> (&[Vector3<f64>], &[PointReaction]) {
+        let range = e * p..(e + 1) * p;
+        if self.inside.is_empty() {
+            return (&self.forces[range], &[]);
+        }
+        let [from, to] = [e, e + 1].map(|e| self.inside.partition_point(|at| at.element < e));
+        (&self.beyond[range], &self.inside[from..to])
     }
 
     /// The force of the reactions in each element, N: at its first end, at its material points, and at its last end;
@@ -174,7 +204,7 @@ impl InternalForce {
             Some(PointReaction { element, x, force: reaction.force, couple: reaction.couple })
         });
         if !reactions.is_empty() {
-            self.set_reactions(rod, at);
+            self.set_reactions(rod, at, rod.yields());
             self.reactions.clear();
             self.reactions.extend_from_slice(reactions);
         }

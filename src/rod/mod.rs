@@ -21,7 +21,7 @@ pub(crate) use coarse::ElementPlace;
 pub(crate) use lengths::UNEVEN;
 pub(crate) use nodes::LARGEST_ROTATION;
 pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rotations};
-pub(crate) use shape::{centre_line_tangent, weighted};
+pub(crate) use shape::{centre_line_tangent, weighted, weighted_jacobian};
 pub use tissue::MaterialPoint;
 pub(crate) use tissue::Tissue;
 pub(crate) use unshaped::Unshaped;
@@ -31,7 +31,6 @@ use std::ops::Range;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use loss::MergingLoss;
-use shape::weighted_jacobian;
 
 use crate::error::ParameterError;
 use crate::reference_element::{Order, ReferenceElement};

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
 use crate::numerics::interpolation::lagrange_derivatives;
-use crate::reference_element::MAX_POINTS;
+use crate::reference_element::{ChordPoint, MAX_POINTS};
 use crate::so3::{self, Form};
 
 impl Rod {
@@ -103,13 +103,26 @@ impl Rod {
     /// The vector from the first end of an element to its coordinate `x`, in the fixed frame, m.
     pub(crate) fn chord(&self, element: usize, x: f64) -> Vector3<f64> {
         let reference = self.reference();
-        let mut sum = Vector3::zeros();
-        for (y, w) in reference.points.iter().zip(&reference.weights) {
-            let at = x * y;
-            let jacobian = weighted_jacobian(self.element_points(element), &reference.at_points(at));
-            sum += so3::exp(&self.rotation_at(element, at)) * self.line_strain_within(element, at) * (w * x * jacobian);
-        }
-        self.frames[element] * sum
+        let points = (0..reference.p).map(|k| reference.chord_point(k, x));
+        let strains = self.line_strains.get(element * reference.p..(element + 1) * reference.p).unwrap_or_default();
+        self.chord_through(element, (&self.frames[element], self.element_rotations(element), strains), points)
+    }
+
+    /// As [`chord`](Self::chord), for another shape of the element and given the points of the Gauss rule. The shape is
+    /// the first frame, the rotations, and the strains of the centre line, which are empty without shear and stretch.
+    pub(crate) fn chord_through(
+        &self,
+        element: usize,
+        (frame, rotations, strains): (&UnitQuaternion<f64>, &[Vector3<f64>], &[Vector3<f64>]),
+        points: impl Iterator<Item = ChordPoint>,
+    ) -> Vector3<f64> {
+        let material = self.element_points(element);
+        let part = |at: ChordPoint| {
+            let strain = if strains.is_empty() { centre_line_tangent() } else { weighted(strains, &at.points) };
+            let length = at.weight * weighted_jacobian(material, &at.points);
+            so3::exp(&weighted(rotations, &at.nodes)) * strain * length
+        };
+        frame * points.map(part).sum::<Vector3<f64>>()
     }
 
     /// The vector from one end of an element to the other, in the fixed frame, m.
@@ -174,7 +187,7 @@ pub(crate) fn weighted<const N: usize>(vectors: &[Vector3<f64>], weights: &[f64;
 }
 
 /// Σ weights · length per coordinate, m.
-pub(super) fn weighted_jacobian(points: &[MaterialPoint], weights: &[f64]) -> f64 {
+pub(crate) fn weighted_jacobian(points: &[MaterialPoint], weights: &[f64]) -> f64 {
     points.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum()
 }
 

@@ -90,6 +90,6 @@ fn helix_on_a_cylinder_has_the_reference_pressure_tension_and_couple() {
 
 #[test]
 fn flat_coil_holds_up_to_the_curvature_of_a_shooting_method() {
-    // The error of the parabola is 8e-6.
+    // The error of the parabola is 6e-7.
     assert_relative_eq!(coil::fold(&coil::follow().unwrap()), coil::FOLD, epsilon = 0.0, max_relative = 1e-4);
 }

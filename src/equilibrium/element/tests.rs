@@ -5,11 +5,13 @@ use crate::section::Section;
 use crate::so3;
 
 /// An element with arbitrary data, in units in which everything is of order one.
+#[derive(Clone)]
 struct Sample {
     frames: [UnitQuaternion<f64>; 2],
     rotations: Vec<Vector3<f64>>,
     points: Vec<MaterialPoint>,
     forces: Vec<Vector3<f64>>,
+    inside: Vec<PointReaction>,
     material: &'static (dyn Constitutive + Sync),
 }
 
@@ -27,7 +29,7 @@ fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample 
     let start = so3::exp(&vector());
     let rotations: Vec<_> = (0..p).map(|_| vector()).collect();
     let end = start * so3::exp(&rotations[p - 1]);
-    let points = (0..p)
+    let points: Vec<MaterialPoint> = (0..p)
         .map(|_| MaterialPoint {
             intrinsic: vector(),
             jacobian: 1.3,
@@ -37,7 +39,12 @@ fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample 
             section: Section::circle(1.0),
         })
         .collect();
-    Sample { frames: [start, end], rotations, points, forces: (0..p).map(|_| vector()).collect(), material }
+    let forces = (0..p).map(|_| vector()).collect();
+    // Reactions inside an element have exact places in a rod without shear and stretch.
+    let places = if material.line_response(&Tissue::of(&points[0], 0.0), &Vector3::x()).is_none() { 2 } else { 0 };
+    let reaction = |i| PointReaction { element: 0, x: [0.3, 0.8][i], force: vector(), couple: Vector3::zeros() };
+    let inside = (0..places).map(reaction).collect();
+    Sample { frames: [start, end], rotations, points, forces, inside, material }
 }
 
 fn evaluate<const P: usize>(order: Order, s: &Sample) -> (f64, ElementSystem) {
@@ -54,6 +61,7 @@ impl Sample {
             rotations: &self.rotations,
             points: &self.points,
             forces: &self.forces,
+            inside: &self.inside,
             time: 0.0,
         }
     }
@@ -65,7 +73,7 @@ impl Sample {
         if let Some(end) = rotations.last_mut() {
             *end = so3::log(&(frames[0].inverse() * frames[1]));
         }
-        Self { frames, rotations, points: self.points.clone(), forces: self.forces.clone(), ..*self }
+        Self { frames, rotations, ..self.clone() }
     }
 }
 
@@ -143,8 +151,7 @@ fn hessian_matches_differences_of_the_gradient() {
         let h = 1e-5;
         for j in 0..12 {
             let gradient = |h: f64| {
-                let mut moved =
-                    Sample { rotations: s.rotations.clone(), points: s.points.clone(), forces: s.forces.clone(), ..s };
+                let mut moved = s.clone();
                 moved.rotations[j / 3][j % 3] += h;
                 evaluate::<4>(order, &moved).1.gradient
             };

@@ -18,7 +18,7 @@ impl HeldSearch<'_> {
     /// Evaluates the sites and candidates on the shape of a rod.
     pub(super) fn locate(&mut self, rod: &Rod) {
         let time = self.obstacles.time;
-        self.line = Line::new(rod, self.body.tangents(rod));
+        self.line = self.line_of(rod);
         let forces = self.candidates.iter().map(|at| (at.obstacle, at.force));
         self.obstacles.yielded = self.obstacles.displacements(forces);
         for site in &mut self.sites {
@@ -45,6 +45,16 @@ impl HeldSearch<'_> {
                 at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle));
             }
         }
+    }
+
+    /// The centre line of a rod under its present forces.
+    pub(super) fn line_of(&self, rod: &Rod) -> Line {
+        Line::new(rod, self.body.tangents(rod), self.yields(rod))
+    }
+
+    /// Whether the centre line of a rod has shear or stretch.
+    pub(super) fn yields(&self, rod: &Rod) -> bool {
+        self.body.line_compliance(rod, 0, 0).is_some()
     }
 
     /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima, and

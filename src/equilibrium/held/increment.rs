@@ -31,7 +31,7 @@ impl Before {
         };
         let tangents = (0..rod.points().len()).map(|i| tangent((i / points, i % points))).collect();
         // The slip of a contact at rest is exactly zero, since its place is computed in the same way.
-        let line = Line::new(rod, tangents);
+        let line = Line::new(rod, tangents, rod.yields());
         Self { rod: rod.clone(), line, time, yielded }
     }
 

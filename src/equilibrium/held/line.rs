@@ -1,8 +1,9 @@
 //! The centre line of a rod.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::response::upto_parts;
+use crate::reference_element::{ChordPoint, Station};
 use crate::rod::Rod;
 
 /// A place of a rod.
@@ -25,20 +26,26 @@ pub(super) struct Line {
     pub places: Vec<LinePlace>,
     /// Number of stations in an element.
     stations: usize,
+    /// Frames at the ends of elements and rotations of a rod without shear and stretch; empty otherwise.
+    shape: (Vec<UnitQuaternion<f64>>, Vec<Vector3<f64>>),
 }
 
 impl Line {
-    pub fn new(rod: &Rod, tangents: Vec<Vector3<f64>>) -> Self {
+    /// The line through given tangents at the material points. Inside an element of a rod without shear and stretch a
+    /// place is the Gauss rule from the start of the element, so that the director d3 is the tangent up to the order of
+    /// the element.
+    pub fn new(rod: &Rod, tangents: Vec<Vector3<f64>>, yields: bool) -> Self {
         let stations = &rod.reference().stations;
         let base = LinePlace { element: 0, x: 0.0, arc_length: 0.0, path: 0.0, position: rod.base_position() };
         let mut places = Vec::with_capacity(1 + rod.elements() * stations.len());
         places.push(base);
-        let mut line = Self { tangents, places, stations: stations.len() };
+        let shape = if yields { Default::default() } else { (rod.frames().to_vec(), rod.rotations().to_vec()) };
+        let mut line = Self { tangents, places, stations: stations.len(), shape };
         for e in 0..rod.elements() {
-            for (x, weights) in stations {
-                let mut parts = *weights;
+            for Station { x, upto, chord } in stations {
+                let mut parts = *upto;
                 parts.iter_mut().zip(rod.element_points(e)).for_each(|(part, point)| *part *= point.jacobian);
-                let place = line.within(rod, (e, *x), &parts);
+                let place = line.within(rod, (e, *x), &parts, chord.iter().copied());
                 line.places.push(place);
             }
         }
@@ -47,17 +54,33 @@ impl Line {
 
     /// The place at coordinate `x` of an element.
     pub fn place(&self, rod: &Rod, (element, x): (usize, f64)) -> LinePlace {
-        self.within(rod, (element, x), &upto_parts(rod, element, x))
+        let reference = rod.reference();
+        let chord = (0..reference.p).map(|k| reference.chord_point(k, x));
+        self.within(rod, (element, x), &upto_parts(rod, element, x), chord)
     }
 
-    /// The place at coordinate `x` of an element, given the weights (m) of the integral up to there.
-    fn within(&self, rod: &Rod, (element, x): (usize, f64), parts: &[f64]) -> LinePlace {
+    /// The place at coordinate `x` of an element, given the weights (m) of the integral up to there and the points of
+    /// the Gauss rule for the chord.
+    fn within(
+        &self,
+        rod: &Rod,
+        (element, x): (usize, f64),
+        parts: &[f64],
+        chord: impl Iterator<Item = ChordPoint>,
+    ) -> LinePlace {
         let p = rod.order().points();
         let mut place = LinePlace { element, x, ..self.places[element * self.stations] };
         for (tangent, part) in self.tangents[element * p..(element + 1) * p].iter().zip(parts) {
             place.position += tangent * *part;
             place.path += tangent.norm() * part;
             place.arc_length += part;
+        }
+        let (frames, rotations) = &self.shape;
+        if let Some(frame) = frames.get(element)
+            && x < 1.0
+        {
+            let shape = (frame, &rotations[element * p..(element + 1) * p], &[][..]);
+            place.position = self.places[element * self.stations].position + rod.chord_through(element, shape, chord);
         }
         place
     }

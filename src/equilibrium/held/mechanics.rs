@@ -8,7 +8,6 @@ use crate::equilibrium::line::strain_line;
 use crate::equilibrium::system::System;
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::load::{InternalForce, Load};
-use crate::reference_element::MAX_POINTS;
 use crate::rod::{MaterialPoint, Rod};
 
 /// The mechanics of a rod under its load and the present reactions.
@@ -47,9 +46,9 @@ pub(in crate::equilibrium) trait Mechanics {
     /// Tangents ∂p/∂s of the centre line at the material points.
     fn tangents(&self, rod: &Rod) -> Vec<Vector3<f64>>;
 
-    /// The derivatives of Σ `parts`[g] p′(g) in an element by its unknowns, eliminated as the gradient: one row for
-    /// each component.
-    fn chord_rows(&self, rod: &Rod, element: usize, parts: &[f64; MAX_POINTS]) -> [Row; 3];
+    /// The derivatives of the chord from the start of an element to a coordinate by the unknowns of the element,
+    /// eliminated as the gradient: one row for each component.
+    fn chord_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3];
 
     /// The derivatives of the tangent d3 at a coordinate of an element, as [`chord_rows`](Self::chord_rows).
     fn tangent_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3];
@@ -137,9 +136,9 @@ impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
         rod.points().iter().zip(self.force.at_points()).enumerate().map(tangent).collect()
     }
 
-    fn chord_rows(&self, rod: &Rod, element: usize, parts: &[f64; MAX_POINTS]) -> [Row; 3] {
+    fn chord_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3] {
         let data = System::data::<P>(rod, self.force, element);
-        self.system.elements[element].chord_rows::<P>(rod.reference(), self.material, &data, parts)
+        self.system.elements[element].chord_rows::<P>(rod.reference(), self.material, &data, x)
     }
 
     fn tangent_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3] {

@@ -261,7 +261,7 @@ impl HeldSearch<'_> {
     /// Largest displacement of a hold or spring of a rod that stretches, from its place in `sites`, m. A step may
     /// stretch the rod without a rotation.
     pub(super) fn stretch(&self, rod: &Rod, sites: &[HeldSite]) -> f64 {
-        if self.body.line_compliance(rod, 0, 0).is_none() {
+        if !self.yields(rod) {
             return 0.0;
         }
         let moved = self.sites.iter().zip(sites).map(|(a, b)| (a.position - b.position).norm());

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use super::increment::{Before, Motion};
-use super::line::{COMPARED, Line, LinePlace, displacement};
+use super::line::{COMPARED, LinePlace, displacement};
 use super::obstacles::{Obstacles, candidate_share, largest_share};
 use super::search::{Found, HeldSearch, Snapshot, project};
 use super::settings::SETTINGS;
@@ -140,7 +140,7 @@ impl HeldSearch<'_> {
     /// The factor by which a motion of the rod from its present shape to another one, and of the obstacles to a time
     /// (s), may be longer, so that no part of the rod passes an obstacle. The rods have the same nodes.
     fn largest_motion(&self, from: &Rod, to: &Rod, time: f64) -> f64 {
-        let [a, b] = [from, to].map(|rod| Line::new(rod, self.body.tangents(rod)));
+        let [a, b] = [from, to].map(|rod| self.line_of(rod));
         let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
             (to - from).norm() + self.obstacles.motion(obstacle, from, time)
         };

@@ -284,7 +284,7 @@ impl HeldSearch<'_> {
         let tangents = (0..rod.points().len())
             .map(|i| rod.frame_at_point(i / rod.order().points(), i % rod.order().points()) * Vector3::z())
             .collect();
-        let line = Line::new(rod, tangents);
+        let line = Line::new(rod, tangents, false);
         self.candidates.clear();
         for patch in patches {
             self.candidates.extend(self.stations_of(rod, patch, line.stations()));

@@ -96,7 +96,7 @@ impl LinearResponse {
         for spot in spots {
             let weights = upto_parts(rod, spot.element, spot.x);
             let part = match spot.x < 1.0 {
-                true => Part::new(body.system(), spot.element, body.chord_rows(rod, spot.element, &weights), points),
+                true => Part::new(body.system(), spot.element, body.chord_rows(rod, spot.element, spot.x), points),
                 false => response.chords[spot.element].part.clone(),
             };
             let tangent = spot
@@ -114,7 +114,7 @@ impl LinearResponse {
         let mut before = Matrix3::zeros();
         for e in 0..reach {
             let weights = upto_parts(rod, e, 1.0);
-            let part = Part::new(body.system(), e, body.chord_rows(rod, e, &weights), p);
+            let part = Part::new(body.system(), e, body.chord_rows(rod, e, 1.0), p);
             let line: Option<Vec<_>> =
                 (0..p).map(|g| body.line_compliance(rod, e, g).map(|compliance| compliance / weights[g])).collect();
             let chord = Chord { part, before, line: line.unwrap_or_default(), weights };

@@ -203,7 +203,8 @@ impl<'a> HeldSearch<'a> {
         let sites = self.sites.iter().map(|site| point(site.element, site.x, site.reaction()));
         let candidates = self.candidates.iter().map(|at| point(at.element, at.x, at.force));
         let all: Vec<PointReaction> = sites.chain(candidates).collect();
-        self.body.force_mut().set_reactions(rod, all.into_iter());
+        let yields = self.yields(rod);
+        self.body.force_mut().set_reactions(rod, all.into_iter(), yields);
     }
 
     /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
