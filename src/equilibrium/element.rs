@@ -118,7 +118,7 @@ impl ElementSystem {
                 + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
             let c = symmetric_product(&strain_slope, &c_slope);
             let turned_theta = exp.jacobian(&theta, &along);
-            let (mut theta_turn, mut turn_turn) = by_turn(&load, &turned, &turned_theta);
+            let (mut theta_turn, mut turn_turn) = turn_hessians(&load, &turned, &turned_theta);
             self.yielding = 0.0;
             if let Some(compliance) = &response.line {
                 let yields = LineYields::of(&(compliance * weight), &exp, &theta, &force);
@@ -171,7 +171,7 @@ impl ElementSystem {
             self.gradient[P] += load.cross(&turned);
             if HESSIAN {
                 let a = exp.hessian(&theta, &load, &along);
-                let (theta_turn, turn_turn) = by_turn(&load, &turned, &exp.jacobian(&theta, &along));
+                let (theta_turn, turn_turn) = turn_hessians(&load, &turned, &exp.jacobian(&theta, &along));
                 for l in 0..P {
                     for m in 0..=l {
                         self.hessian.add_block(3 * m, 3 * l, &(a * (-shape[l] * shape[m])));
@@ -359,10 +359,15 @@ impl ElementData<'_> {
     }
 }
 
-/// Second derivatives of the work of a load on a turned vector, times −1: by the rotation vector, of which the turned
-/// vector has the derivative `turned_theta`, and the rotation of the whole element, and by this rotation twice.
+/// Second derivatives of the energy −F · R v of a load F on a rotated vector R v: the mixed ones by the rotation vector
+/// θ and the rotation φ of the whole element, and those by φ alone. `turned` is R v, and `turned_theta` is its
+/// derivative by θ.
 #[inline]
-fn by_turn<T: Real>(load: &Vector3<T>, turned: &Vector3<T>, turned_theta: &Matrix3<T>) -> (Matrix3<T>, Matrix3<T>) {
+fn turn_hessians<T: Real>(
+    load: &Vector3<T>,
+    turned: &Vector3<T>,
+    turned_theta: &Matrix3<T>,
+) -> (Matrix3<T>, Matrix3<T>) {
     let mixed = Matrix3::from_fn(|i, j| load.cross(&turned_theta.column(i))[j]);
     (mixed, Matrix3::from_diagonal_element(load.dot(turned)) - symmetric_part(&(turned * load.transpose())))
 }

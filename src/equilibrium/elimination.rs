@@ -95,14 +95,9 @@ impl Elimination {
         }
     }
 
-    /// Adds to a block of three rows and columns.
+    /// Adds to a 3 × 3 block, as [`set_block`](Self::set_block).
     pub fn add_block(&mut self, row: usize, col: usize, block: &Matrix3<f64>) {
-        for i in 0..3 {
-            let to = self.rows[row + i].as_flattened_mut();
-            for j in 0..3 {
-                to[col + j] += block[(i, j)];
-            }
-        }
+        self.set_block(row, col, &(self.block(row, col) + block));
     }
 
     /// Adds `shift` to the diagonal of the interior unknowns, which are the first, and eliminates them. Counts their

@@ -109,6 +109,7 @@ impl InternalForce {
         self.couples.clear();
         self.reactions.clear();
         self.inside.clear();
+        self.beyond.clear();
     }
 
     /// Replaces the reactions of supports. At the material points of an element, a reaction inside it is distributed so

@@ -40,5 +40,6 @@ mod tolerance_random;
 mod tolerance_scenes;
 mod trial_runs;
 mod turntable;
+mod twining;
 mod wrong_laws;
 mod wrong_methods;

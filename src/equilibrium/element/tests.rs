@@ -40,7 +40,7 @@ fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample 
         })
         .collect();
     let forces = (0..p).map(|_| vector()).collect();
-    // Reactions inside an element have exact places in a rod without shear and stretch.
+    // The elements of a rod with shear or stretch have no reactions inside.
     let places = if material.line_response(&Tissue::of(&points[0], 0.0), &Vector3::x()).is_none() { 2 } else { 0 };
     let reaction = |i| PointReaction { element: 0, x: [0.3, 0.8][i], force: vector(), couple: Vector3::zeros() };
     let inside = (0..places).map(reaction).collect();
@@ -160,6 +160,28 @@ fn hessian_matches_differences_of_the_gradient() {
                 let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
                 let value = system.hessian.rows[j].as_flattened()[i];
                 assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_of_a_chord_are_the_gradients_of_the_work_of_unit_forces_at_its_end() {
+    let order = Order::Eight;
+    let mut s = sample(order, &BENDING);
+    s.inside.clear();
+    // The rows are not reduced, since the interior was not eliminated.
+    let (_, free) = evaluate::<4>(order, &s);
+    for x in [0.0, 0.3, 0.8] {
+        let rows = free.chord_rows::<4>(ReferenceElement::of(order), &s.material, &s.data(), x);
+        for (k, row) in rows.iter().enumerate() {
+            let force = Vector3::ith(k, 1.0);
+            let inside = vec![PointReaction { element: 0, x, force, couple: Vector3::zeros() }];
+            let (_, loaded) = evaluate::<4>(order, &Sample { inside, ..s.clone() });
+            for n in 0..=4 {
+                // Rounding of gradients of order one.
+                let difference = free.gradient[n] - loaded.gradient[n] - vector_at(row, 3 * n);
+                assert!(difference.norm() < 1e-13, "{x} {k} {n}: {difference}");
             }
         }
     }

@@ -31,9 +31,10 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The line through given tangents at the material points. Inside an element of a rod without shear and stretch a
-    /// place is the Gauss rule from the start of the element, so that the director d3 is the tangent up to the order of
-    /// the element.
+    /// The line of a rod with given tangents ∂p/∂s at the material points, which `yields` if it has shear or stretch.
+    /// Without them a place inside an element is the integral of d3 by the Gauss rule from the start of the element, so
+    /// that the tangent is d3 up to the order of the element. With them it is the integral of the polynomial through
+    /// the given tangents.
     pub fn new(rod: &Rod, tangents: Vec<Vector3<f64>>, yields: bool) -> Self {
         let stations = &rod.reference().stations;
         let base = LinePlace { element: 0, x: 0.0, arc_length: 0.0, path: 0.0, position: rod.base_position() };
@@ -115,4 +116,48 @@ pub(super) fn moved(rod: &Rod, (mut element, x): (usize, f64), by: f64) -> (usiz
         element += 1;
     }
     (element, (rest / length(element)).clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::constitutive::LinearElastic;
+    use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+    use crate::reference_element::Order;
+    use crate::scene::{Scene, Still};
+
+    /// The largest angle (rad) between d3 and the tangent inside an element that rotates by a given angle, rad.
+    fn deviation(order: Order, angle: f64, yields: bool) -> f64 {
+        let still = Still::weightless();
+        let mut rod = Rod::uniform(1.0, 1e-3, still.base, 1, order).unwrap();
+        rod.set_intrinsic(|_| Vector3::new(angle, 0.0, 0.3 * angle));
+        let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+        let _ = NewtonSolver::default().solve(&mut rod, &tissue, &(), &still.environment(0.0)).unwrap();
+        let tangents = (0..order.points()).map(|g| rod.frame_at_point(0, g) * Vector3::z()).collect();
+        let line = Line::new(&rod, tangents, yields);
+        // The error of the central differences is (angle h)²/6 < 1e-9, and that of rounding is 1e-13.
+        let h = 1e-4;
+        let at = |x: f64| line.place(&rod, (0, x)).position;
+        let angles = (1..100).map(|i| {
+            let x = 0.01 * f64::from(i);
+            ((at(x + h) - at(x - h)) / (2.0 * h) - rod.frame_within(0, x) * Vector3::z()).norm()
+        });
+        angles.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn tangent_inside_an_element_is_d3_up_to_the_order_of_the_element() {
+        for order in Order::ALL {
+            let observed = |yields| (deviation(order, 2.0, yields) / deviation(order, 1.0, yields)).log2();
+            // Angles of 1 and 2 rad are not small: the observed orders are 2.0, 4.0, 6.0 and 7.6.
+            let (exact, polynomial) = (observed(false), observed(true));
+            assert!((exact - order.exponent() as f64).abs() < 0.5, "{order:?}: {exact}");
+            assert!((polynomial - order.points() as f64).abs() < 0.1, "{order:?}: {polynomial}");
+        }
+        // The polynomial is not sufficient for contacts of coarse elements.
+        assert!((deviation(Order::Four, 0.7, true) / 0.04 - 1.0).abs() < 0.01);
+        assert!(deviation(Order::Four, 0.7, false) < 4e-4);
+    }
 }

@@ -284,6 +284,7 @@ impl HeldSearch<'_> {
         let tangents = (0..rod.points().len())
             .map(|i| rod.frame_at_point(i / rod.order().points(), i % rod.order().points()) * Vector3::z())
             .collect();
+        // Only the arc lengths of its stations are used.
         let line = Line::new(rod, tangents, false);
         self.candidates.clear();
         for patch in patches {
