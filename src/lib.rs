@@ -34,7 +34,7 @@
 //!     .build()?;
 //!
 //! let statistics = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
-//! // The steady state is known in closed form: the tip is 19.177114 mm from the base and 41.339853 mm above it.
+//! // The steady state is known in closed form: the tip is 19.177114 mm beside the base and 41.339853 mm above it.
 //! assert!((shoot.tip().z - 0.041339853).abs() < 2e-8);
 //! assert_eq!(statistics.steps, 486);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -169,7 +169,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
 
     /// The place at an arc length `s` (m). `None` for NaN and for a place beyond the ends; up to rounding it is at the
     /// end. At a jump of the force the load determines the side, up to the rounding of `s`; a
-    /// [`PointForce`](crate::load::PointForce) acts only below its point.
+    /// [`PointForce`](crate::load::PointForce) and a reaction act only below their point.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
         let (e, x) = self.rod.locate_on(s)?;

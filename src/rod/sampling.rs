@@ -1,69 +1,74 @@
 //! Positions at many places, in a time proportional to the number of elements plus the number of places.
 //!
-//! In an element the tangent is interpolated at eight Gauss points. Its integral is a polynomial in 2x − 1.
+//! A place inside an element is the Gauss rule from its start, as for a single place. Places of the same element are
+//! evaluated together: their rotations, strains and lengths are polynomials in the coordinate x of the element.
 
+use std::array::from_fn;
+use std::ops::{AddAssign, Mul};
 use std::sync::OnceLock;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use simba::simd::{SimdValue, WideF64x4};
 
-use super::Rod;
+use super::{Rod, centre_line_tangent};
 use crate::numerics::interpolation::lagrange_powers;
-use crate::numerics::quadrature::gauss;
-use crate::reference_element::{MAX_POINTS, ReferenceElement, interpolated, total};
+use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::so3::{self, Form};
 
-/// Number of Gauss points. In an element that is a quarter of a circle, the error is below that of the chord by four
-/// Gauss points.
-const STATIONS: usize = 8;
-
-/// A number at four stations, or at four other places in an element.
+/// A number at four places in an element.
 type AtPlaces = WideF64x4;
 const LANES: usize = AtPlaces::LANES;
 
-/// Gauss points of an element at which the tangents are evaluated together.
-#[derive(Debug, Clone, Copy)]
-struct Stations {
-    /// Coordinates in the element.
-    x: [f64; LANES],
-    /// Weights of the rotations and of the material points of an element for the values at the stations.
-    rotations: [AtPlaces; MAX_POINTS],
-    points: [AtPlaces; MAX_POINTS],
-    /// Coefficients of (2x − 1)ᵏ in the integral from 0 to x of the polynomial that is one at a station and zero at
-    /// the others.
-    powers: [AtPlaces; STATIONS + 1],
+/// Coefficients of x⁰, x¹, … in the polynomials that are one at a node or a Gauss point and zero at the others.
+struct Basis {
+    nodes: [[f64; MAX_POINTS + 1]; MAX_POINTS],
+    points: [[f64; MAX_POINTS]; MAX_POINTS],
 }
 
-/// The stations of an element, computed once for each order.
-fn stations(reference: &ReferenceElement) -> &'static [Stations; STATIONS / LANES] {
-    static ALL: [OnceLock<[Stations; STATIONS / LANES]>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
-    ALL[reference.p - 1].get_or_init(|| {
-        let places = gauss(STATIONS).0;
-        let centred: Vec<f64> = places.iter().map(|x| 2.0 * x - 1.0).collect();
-        let powers = |i: usize| {
-            let mut powers = [0.0; STATIONS + 1];
-            for (k, coefficient) in lagrange_powers::<STATIONS>(&centred, i).into_iter().enumerate() {
-                powers[k + 1] = 0.5 * coefficient / (k + 1) as f64;
-            }
-            // The integral is zero at x = 0, by Horner's rule for 2x − 1 = −1.
-            powers[0] = powers[1..].iter().rfold(0.0, |sum, coefficient| coefficient - sum);
-            powers
-        };
-        std::array::from_fn(|group| {
-            let each = |value: &dyn Fn(usize) -> f64| AtPlaces::from([0, 1, 2, 3].map(|i| value(group * LANES + i)));
-            Stations {
-                x: std::array::from_fn(|i| places[group * LANES + i]),
-                rotations: std::array::from_fn(|k| each(&|i| reference.at_nodes(places[i])[k])),
-                points: std::array::from_fn(|k| each(&|i| reference.at_points(places[i])[k])),
-                powers: std::array::from_fn(|k| each(&|i| powers(i)[k])),
-            }
-        })
+/// The polynomials of an element, computed once for each order.
+fn basis(reference: &ReferenceElement) -> &'static Basis {
+    static ALL: [OnceLock<Basis>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
+    ALL[reference.p - 1].get_or_init(|| Basis {
+        // The rotation at the first node is zero.
+        nodes: from_fn(|k| if k < reference.p { lagrange_powers(&reference.nodes, k + 1) } else { Default::default() }),
+        points: from_fn(|k| if k < reference.p { lagrange_powers(&reference.points, k) } else { Default::default() }),
     })
+}
+
+/// An element as polynomials in its coordinate, by the coefficients of x⁰, x¹, ….
+struct Polynomials<'a> {
+    reference: &'a ReferenceElement,
+    frame: UnitQuaternion<f64>,
+    rotation: [Vector3<f64>; MAX_POINTS + 1],
+    jacobian: [f64; MAX_POINTS],
+    strain: [Vector3<f64>; MAX_POINTS],
+    /// Number of coefficients of the strain, which is constant without shear and stretch.
+    strains: usize,
+}
+
+impl Polynomials<'_> {
+    /// Vectors from the first end of the element to its coordinates `xs`, in the fixed frame, m.
+    fn chords(&self, xs: [f64; LANES]) -> [Vector3<f64>; LANES] {
+        let (x, p) = (AtPlaces::from(xs), self.reference.p);
+        let mut sum = Vector3::repeat(AtPlaces::ZERO);
+        for (point, weight) in self.reference.points.iter().zip(&self.reference.weights) {
+            let at = x * AtPlaces::splat(*point);
+            let value = |of: &[Vector3<f64>]| -> Vector3<AtPlaces> {
+                of.iter().rfold(Vector3::repeat(AtPlaces::ZERO), |sum, c| sum * at + c.map(AtPlaces::splat))
+            };
+            let (theta, strain) = (value(&self.rotation[..=p]), value(&self.strain[..self.strains]));
+            let jacobian = self.jacobian[..p].iter().rfold(AtPlaces::ZERO, |sum, c| sum * at + AtPlaces::splat(*c));
+            let tangent = Form::exp(&so3::s_functions(theta.dot(&theta))).apply(&theta, &strain);
+            sum += tangent * (jacobian * AtPlaces::splat(*weight));
+        }
+        let [x1, x2, x3]: [[f64; LANES]; 3] = [(sum.x * x).into(), (sum.y * x).into(), (sum.z * x).into()];
+        from_fn(|i| self.frame * Vector3::new(x1[i], x2[i], x3[i]))
+    }
 }
 
 impl Rod {
     /// The positions of `count` points at equal arc lengths from base to apex, both included (m, fixed frame). A
-    /// single point is the base.
+    /// single point is the base. They are those of [`at`](Self::at), up to rounding.
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let last = count.saturating_sub(1).max(1);
@@ -77,46 +82,57 @@ impl Rod {
     pub(crate) fn append_positions(&self, shares: impl Iterator<Item = f64>, positions: &mut Vec<Vector3<f64>>) {
         let (line, length, mut walk) = (self.centre_line(), self.length(), self.walk());
         let mut places = shares.filter_map(|share| walk.to(length * share)).peekable();
-        let mut powers = (usize::MAX, [Vector3::zeros(); STATIONS + 1]);
+        let mut element: Option<(usize, Polynomials)> = None;
         while let Some((e, x)) = places.next() {
-            if e != powers.0 {
-                powers = (e, self.chord_powers(e));
-            }
-            // Places in the same element are evaluated together.
+            let (_, polynomials) = match element.take_if(|(other, _)| *other == e) {
+                Some(same) => element.insert(same),
+                None => element.insert((e, self.polynomials(e))),
+            };
             let (mut xs, mut count) = ([x; LANES], 1);
             while count < LANES
                 && let Some((_, x)) = places.next_if(|place| place.0 == e)
             {
                 (xs[count], count) = (x, count + 1);
             }
-            let t = AtPlaces::from(xs.map(|x| 2.0 * x - 1.0));
-            let zero = Vector3::repeat(AtPlaces::ZERO);
-            let chords = powers.1.iter().rfold(zero, |sum, power| sum * t + power.map(AtPlaces::splat));
-            let [x1, x2, x3]: [[f64; LANES]; 3] = [chords.x.into(), chords.y.into(), chords.z.into()];
-            positions.extend(xs[..count].iter().enumerate().map(|(i, x)| match x {
+            let chords = polynomials.chords(xs);
+            positions.extend(xs[..count].iter().zip(chords).map(|(x, chord)| match x {
                 0.0 => line[e].1,
                 1.0 => line[e + 1].1,
-                _ => line[e].1 + Vector3::new(x1[i], x2[i], x3[i]),
+                _ => line[e].1 + chord,
             }));
         }
     }
 
-    /// Coefficients of (2x − 1)ᵏ in the vector from the first end of an element to the coordinate x, in the fixed
-    /// frame, m.
-    fn chord_powers(&self, element: usize) -> [Vector3<f64>; STATIONS + 1] {
-        let (rotations, points) = (self.element_rotations(element), self.element_points(element));
-        let mut sums = [Vector3::repeat(AtPlaces::ZERO); STATIONS + 1];
-        for stations in stations(self.reference()) {
-            let theta = interpolated(rotations, &stations.rotations);
-            let each = points.iter().zip(&stations.points);
-            let jacobian = each.fold(AtPlaces::ZERO, |sum, (point, w)| sum + AtPlaces::splat(point.jacobian) * *w);
-            let strains = stations.x.map(|x| self.line_strain_within(element, x));
-            let strain = Vector3::from_fn(|i, _| AtPlaces::from(strains.map(|strain| strain[i])));
-            let tangent = Form::exp(&so3::s_functions(theta.dot(&theta))).apply(&theta, &strain) * jacobian;
-            sums.iter_mut().zip(&stations.powers).for_each(|(sum, power)| *sum += tangent * *power);
-        }
-        let frame = self.frames[element].to_rotation_matrix();
-        sums.map(|sum| frame * sum.map(total))
+    /// An element as polynomials.
+    fn polynomials(&self, element: usize) -> Polynomials<'_> {
+        let (reference, basis) = (self.reference(), basis(self.reference()));
+        let p = reference.p;
+        let mut strain = [Vector3::zeros(); MAX_POINTS];
+        let strains = match self.line_strains().get(element * p..(element + 1) * p) {
+            Some(own) => {
+                combine(own.iter().copied(), &basis.points, &mut strain);
+                p
+            }
+            None => {
+                strain[0] = centre_line_tangent();
+                1
+            }
+        };
+        let (mut rotation, mut jacobian) = ([Vector3::zeros(); MAX_POINTS + 1], [0.0; MAX_POINTS]);
+        combine(self.element_rotations(element).iter().copied(), &basis.nodes, &mut rotation);
+        combine(self.element_points(element).iter().map(|point| point.jacobian), &basis.points, &mut jacobian);
+        Polynomials { reference, frame: self.frames[element], rotation, jacobian, strain, strains }
+    }
+}
+
+/// Adds the polynomials with given values at the places of a basis.
+fn combine<T: Copy + AddAssign + Mul<f64, Output = T>, const N: usize>(
+    values: impl Iterator<Item = T>,
+    basis: &[[f64; N]],
+    to: &mut [T; N],
+) {
+    for (value, powers) in values.zip(basis) {
+        to.iter_mut().zip(powers).for_each(|(to, power)| *to += value * *power);
     }
 }
 
@@ -146,15 +162,25 @@ mod tests {
     }
 
     #[test]
-    fn places_in_an_element_are_on_the_circle() {
+    fn positions_are_those_of_single_places() {
         for order in Order::ALL {
-            let line = arc(1, order).centre_line_at(31);
-            // The apex has the error of the quadrature of the order.
-            for (i, position) in line.iter().enumerate().take(30) {
-                let error = (position - on_circle(i as f64 / 30.0)).norm();
-                // The first neglected term is at most the spherical Bessel function j₈(π/4) = 4.2e-9.
-                assert!(error < 4.3e-9, "{order:?}, place {i}: {error:e}");
+            let rod = arc(3, order);
+            for (i, position) in rod.centre_line_at(31).iter().enumerate() {
+                let (place, _) = rod.at(i as f64 / 30.0).unwrap();
+                // Rounding of sums of three chords.
+                assert!((position - place).norm() < 1e-15, "{order:?}, place {i}");
             }
+        }
+    }
+
+    /// The part of the line inside an element ends at the next node.
+    #[test]
+    fn line_is_continuous_at_nodes() {
+        for order in Order::ALL {
+            let (rod, near) = (arc(2, order), 1e-9);
+            let [before, after] = [0.5 - near, 0.5 + near].map(|s| rod.at(s).unwrap().0);
+            // The length of the tangent inside an element has the error of the order, a tenth at order two.
+            assert!((after - before).norm() < 2.2 * near, "{order:?}");
         }
     }
 

@@ -82,16 +82,14 @@ impl Rod {
         !self.line_strains.is_empty()
     }
 
+    /// Strains of the centre line at the material points; none without shear and stretch.
+    pub(crate) fn line_strains(&self) -> &[Vector3<f64>] {
+        &self.line_strains
+    }
+
     /// The strain of the centre line at an existing point.
     pub(crate) fn line_strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
         self.line_strains.get(element * self.order.points() + g).copied().unwrap_or_else(centre_line_tangent)
-    }
-
-    /// The strain of the centre line at coordinate `x` of an element: the polynomial through its points.
-    pub(super) fn line_strain_within(&self, element: usize, x: f64) -> Vector3<f64> {
-        let p = self.order.points();
-        let strains = self.line_strains.get(element * p..(element + 1) * p);
-        strains.map_or_else(centre_line_tangent, |strains| weighted(strains, &self.reference().at_points(x)))
     }
 
     /// The length of the centre line, ∫ |v| ds, m; equal to that of the rod without shear and stretch.
