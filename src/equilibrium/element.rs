@@ -39,7 +39,7 @@ pub(super) struct ElementData<'a> {
 pub(super) struct ElementSystem {
     gradient: [Vector3<f64>; MAX_POINTS + 1],
     /// Components of the gradient after the elimination.
-    condensed: Row,
+    pub condensed: Row,
     hessian: Elimination,
     /// Jr(θ)⁻¹ at the last node: the change of its rotation vector by a rotation of the last frame.
     inverse: Form,
@@ -273,21 +273,6 @@ impl ElementSystem {
         let m = 3 * (points - 1);
         let (last, whole) = (vector_at(row, m), vector_at(row, m + 3));
         (self.chain.tr_mul(&last), whole - self.chain * last)
-    }
-
-    /// The gradient after the elimination.
-    pub fn condensed(&self) -> &Row {
-        &self.condensed
-    }
-
-    /// Replaces the gradient after the elimination.
-    pub fn set_condensed(&mut self, condensed: Row) {
-        self.condensed = condensed;
-    }
-
-    /// Sets the gradient after the elimination to zero.
-    pub fn clear_gradient(&mut self) {
-        self.condensed = Row::default();
     }
 
     /// Subtracts a multiple of an eliminated row from the eliminated gradient.

@@ -33,7 +33,7 @@ pub(super) struct FreeBase {
     pub stiffness: f64,
     /// Least share of the spring, and of the increases of pivots, that remains in a step.
     pub least: f64,
-    /// Whether nothing of it remains, which requires that holds and springs close all motions.
+    /// Whether the spring is removed from the step completely. Holds and springs must then prevent all rigid motions.
     pub exact: bool,
 }
 
@@ -105,16 +105,10 @@ impl Joints {
         }
     }
 
-    /// The nodes with joints.
-    pub fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
-        self.confined.iter().map(|(node, _)| *node).chain(self.elastic.iter().map(|joint| joint.node))
-    }
-
-    /// Replaces the nodes, in the same order.
-    pub fn set_nodes(&mut self, nodes: impl Iterator<Item = usize>) {
-        let elastic = self.elastic.iter_mut().map(|joint| &mut joint.node);
-        let own = self.confined.iter_mut().map(|(node, _)| node).chain(elastic);
-        own.zip(nodes).for_each(|(own, node)| *own = node);
+    /// Moves the joints to other nodes.
+    pub fn move_nodes(&mut self, moved: impl Fn(usize) -> usize) {
+        self.confined.iter_mut().for_each(|(node, _)| *node = moved(*node));
+        self.elastic.iter_mut().for_each(|joint| joint.node = moved(joint.node));
     }
 
     /// Number of confined directions among the unknowns.

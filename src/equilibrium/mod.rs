@@ -1,6 +1,7 @@
 //! Equilibrium of a rod under its load, equations (1) and (9) to (12).
 
 mod balance;
+mod checks;
 mod coarse;
 mod element;
 mod elimination;
@@ -18,19 +19,17 @@ mod tangent;
 mod unloaded;
 
 pub(crate) use balance::check_balance;
+pub(crate) use checks::check_stiffness;
 pub use error::{ContactViolation, EquilibriumError};
 pub(crate) use newton::{LARGEST_TOLERANCE, check_tolerance};
 pub use newton::{NewtonSolver, NewtonWorkspace};
 pub use rod_energy::{NodeTangent, RodEnergy};
 pub use unloaded::Unloaded;
 
-use nalgebra::Vector3;
-
-use crate::check::{self, LawError};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
-use crate::rod::{Rod, Tissue, centre_line_tangent};
+use crate::rod::Rod;
 use crate::scene::Environment;
 use crate::support::{Patch, Reaction, Support};
 
@@ -87,7 +86,8 @@ pub struct Equilibrium {
     /// continuation of the initial guess. It is the continuation if the unbalanced couples of the guess cause at least
     /// a fifth of the rotation from there. For a rod with a support it is the largest displacement of the centre
     /// line from the initial guess. `None` if all configurations of the search were stable, and if a rod with a support
-    /// was found by a descent within 1e-3 of the length from the initial guess.
+    /// was found by a descent within 1e-3 of the length from the initial guess. After a jump the friction of contacts
+    /// depends on the iterations of the descent, in each of which it dissipates energy.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
     /// stability that does not depend on the mesh. Zero for a solver without tangent.
@@ -129,11 +129,11 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
     pub(crate) shape: Option<&'a Rod>,
-    /// The rod at the end of the increment before, the time since then (s), and its reactions: contacts are followed
+    /// The rod at the end of the previous increment, the time since then (s), and its reactions: contacts are followed
     /// from there, and friction depends on the displacement.
     pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
-    /// Whether the search fails where no equilibrium is within 1e-3 of the length from the initial guess. Otherwise a
-    /// rod in contact descends to another equilibrium.
+    /// Whether the descent to any equilibrium is omitted, which follows in contact where Newton's method and a descent
+    /// within 1e-3 of the length have failed.
     pub(crate) nearby: bool,
 }
 
@@ -160,62 +160,6 @@ impl std::fmt::Display for Equilibrium {
         }
         self.jump.map_or(Ok(()), |jump| write!(f, ", {jump:.1e} m from an unstable shape"))
     }
-}
-
-/// Largest angle (rad) or strain that an elastic law may request without load, due to rounding.
-const UNSTRAINED: f64 = 1e-9;
-
-/// Returns an error for an elastic law without positive stiffness, or without a finite response to a force, at
-/// some place of a rod at a time (s).
-pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
-    let (length, zero) = (rod.length(), Vector3::zeros());
-    let responds = |tissue: &Tissue| usize::from(material.line_response(tissue, &zero).is_some());
-    let at_base = rod.points().first().map_or(0, |point| responds(&Tissue::of(point, time)));
-    for point in rod.points() {
-        let tissue = Tissue::of(point, time);
-        let at = |error: ParameterError| error.at(rod.initial_length() - point.initial_apex_distance);
-        let response = material.respond(&tissue, &zero);
-        let stiffness = response.tangent.diagonal();
-        for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
-            // A subnormal number has lost digits.
-            let sound = stiffness[i] > 0.0 && stiffness[i].is_normal();
-            let requirement = "positive and finite: check the elastic law, its modulus and the radius (N m²)";
-            ParameterError::unless(sound, name, stiffness[i], requirement).map_err(at)?;
-        }
-        let (couple, requirement) =
-            (response.couple.norm(), "zero: describe a prestrain by the intrinsic strain (N m)");
-        // The couple times the length over the stiffness is the angle by which the rod bends.
-        let vanishes = couple * length < UNSTRAINED * stiffness.min();
-        ParameterError::unless(vanishes, "couple without elastic strain", couple, requirement).map_err(at)?;
-        ParameterError::finite("elastic energy without elastic strain", response.energy, "J/m").map_err(at)?;
-        let (name, counts) = ("number of responses of the centre line to a force", [responds(&tissue), at_base]);
-        let requirement = "as at the base: `line_response` returns `None` at all places or at none";
-        ParameterError::count(name, counts, requirement).map_err(at)?;
-        let Some(line) = material.line_response(&tissue, &zero) else { continue };
-        let compliance = line.compliance.diagonal();
-        for (i, name) in ["compliance to shear along d1", "compliance to shear along d2", "compliance to stretch"]
-            .into_iter()
-            .enumerate()
-        {
-            let sound = compliance[i] >= 0.0 && compliance[i].is_finite();
-            ParameterError::unless(sound, name, compliance[i], "zero or positive, and finite (1/N)").map_err(at)?;
-        }
-        let strained = (line.strain - centre_line_tangent()).norm();
-        let name = "shear or stretch without force";
-        ParameterError::unless(strained < UNSTRAINED, name, strained, "zero").map_err(at)?;
-    }
-    Ok(())
-}
-
-/// Returns an error for an elastic law whose methods contradict each other at the base or at the apex of a rod.
-pub(crate) fn check_law(rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> Result<(), Box<LawError>> {
-    let (length, p, last) = (rod.length(), rod.order().points(), rod.points().len() - 1);
-    [0, last].into_iter().try_for_each(|i| {
-        let tissue = Tissue::of(&rod.points()[i], force.environment().time);
-        let along = rod.frame_at_point(i / p, i % p).inverse_transform_vector(&force.at_points()[i]);
-        let points = check::STRAINS.map(|strain| (Vector3::from(strain) / length, along));
-        check::elastic_law(material, &tissue, &points).map_err(Box::new)
-    })
 }
 
 /// Equilibria next to a given one, to first order.

@@ -2,15 +2,12 @@
 
 use nalgebra::Vector3;
 
-use super::held::{Found, HeldSearch, body_of};
+use super::checks::{check_finite, explained};
+use super::held::{HeldSearch, body_of};
 use super::line::{check_line, strain_line};
 use super::search::NewtonSearch;
 use super::system::System;
-use super::unloaded::check_turns;
-use super::{
-    Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria, check_law,
-    check_stiffness,
-};
+use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
@@ -53,7 +50,8 @@ pub struct NewtonSolver {
     pub max_iterations: usize,
     /// Whether only stable equilibria are accepted: the energy is minimised, and the search leaves saddles. Otherwise
     /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded
-    /// step.
+    /// step. If this fails for a rod with supports, a descent to a stable equilibrium follows, whose distance is
+    /// [`Equilibrium::jump`].
     pub stable_only: bool,
     /// Memory that successive calls reuse, allocated by the first of them; `..NewtonSolver::default()` sets it.
     pub workspace: NewtonWorkspace,
@@ -103,6 +101,7 @@ impl NewtonSolver {
         load: &impl Load,
         environment: &Environment,
     ) -> Result<Inertia, EquilibriumError> {
+        material.check()?;
         self.factorise(rod, material, &InternalForce::of(rod, load, environment))
     }
 
@@ -168,6 +167,7 @@ impl NewtonSolver {
         support: &impl Support,
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
+        material.check()?;
         let held = self.hold(&HeldRod {
             rod,
             material,
@@ -187,11 +187,12 @@ impl NewtonSolver {
         Ok(held)
     }
 
-    /// The inertia of the second derivative of the energy on the directions that supports permit, at the current
-    /// frames and with the given reactions.
+    /// The inertia of the second derivative of the energy on the directions that holds, springs and joints permit, at
+    /// the current frames and with the given reactions, of which a missing one is zero. For contacts see
+    /// [`Equilibrium::inertia`].
     ///
     /// # Errors
-    /// See [`EquilibriumError`].
+    /// See [`EquilibriumError`]; a reaction of an obstacle.
     pub fn inertia_held(
         &mut self,
         rod: &Rod,
@@ -201,12 +202,15 @@ impl NewtonSolver {
         environment: &Environment,
         reactions: &[Reaction],
     ) -> Result<Inertia, EquilibriumError> {
+        material.check()?;
+        support.check()?;
+        let contacts = reactions.iter().filter(|reaction| reaction.obstacle.is_some()).count();
+        let requirement = "zero: `Equilibrium::inertia` is that of an equilibrium in contact";
+        ParameterError::unless(contacts == 0, "number of reactions of obstacles", contacts as f64, requirement)?;
         let mut force = InternalForce::of(rod, load, environment);
         let mut search = self.held(rod, (material, load), &mut force, support, (false, 1.0))?;
         search.guess_forces(reactions);
-        let inertia = search.inertia(rod);
-        self.workspace.system.joints.clear();
-        inertia
+        search.inertia(rod)
     }
 
     /// The reactions of springs and elastic joints at a shape, in equilibrium or not. Holds keep the forces of `guess`.
@@ -224,9 +228,7 @@ impl NewtonSolver {
         let mut force = InternalForce::of(rod, load, environment);
         let mut search = self.held(rod, (material, load), &mut force, support, (false, 1.0))?;
         search.guess_forces(guess);
-        let reactions = search.reactions_at(rod);
-        self.workspace.system.joints.clear();
-        Ok(reactions)
+        Ok(search.reactions_at(rod))
     }
 
     /// The equilibrium of the free rod, for a rod with obstacles only that touched none at the start of the increment.
@@ -279,16 +281,16 @@ impl NewtonSolver {
         search.nearby = nearby;
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
-        let Found { mut equilibrium, increments, reactions, patches } = search.run(&mut shape, bound)?;
-        equilibrium.iterations += spent.iterations;
-        equilibrium.factorisations += spent.factorisations;
-        equilibrium.evaluations += spent.evaluations;
+        let mut held = search.run(shape, bound)?;
+        held.equilibrium.iterations += spent.iterations;
+        held.equilibrium.factorisations += spent.factorisations;
+        held.equilibrium.evaluations += spent.evaluations;
         let mut strains = Vec::new();
-        strain_line(&mut strains, &shape, material, &force);
+        strain_line(&mut strains, &held.rod, material, &force);
         check_line(&strains, &force)?;
-        *shape.line_strains_mut() = strains;
-        shape.reactions_mut().clone_from(&reactions);
-        Ok(Held { equilibrium, increments, reactions, rod: shape, patches })
+        *held.rod.line_strains_mut() = strains;
+        held.rod.reactions_mut().clone_from(&held.reactions);
+        Ok(held)
     }
 
     fn search<const P: usize>(
@@ -301,18 +303,6 @@ impl NewtonSolver {
         NewtonSearch::<_, P>::new(system, rod, material, force, self.stable_only, self.tolerance)
             .run(rod, self.max_iterations)
     }
-}
-
-/// Returns an error for an intrinsic strain, a gravity or a force of the load that is not finite.
-fn check_finite(rod: &Rod, force: &InternalForce) -> Result<(), EquilibriumError> {
-    let strained = rod.points().iter().all(|point| point.intrinsic.sum().is_finite());
-    let known = [
-        ("intrinsic strain", strained),
-        ("gravity", force.environment().gravity.sum().is_finite()),
-        ("force of the load on the rod", force.largest().is_finite()),
-    ];
-    let undefined = known.into_iter().find(|(_, finite)| !finite);
-    undefined.map_or(Ok(()), |(what, _)| Err(EquilibriumError::NotFinite { what }))
 }
 
 /// Largest tolerance of frames and corrections, rad. With a larger one no digit of the shape would be correct.
@@ -335,13 +325,9 @@ impl EquilibriumSolver for NewtonSolver {
     ) -> Result<Held, EquilibriumError> {
         check_tolerance("tolerance of the equilibrium", self.tolerance)?;
         held.support.check()?;
-        let answer = self.search_held(held);
-        self.workspace.system.joints.clear();
-        if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
-            let &HeldRod { rod, material, load, environment, .. } = held;
-            check_law(rod, material, &InternalForce::of(rod, load, environment))?;
-        }
-        answer
+        let &HeldRod { rod, material, load, environment, .. } = held;
+        self.search_held(held)
+            .map_err(|error| explained(error, rod, material, &InternalForce::of(rod, load, environment)))
     }
 
     fn equilibrate(
@@ -368,13 +354,7 @@ impl EquilibriumSolver for NewtonSolver {
             self.workspace.system.initial.restore(rod);
             check_finite(rod, force)?;
         }
-        if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
-            // The most likely reasons are a law without stiffness or with a wrong tangent, and long elements.
-            check_stiffness(rod, material, force.environment().time)?;
-            check_law(rod, material, force)?;
-            check_turns(rod)?;
-        }
-        answer
+        answer.map_err(|error| explained(error, rod, material, force))
     }
 }
 

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::system::System;
-use super::unloaded::{intrinsic_turn, take_intrinsic_shape};
+use super::unloaded::take_intrinsic_shape;
 use super::{Equilibrium, EquilibriumError, Inertia};
 use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
@@ -289,7 +289,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             self.system.start.restore(rod);
             if fraction * self.turn < NEGLIGIBLE_TURN {
                 return Err(match folds {
-                    true => EquilibriumError::Folded { element: node / P, intrinsic: intrinsic_turn(rod, node / P) },
+                    true => EquilibriumError::Folded { element: node / P, intrinsic: rod.intrinsic_turn(node / P) },
                     false => self.not_found(self.found.iterations),
                 });
             }

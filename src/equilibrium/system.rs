@@ -8,6 +8,7 @@ use super::tangent::Tangent;
 use super::{EquilibriumError, Inertia};
 use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
+use crate::numerics::scalar::largest;
 use crate::rod::Rod;
 use crate::so3;
 
@@ -219,8 +220,7 @@ impl System {
     /// is.
     pub fn largest_turn(&self) -> f64 {
         let base = self.joints.free_base.map(|base| self.base.norm() / base.length);
-        let sizes = self.turns.iter().chain(&self.steps).map(Vector3::norm).chain(base);
-        sizes.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        largest(self.turns.iter().chain(&self.steps).map(Vector3::norm).chain(base))
     }
 
     /// The derivative of the energy along the current step, J.

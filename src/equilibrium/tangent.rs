@@ -241,7 +241,7 @@ impl Tangent {
             let scale = self.size(column);
             least = least.min(self.factors[at] / unloaded.min(scale));
             let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
-            if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
+            if inertia.count(self.factors[at], scale, neutral) {
                 // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a
                 // quotient of two rounding errors.
                 self.factors[at] = f64::INFINITY;
@@ -271,28 +271,19 @@ impl Tangent {
     }
 }
 
-/// The sign of a pivot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sign {
-    Negative,
-    Neutral,
-    Positive,
-}
-
 impl Inertia {
-    /// Counts one pivot, given the diagonal entry that it came from and the size below which it is neutral.
-    pub(super) fn count(&mut self, pivot: f64, scale: f64, neutral: f64) -> Sign {
+    /// Counts one pivot, given the diagonal entry that it came from and the size below which it is neutral. Returns
+    /// whether it is neutral.
+    pub(super) fn count(&mut self, pivot: f64, scale: f64, neutral: f64) -> bool {
         self.margin = self.margin.min(pivot / scale);
-        if pivot.abs() <= neutral {
-            self.neutral += 1;
-            Sign::Neutral
-        } else if pivot < 0.0 {
-            self.negative += 1;
-            Sign::Negative
-        } else {
-            self.positive += 1;
-            Sign::Positive
-        }
+        let is_neutral = pivot.abs() <= neutral;
+        let sign = match pivot {
+            _ if is_neutral => &mut self.neutral,
+            ..0.0 => &mut self.negative,
+            _ => &mut self.positive,
+        };
+        *sign += 1;
+        is_neutral
     }
 }
 

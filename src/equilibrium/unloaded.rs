@@ -8,6 +8,7 @@ use super::{Equilibrium, EquilibriumError, EquilibriumSolver};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::InternalForce;
+use crate::numerics::scalar::largest;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, weighted};
 use crate::so3::{self, Form};
@@ -73,12 +74,6 @@ pub(super) fn check_turns(rod: &Rod) -> Result<(), EquilibriumError> {
     })
 }
 
-/// The rotation of an element by the magnitude of its intrinsic strain, rad: an upper bound.
-pub(super) fn intrinsic_turn(rod: &Rod, e: usize) -> f64 {
-    let each = rod.element_points(e).iter().zip(&rod.reference().weights);
-    each.map(|(point, weight)| point.intrinsic.norm() * point.jacobian * weight).sum()
-}
-
 /// Picard iteration for the rotation vectors of the nodes of an element. Returns the number of sweeps and the last
 /// change as well.
 fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, f64), EquilibriumError> {
@@ -102,15 +97,14 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
             theta[k] = weighted(&rates[..reference.p], &reference.integral_upto(reference.nodes[k + 1]));
             change = f64::max(change, (theta[k] - before[k]).norm());
         }
-        let size =
-            rates[..reference.p].iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+        let size = largest(rates[..reference.p].iter().map(Vector3::norm));
         if !size.is_finite() {
             return Err(EquilibriumError::NotFinite { what: "intrinsic strain" });
         }
         // Rotation vectors longer than π do not have the logarithms of their frames.
         let turn = theta[..reference.p].iter().map(Vector3::norm).fold(0.0, f64::max);
         if !(turn < PI) {
-            return Err(EquilibriumError::Folded { element: e, intrinsic: intrinsic_turn(rod, e) });
+            return Err(EquilibriumError::Folded { element: e, intrinsic: rod.intrinsic_turn(e) });
         }
         if change <= 4.0 * f64::EPSILON * size {
             return Ok((theta, sweep, change));

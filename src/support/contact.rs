@@ -9,6 +9,11 @@ use crate::error::ParameterError;
 /// The reaction is a force: a normal one that pushes, and with friction a tangential one of at most μ times the normal
 /// one (Coulomb). Both act on the centre line.
 ///
+/// A shoot starts straight along the d3 of its base. If an obstacle crosses this line, the first equilibrium may not be
+/// found. Then advance the shoot without the obstacle and add it with
+/// `shoot.with_model(shoot.model().with_support(contact))`, or move the obstacle in with a distance that depends on
+/// time.
+///
 /// A growing shoot sags until it leans on a horizontal pole:
 ///
 /// ```

@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Slip {
-    /// The shoot sticks to the obstacle.
+    /// The place has not moved relative to the obstacle in the last increment. Its friction may still be at the limit.
     Sticks,
-    /// The shoot slides over the obstacle.
+    /// The place has moved over the obstacle in the last increment.
     Slides,
 }
 

@@ -4,9 +4,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::held::Held;
 use crate::fixtures::messages::in_words;
-use crate::fixtures::rods::DENSITY;
-use morphorod::load::Weight;
-use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Hold, Moving, Obstacle, Sphere, Support};
+use crate::fixtures::rods::{DENSITY, tight};
+use morphorod::Scene;
+use morphorod::constitutive::Constitutive;
+use morphorod::equilibrium::EquilibriumSolver;
+use morphorod::load::{Load, Weight};
+use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Hold, Joint, Moving, Obstacle, Sphere, Support};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Length, m.
@@ -212,4 +215,34 @@ fn shape_through_an_obstacle_is_named() {
         0.0,
         &["perhaps since the initial shape passes through it; shorter steps"],
     );
+}
+
+/// The workspace of a solver has no joints after an error, with which a free rod would have a base that rotates.
+#[test]
+fn solver_forgets_a_support_that_is_refused() {
+    let held = horizontal();
+    let (law, load): (&dyn Constitutive, &dyn Load) = (&held.law, &held.load);
+    let environment = held.scene.environment(0.0);
+    let between = Hold::place(0.37 * LENGTH).at(Vector3::zeros());
+    let support: &dyn Support = &(Joint::Ball, Hold::apex().elastic_joint(UnitQuaternion::identity(), 1e-6), between);
+    let (mut solver, mut first, mut second) = (tight(), held.rod.clone(), held.rod.clone());
+    let refused = solver.inertia_held(&held.rod, &law, &load, &support, &environment, &[]).unwrap_err();
+    assert!(refused.to_string().contains("distance of a held place"), "{refused}");
+    let _ = solver.solve(&mut first, &law, &load, &environment).unwrap();
+    let _ = tight().solve(&mut second, &law, &load, &environment).unwrap();
+    assert_eq!(first, second);
+}
+
+#[test]
+fn inertia_with_the_reaction_of_an_obstacle_is_refused() {
+    let mut held = horizontal();
+    let through = Vector3::z() * -0.01 * LENGTH;
+    let floor = contact(HalfSpace { through, normal: Vector3::z() }, 0.0);
+    held.hold(&floor);
+    assert!(!held.reactions.is_empty());
+    let (law, load, support): (&dyn Constitutive, &dyn Load, &dyn Support) = (&held.law, &held.load, &floor);
+    let environment = held.scene.environment(0.0);
+    let answer = tight().inertia_held(&held.rod, &law, &load, &support, &environment, &held.reactions);
+    let error = answer.unwrap_err().to_string();
+    assert!(error.contains("number of reactions of obstacles"), "{error}");
 }

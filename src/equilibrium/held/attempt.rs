@@ -24,9 +24,9 @@ const LONGEST_STEP: f64 = 10.0;
 const TINY_TURN: f64 = 1e-9;
 /// Values below which an unstable rod is near a saddle if its steps do not become shorter. The rod then leaves the
 /// saddle by 0.1 rad, and the residual moves it by much less.
-const NEAR_SADDLE: Closeness = Closeness { turn: 1e-2, residual: 1e-4 };
+const NEAR_SADDLE: (f64, f64) = (1e-2, 1e-4);
 /// Values below which a rod that needs a shift is at a saddle in any case: both are due to rounding.
-const AT_SADDLE: Closeness = Closeness { turn: 1e-10, residual: 1e-10 };
+const AT_SADDLE: (f64, f64) = (1e-10, 1e-10);
 
 /// Whether a step fits the range of the linear rod.
 enum RangeCheck {
@@ -296,7 +296,7 @@ impl HeldSearch<'_> {
         trial.turn < small || !self.stable || converges
     }
 
-    /// Whether the inertia is tested at the start of a step: of a rod without contact, and in a descent.
+    /// Whether the inertia is tested at the start of a step. It is for a rod without contact and in a descent.
     pub(super) fn tests_inertia(&self, course: &Course) -> bool {
         !self.is_loaded() || course.is_guarded()
     }
@@ -305,14 +305,8 @@ impl HeldSearch<'_> {
     /// saddle of the energy, or at a neutral equilibrium where rounding decides. Steps are short with a large shift,
     /// too, so that the residual must be small.
     fn is_at_saddle(&self, merit: &Merit, turn: f64, last: f64) -> bool {
-        let stagnates = turn < NEAR_SADDLE.turn && turn > SETTINGS.slow * last;
-        let unstable = self.found.inertia.negative > 0 && merit.residual < NEAR_SADDLE.residual && stagnates;
-        unstable || turn < AT_SADDLE.turn && merit.residual < AT_SADDLE.residual
+        let stagnates = turn < NEAR_SADDLE.0 && turn > SETTINGS.slow * last;
+        let unstable = self.found.inertia.negative > 0 && merit.residual < NEAR_SADDLE.1 && stagnates;
+        unstable || turn < AT_SADDLE.0 && merit.residual < AT_SADDLE.1
     }
-}
-
-/// A rotation in a step (rad), and a residual.
-struct Closeness {
-    turn: f64,
-    residual: f64,
 }

@@ -49,7 +49,7 @@ impl HeldSearch<'_> {
 
     /// The centre line of a rod under its present forces.
     pub(super) fn line_of(&self, rod: &Rod) -> Line {
-        Line::new(rod, self.body.tangents(rod), self.yields(rod))
+        Line::new(rod, &self.body.strain_line(rod))
     }
 
     /// Whether the centre line of a rod has shear or stretch.
@@ -169,9 +169,7 @@ impl HeldSearch<'_> {
                     continue;
                 }
                 for end in ends.iter().filter(|end| end.arc_length >= self.first_place()) {
-                    let place =
-                        if end.x == 0.0 && end.element > 0 { (end.element - 1, 1.0) } else { (end.element, end.x) };
-                    new.push((Candidate::at(gaps.obstacle, place, false), end.arc_length));
+                    new.push((Candidate::at(gaps.obstacle, (end.element, end.x), false), end.arc_length));
                 }
             }
         }

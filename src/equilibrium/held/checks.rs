@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::search::{HeldSearch, project};
 use super::settings::SETTINGS;
-use super::sites::across;
+use super::sites::{across, place_of};
 use crate::check::{BESIDE, Derivatives};
 use crate::error::ParameterError;
 use crate::rod::Rod;
@@ -45,7 +45,7 @@ impl HeldSearch<'_> {
 
     /// Returns an error for a hold that is farther from the base than the rod reaches without stretch.
     pub(super) fn check_reach(&self, rod: &Rod) -> Result<(), ParameterError> {
-        if self.body.line_compliance(rod, 0, 0).is_some() {
+        if self.yields(rod) {
             return Ok(());
         }
         let clamped = self.body.system().joints.free_base.is_none();
@@ -131,7 +131,7 @@ impl HeldSearch<'_> {
         }
         for (joint, (frame, law)) in self.body.system().joints.elastic.iter().zip(&self.laws.joints) {
             let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
-            let (element, x) = if joint.node > 0 { (joint.node - 1, 1.0) } else { (0, 0.0) };
+            let (element, x) = place_of(joint.node);
             let place = rod.initial_length() - rod.initial_apex_distance(element, x);
             law.check(&turn, 1.0, time).map_err(|error| error.at(place))?;
         }

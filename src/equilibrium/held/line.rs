@@ -31,16 +31,20 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The line of a rod with given tangents ∂p/∂s at the material points, which `yields` if it has shear or stretch.
+    /// The line of a rod with given strains of the centre line at the material points, none without shear and stretch.
     /// Without them a place inside an element is the integral of d3 by the Gauss rule from the start of the element, so
     /// that the tangent is d3 up to the order of the element. With them it is the integral of the polynomial through
-    /// the given tangents.
-    pub fn new(rod: &Rod, tangents: Vec<Vector3<f64>>, yields: bool) -> Self {
+    /// the tangents at these points.
+    pub fn new(rod: &Rod, strains: &[Vector3<f64>]) -> Self {
+        let p = rod.order().points();
+        let strain = |i: usize| strains.get(i).copied().unwrap_or_else(Vector3::z);
+        let tangents = (0..rod.points().len()).map(|i| rod.frame_at_point(i / p, i % p) * strain(i)).collect();
         let stations = &rod.reference().stations;
         let base = LinePlace { element: 0, x: 0.0, arc_length: 0.0, path: 0.0, position: rod.base_position() };
         let mut places = Vec::with_capacity(1 + rod.elements() * stations.len());
         places.push(base);
-        let shape = if yields { Default::default() } else { (rod.frames().to_vec(), rod.rotations().to_vec()) };
+        let shape =
+            if !strains.is_empty() { Default::default() } else { (rod.frames().to_vec(), rod.rotations().to_vec()) };
         let mut line = Self { tangents, places, stations: stations.len(), shape };
         for e in 0..rod.elements() {
             for Station { x, upto, chord } in stations {
@@ -135,8 +139,7 @@ mod tests {
         rod.set_intrinsic(|_| Vector3::new(angle, 0.0, 0.3 * angle));
         let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
         let _ = NewtonSolver::default().solve(&mut rod, &tissue, &(), &still.environment(0.0)).unwrap();
-        let tangents = (0..order.points()).map(|g| rod.frame_at_point(0, g) * Vector3::z()).collect();
-        let line = Line::new(&rod, tangents, yields);
+        let line = Line::new(&rod, &vec![Vector3::z(); if yields { order.points() } else { 0 }]);
         // The error of the central differences is (angle h)²/6 < 1e-9, and that of rounding is 1e-13.
         let h = 1e-4;
         let at = |x: f64| line.place(&rod, (0, x)).position;

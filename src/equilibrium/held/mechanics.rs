@@ -1,8 +1,8 @@
-//! What the search for reactions sees of a rod: its mechanics, without the types of its laws and its order.
+//! Mechanics of a rod, independent of the types of its laws and of its order.
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::constitutive::{Constitutive, Tissue, line_strain_under, strain_under};
+use crate::constitutive::{Constitutive, Tissue, strain_under};
 use crate::equilibrium::elimination::Row;
 use crate::equilibrium::line::strain_line;
 use crate::equilibrium::system::System;
@@ -42,9 +42,6 @@ pub(in crate::equilibrium) trait Mechanics {
 
     /// Moves the rod from the start of the step by a fraction of the step.
     fn advance(&self, rod: &mut Rod, fraction: f64);
-
-    /// Tangents ∂p/∂s of the centre line at the material points.
-    fn tangents(&self, rod: &Rod) -> Vec<Vector3<f64>>;
 
     /// The derivatives of the chord from the start of an element to a coordinate by the unknowns of the element,
     /// eliminated as the gradient: one row for each component.
@@ -125,15 +122,6 @@ impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
 
     fn advance(&self, rod: &mut Rod, fraction: f64) {
         self.system.advance::<P>(rod, fraction);
-    }
-
-    fn tangents(&self, rod: &Rod) -> Vec<Vector3<f64>> {
-        let time = self.time();
-        let tangent = |(i, (point, force))| {
-            let frame = rod.frame_at_point(i / P, i % P);
-            frame * line_strain_under(self.material, &Tissue::of(point, time), &frame, force)
-        };
-        rod.points().iter().zip(self.force.at_points()).enumerate().map(tangent).collect()
     }
 
     fn chord_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3] {

@@ -51,8 +51,10 @@ mod attempt;
 mod candidate;
 mod candidates;
 mod checks;
+mod complementarity;
 mod elastic;
 mod ends;
+mod failure;
 mod increment;
 mod inertia;
 mod law;
@@ -79,4 +81,4 @@ mod step;
 mod trial;
 
 pub(super) use mechanics::body_of;
-pub(super) use search::{Found, HeldSearch};
+pub(super) use search::HeldSearch;

@@ -74,10 +74,3 @@ impl NearbyEquilibria for HeldTangent<'_> {
         self.search.body.force()
     }
 }
-
-impl Drop for HeldTangent<'_> {
-    /// Removes the joints from the workspace, which a free rod may use next.
-    fn drop(&mut self) {
-        self.search.body.system_mut().joints.clear();
-    }
-}

@@ -35,23 +35,20 @@ impl HeldSearch<'_> {
     /// continues once from the shape before the last move, and nodes then stay.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
         let line = if reach == Reach::Newton { Vec::new() } else { rod.centre_line_at(COMPARED) };
-        let (last, shift, next, negative) = (f64::INFINITY, 0.0, 0.0, None);
-        let (lowest, saddles) = (f64::INFINITY, 0);
-        let (bowed, placements, answer, distance, ends) = (false, 0, None, f64::INFINITY, Vec::new());
         let mut course = Course {
             reach,
             line,
-            last,
-            shift,
-            next,
-            lowest,
-            saddles,
-            negative,
-            bowed,
-            placements,
-            answer,
-            distance,
-            ends,
+            last: f64::INFINITY,
+            shift: 0.0,
+            next: 0.0,
+            lowest: f64::INFINITY,
+            saddles: 0,
+            negative: None,
+            bowed: false,
+            placements: 0,
+            answer: None,
+            distance: f64::INFINITY,
+            ends: Vec::new(),
         };
         self.apply(rod);
         self.locate(rod);
@@ -148,7 +145,7 @@ impl HeldSearch<'_> {
         self.find_inertia(rod, &step)?;
         let negative = self.found.inertia.negative;
         if self.stable && negative > 0 {
-            // A descent goes on from there.
+            // A descent continues from this saddle.
             return if course.is_guarded() { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
         }
         self.found.error = self.found.error.max(self.penetration(rod) / self.length);
@@ -178,26 +175,24 @@ impl HeldSearch<'_> {
     /// Removes open contact points that are far from their obstacle or are no places of least gap, and merges contact
     /// points that have slid to the same place.
     fn drop_candidates(&mut self) {
-        let far = SETTINGS.far * self.length;
-        let least = |at: &Candidate| at.gap.value < far && (at.slides || self.end(at).is_some());
-        let kept: Vec<bool> =
-            self.candidates.iter().map(|at| at.status != Status::Open || !at.point || least(at)).collect();
-        let mut kept = kept.into_iter();
-        self.candidates.retain(|_| kept.next().unwrap_or(true));
-        let near = SETTINGS.near * self.element;
+        let (far, near) = (SETTINGS.far * self.length, SETTINGS.near * self.element);
         let mut kept: Vec<Candidate> = Vec::new();
-        for at in self.candidates.drain(..) {
+        for at in std::mem::take(&mut self.candidates) {
+            let least = at.gap.value < far && (at.slides || self.end(&at).is_some());
+            if at.status == Status::Open && at.point && !least {
+                continue;
+            }
             let same = |other: &&mut Candidate| {
                 let points = at.point && other.point && at.obstacle == other.obstacle;
                 points && (at.arc_length - other.arc_length).abs() < near
             };
             match kept.iter_mut().find(same) {
                 Some(other) => {
-                    let force = other.force + at.force;
+                    let (force, touched) = (other.force + at.force, other.touched || at.touched);
                     if at.force.norm() > other.force.norm() {
                         *other = at;
                     }
-                    other.force = force;
+                    (other.force, other.touched) = (force, touched);
                 }
                 None => kept.push(at),
             }
@@ -278,6 +273,9 @@ impl HeldSearch<'_> {
         let error = 4.0 * turn * ratio.min(1.0);
         // A new contact is one that the last step has missed.
         let found = self.add_candidates(rod, -SETTINGS.rounding * self.length);
+        if found {
+            self.locate(rod);
+        }
         // A contact point is where the gap is least, or at an end of the rod.
         let skew = self.candidates.iter().any(|at| {
             let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward > 0.0);

@@ -158,6 +158,13 @@ pub(super) struct Gaps<'b, 'a> {
     pub strains: &'b [Vector3<f64>],
 }
 
+impl Sample {
+    /// This place as one of an element that contains it, or begins there.
+    fn in_element(self, element: usize) -> Self {
+        if self.element == element { self } else { Self { element, x: 0.0, ..self } }
+    }
+}
+
 impl Gaps<'_, '_> {
     pub fn at(&self, place: &LinePlace) -> Sample {
         let gap = self.obstacles.gap_at(self.obstacle, &place.position);
@@ -170,10 +177,14 @@ impl Gaps<'_, '_> {
         Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
     }
 
+    fn within(&self, element: usize, x: f64) -> Sample {
+        self.at(&self.line.place(self.rod, (element, x)))
+    }
+
     /// The local minima of the gap below `bound` (m) inside an interval between two neighbouring stations. A minimum
     /// may be a kink of the gap, where the nearest face of an obstacle changes.
     pub fn minima(&self, from: &Sample, to: &Sample, bound: f64) -> Vec<Sample> {
-        let from = if from.element == to.element { *from } else { Sample { element: to.element, x: 0.0, ..*from } };
+        let from = from.in_element(to.element);
         let finest = RESOLUTION * from.radius.min(to.radius);
         let (mut parts, mut minima) = (vec![(from, *to, 0)], Vec::new());
         while let Some((from, to, depth)) = parts.pop() {
@@ -182,7 +193,7 @@ impl Gaps<'_, '_> {
                 continue;
             }
             if depth < LEAST_DEPTH || size > finest && depth < DEPTH {
-                let middle = self.at(&self.line.place(self.rod, (to.element, 0.5 * (from.x + to.x))));
+                let middle = self.within(to.element, 0.5 * (from.x + to.x));
                 parts.extend([(middle, to, depth + 1), (from, middle, depth + 1)]);
             } else if from.slope < 0.0 && to.slope >= 0.0 {
                 minima.extend(Some(self.minimum(&from, &to)).filter(|at| at.gap < bound));
@@ -194,20 +205,20 @@ impl Gaps<'_, '_> {
     /// A lower bound of the gap inside an interval between two neighbouring places. Intervals are halved until the
     /// bound is half of the gap at an end, or until they are short relative to the radius of the obstacle.
     pub fn lowest(&self, from: &Sample, to: &Sample, depth: usize) -> f64 {
-        let from = if from.element == to.element { *from } else { Sample { element: to.element, x: 0.0, ..*from } };
+        let from = from.in_element(to.element);
         let size = to.path - from.path;
         let bound = 0.5 * (from.gap + to.gap - size);
         let finest = RESOLUTION * from.radius.min(to.radius);
         if bound >= 0.5 * from.gap.min(to.gap) || size <= finest || depth == DEPTH {
             return bound;
         }
-        let middle = self.at(&self.line.place(self.rod, (to.element, 0.5 * (from.x + to.x))));
+        let middle = self.within(to.element, 0.5 * (from.x + to.x));
         self.lowest(&from, &middle, depth + 1).min(self.lowest(&middle, to, depth + 1))
     }
 
     /// The minimum of the gap between two places of an element with slopes of opposite signs.
     fn minimum(&self, from: &Sample, to: &Sample) -> Sample {
-        let at = |x: f64| self.at(&self.line.place(self.rod, (to.element, x)));
+        let at = |x: f64| self.within(to.element, x);
         let bracket = [from, to].map(|sample| (sample.x, sample.slope));
         let Ok(ends) = bracketed_root(bracket, PLACED, |x| Ok::<_, Infallible>(at(x).slope));
         // At a kink the slope has no zero, and the ends of the bracket are on both sides.

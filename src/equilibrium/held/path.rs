@@ -7,17 +7,18 @@ use nalgebra::Vector3;
 use super::increment::{Before, Motion};
 use super::line::{COMPARED, LinePlace, displacement};
 use super::obstacles::{Obstacles, candidate_share, largest_share};
-use super::search::{Found, HeldSearch, Snapshot, project};
+use super::search::{HeldSearch, Snapshot, project};
 use super::settings::SETTINGS;
 use super::sites::turn_frames;
 use super::trial::Reach;
-use crate::equilibrium::EquilibriumError;
+use crate::equilibrium::{EquilibriumError, Held};
 use crate::rod::Rod;
 
 impl HeldSearch<'_> {
     /// Finds the equilibrium. Returns an error for laws of supports that are invalid where the search ends.
-    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Found, EquilibriumError> {
+    pub fn run(mut self, mut shape: Rod, bound: usize) -> Result<Held, EquilibriumError> {
         self.bound = bound;
+        let rod = &mut shape;
         let moved = self.move_holds(rod);
         if moved.as_ref().err().is_none_or(EquilibriumError::is_recoverable) {
             self.check_end(rod)?;
@@ -30,7 +31,7 @@ impl HeldSearch<'_> {
         }
         let (mut reactions, mut patches) = (self.reactions(rod), self.patches(rod, 0.0));
         self.obstacles.name(&mut reactions, &mut patches);
-        Ok(Found { equilibrium: self.found, increments: self.increments, reactions, patches })
+        Ok(Held { equilibrium: self.found, increments: self.increments, reactions, patches, rod: shape })
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in

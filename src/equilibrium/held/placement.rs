@@ -1,6 +1,6 @@
 //! Nodes at contacts: the shape of a rod is smooth only between the places at which contact forces act.
 //!
-//! A contact point has a node of its own. At the ends of a contact segment the curvature of the rod is that of the
+//! A contact point is at a node. At the ends of a contact segment the curvature of the rod is that of the
 //! obstacle. An end that is misplaced by δ changes the shape by O(δ³), so that the relative curvature g″ at a fixed
 //! place depends on it to second order only: −g″/g‴, with the derivative on the free side, is Newton's step for the
 //! end.
@@ -121,7 +121,7 @@ impl HeldSearch<'_> {
         }
         let first = stations.first().map_or(0.0, |place| place.arc_length);
         let resolved = |(mut patch, members): (Patch, Vec<&Candidate>)| {
-            // Two neighbouring stations carry the force of a contact point between them.
+            // Two neighbouring stations bear the force of a contact point between them.
             if let [a, b] = members[..]
                 && a.approach().1 > 0.0
                 && b.approach().1 > 0.0
@@ -277,15 +277,10 @@ impl HeldSearch<'_> {
             site.set_node(moved(site.node()));
         }
         self.frames.iter_mut().for_each(|frame| frame.node = moved(frame.node));
-        let joints = &mut self.body.system_mut().joints;
-        let held: Vec<usize> = joints.nodes().map(moved).collect();
-        joints.set_nodes(held.into_iter());
+        self.body.system_mut().joints.move_nodes(moved);
         self.body.renew_load(rod);
-        let tangents = (0..rod.points().len())
-            .map(|i| rod.frame_at_point(i / rod.order().points(), i % rod.order().points()) * Vector3::z())
-            .collect();
         // Only the arc lengths of its stations are used.
-        let line = Line::new(rod, tangents, false);
+        let line = Line::new(rod, &[]);
         self.candidates.clear();
         for patch in patches {
             self.candidates.extend(self.stations_of(rod, patch, line.stations()));

@@ -145,12 +145,13 @@ impl LinearResponse {
 
     /// The compliance of the interior of an element between two functions.
     fn interior(&self, system: &System, element: usize, a: &Part, b: &Part) -> Matrix3<f64> {
-        let inverse = system.elements[element].inverse_pivots();
-        let product = |a: &Row, b: &Row| {
-            let each = a.as_flattened().iter().zip(b.as_flattened()).zip(inverse);
-            each.take(3 * (self.points - 1)).map(|((a, b), inverse)| a * b * inverse).sum::<f64>()
-        };
-        Matrix3::from_fn(|i, j| product(&a.rows[i], &b.rows[j]))
+        Matrix3::from_fn(|i, j| self.product(system, element, &a.rows[i], &b.rows[j]))
+    }
+
+    /// The product of two eliminated rows with the inverse of the interior of an element.
+    fn product(&self, system: &System, element: usize, a: &Row, b: &Row) -> f64 {
+        let each = a.as_flattened().iter().zip(b.as_flattened()).zip(system.elements[element].inverse_pivots());
+        each.take(3 * (self.points - 1)).map(|((a, b), inverse)| a * b * inverse).sum()
     }
 
     /// The compliance by the interiors and the centre line between two places.
@@ -306,13 +307,8 @@ impl LinearResponse {
         let mut turns = system.turns.clone();
         let mut moved = self.outer(system, &mut turns);
         let inner = |part: &Part, e: usize| {
-            let condensed = system.elements[e].condensed();
-            let inverse = system.elements[e].inverse_pivots();
-            let product = |row: &Row| {
-                let each = row.as_flattened().iter().zip(condensed.as_flattened()).zip(inverse);
-                each.take(3 * (self.points - 1)).map(|((a, b), inverse)| a * b * inverse).sum::<f64>()
-            };
-            Vector3::from_fn(|i, _| -product(&part.rows[i]))
+            let condensed = &system.elements[e].condensed;
+            Vector3::from_fn(|i, _| -self.product(system, e, &part.rows[i], condensed))
         };
         let displacements = self.running(self.chords.iter().enumerate().map(|(e, chord)| inner(&chord.part, e)));
         for place in &self.places {

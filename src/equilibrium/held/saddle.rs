@@ -8,6 +8,7 @@ use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
 use super::trial::Start;
+use crate::equilibrium::elimination::Row;
 use crate::rod::Rod;
 use crate::so3;
 
@@ -107,7 +108,7 @@ impl HeldSearch<'_> {
         for _ in 0..SETTINGS.softenings {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             let system = self.body.system_mut();
-            system.elements.iter_mut().for_each(|element| element.clear_gradient());
+            system.elements.iter_mut().for_each(|element| element.condensed = Row::default());
             system.base = Vector3::zeros();
             for (e, (to, turn)) in system.turns.iter_mut().zip(&turns).enumerate() {
                 let length = if e > 0 { rod.length_of(e - 1) } else { 0.0 };

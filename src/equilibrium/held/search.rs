@@ -10,20 +10,17 @@ use super::line::Line;
 use super::linear::Role;
 use super::mechanics::Mechanics;
 use super::obstacles::Obstacles;
-use super::settings::{SAME, SETTINGS};
+use super::settings::SAME;
 use super::sites::{HeldFrame, HeldSite, sort};
 use crate::equilibrium::joints::Joints;
-use crate::equilibrium::{ContactViolation, Equilibrium, EquilibriumError, Inertia};
+use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
 use crate::load::PointReaction;
 use crate::rod::Rod;
 use crate::so3;
 use crate::support::{Energy, Joint, Patch, Reaction, Slip, Support};
 
-/// Smallest unbalanced force on a free base, relative to the largest force in the rod, for which the rod is not held.
-const LOOSE: f64 = 1e-3;
-
 /// Least spring at a free base that remains in a step, relative to the force in the rod over its length. A softer one
-/// amplifies rounding, and with a stiffer one the search converges slowly where only friction closes a motion.
+/// amplifies rounding, and with a stiffer one the search converges slowly where only friction prevents a rigid motion.
 const LEAST_SPRING: f64 = 1e-2;
 
 /// A search for an equilibrium of a rod with supports.
@@ -46,19 +43,20 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) layer: f64,
     /// Whether the equilibrium has to be stable.
     pub(super) stable: bool,
-    /// Whether the search fails where no equilibrium is next to the initial guess.
+    /// Whether the descent to any equilibrium is omitted.
     pub(in crate::equilibrium) nearby: bool,
     pub(super) tolerance: f64,
     pub(super) length: f64,
     /// Length of an element of the rod without additional nodes, m.
     pub(super) element: f64,
     pub(super) boosts: Vec<(usize, f64)>,
-    /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit, N.
+    /// Weight of violated distances in the merit, N: twice the largest reaction. A step reduces it by at most a factor
+    /// of four.
     pub(super) weight: f64,
     /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
     pub(super) energy_scale: f64,
     pub(super) found: Equilibrium,
-    /// Number of iterations of the whole search at which it fails.
+    /// Number of iterations at which the present increment of the load path fails.
     pub(super) bound: usize,
     /// Number of increments of the load path, including those that failed.
     pub(super) increments: usize,
@@ -78,14 +76,6 @@ pub(super) struct Snapshot {
     share: Option<f64>,
 }
 
-/// The result of a search.
-pub(in crate::equilibrium) struct Found {
-    pub equilibrium: Equilibrium,
-    pub increments: usize,
-    pub reactions: Vec<Reaction>,
-    pub patches: Vec<Patch>,
-}
-
 impl<'a> HeldSearch<'a> {
     pub fn new(
         mut body: Box<dyn Mechanics + 'a>,
@@ -95,7 +85,9 @@ impl<'a> HeldSearch<'a> {
     ) -> Result<Self, EquilibriumError> {
         let time = body.force().environment().time;
         let obstacles = Obstacles::new(support.contacts(), time);
-        let (sites, frames, laws) = sort(rod, support, time, &mut body.system_mut().joints)?;
+        let mut joints = Joints::default();
+        let (sites, frames, laws) = sort(rod, support, time, &mut joints)?;
+        body.system_mut().joints = joints;
         Ok(Self {
             before: Before::new(rod, time, obstacles.yielded.clone()),
             motion: None,
@@ -122,8 +114,8 @@ impl<'a> HeldSearch<'a> {
         })
     }
 
-    /// Sets the rod and its reactions at the end of the increment before, the time since then (s), and the joint of the
-    /// base.
+    /// Sets the rod and its reactions at the end of the previous increment, the time since then (s), and the joint of
+    /// the base.
     pub fn since(&mut self, (rod, time, reactions): (&Rod, f64, &[Reaction]), joint: Option<Joint>) {
         self.before = Before::new(rod, self.obstacles.time - time, self.obstacles.displacements_by(reactions));
         if !self.obstacles.contacts.is_empty() {
@@ -224,7 +216,8 @@ impl<'a> HeldSearch<'a> {
         }
     }
 
-    /// Chooses the spring of a free base: the load displaces it by its reach, or bends the rod as much.
+    /// Sets the spring of a free base to the bending stiffness of the rod plus twice the force over the reach, so that
+    /// the force displaces the base by at most a half of the reach.
     fn spring_base(&mut self, rod: &Rod, inertia: &mut Inertia) {
         if self.body.system().joints.free_base.is_none() {
             return;
@@ -312,17 +305,6 @@ impl<'a> HeldSearch<'a> {
         links.chain(loaded).fold(deepest(&self.candidates), f64::max)
     }
 
-    /// The contact that violates its condition most; `None` if none does by more than rounding.
-    fn worst_contact(&self) -> Option<ContactViolation> {
-        let each = self.candidates.iter().map(|at| {
-            let penetration = -at.gap.value;
-            let violation = if at.status == Status::Open { penetration } else { penetration.abs() };
-            ContactViolation { obstacle: self.obstacles.name_of(at.obstacle), arc_length: at.arc_length, violation }
-        });
-        let worst = each.max_by(|a, b| a.violation.total_cmp(&b.violation))?;
-        (worst.violation > SETTINGS.rounding * self.length && worst.violation.is_finite()).then_some(worst)
-    }
-
     /// The inertia at the present configuration.
     pub fn inertia(mut self, rod: &Rod) -> Result<Inertia, EquilibriumError> {
         self.locate(rod);
@@ -340,26 +322,12 @@ impl<'a> HeldSearch<'a> {
         self.stretch_joints(rod);
         self.reactions(rod)
     }
+}
 
-    /// Whether the unbalanced force on a free base is too large for an equilibrium.
-    pub(super) fn floats(&self) -> bool {
-        let (largest, rounding) = (self.body.force().largest(), SETTINGS.rounding * self.force_scale());
-        let free = self.body.system().joints.free_base.is_some();
-        free && self.body.force().at_base().norm() > (LOOSE * largest).max(rounding)
-    }
-
-    /// The error of a search that did not converge, with the size of its last step (rad).
-    pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
-        if self.floats() {
-            return EquilibriumError::NotHeld { force: self.body.force().at_base() };
-        }
-        EquilibriumError::NoConvergence {
-            iterations: self.found.iterations,
-            step,
-            residual: self.body.system().unbalanced,
-            force: self.body.force().largest(),
-            contact: self.worst_contact(),
-        }
+impl Drop for HeldSearch<'_> {
+    /// Removes the joints from the workspace, which a free rod may use next.
+    fn drop(&mut self) {
+        self.body.system_mut().joints.clear();
     }
 }
 
@@ -379,7 +347,7 @@ fn old_candidates(reactions: &[Reaction], obstacles: &Obstacles) -> Vec<Candidat
     all
 }
 
-/// The part of a vector along some orthonormal vectors.
+/// The projection of a vector on orthonormal vectors.
 pub(super) fn project(directions: &[Vector3<f64>], vector: &Vector3<f64>) -> Vector3<f64> {
     directions.iter().map(|d| d * d.dot(vector)).sum()
 }

@@ -13,8 +13,8 @@ use crate::support::{Argument, Elastic, Hold, Joint, Orientation, Position, Supp
 /// Largest distance of a held place from a node at t = 0, relative to the length then. It must not be relative to the
 /// element, which may be short at the boundary of the growth zone.
 const AT_NODE: f64 = 1e-9;
-/// See `AT_NODE`. Distance of a node that is protected from merging: merged elements beside it interpolate the
-/// distances at t = 0 with an error. It was up to 1e-7 of the length in shoots of order eight that had doubled their
+/// As [`AT_NODE`], for a node that is protected from merging: merged elements beside it interpolate the distances at
+/// t = 0 with an error. It was up to 1e-7 of the length in shoots of order eight that had doubled their
 /// length.
 const AT_KEPT_NODE: f64 = 1e-5;
 
@@ -35,15 +35,10 @@ pub(super) struct HeldSite {
 }
 
 impl HeldSite {
-    /// A site at a place in an element, without condition yet.
-    pub fn at((element, x): (usize, f64), spring: Option<Spring>) -> Self {
-        let zero = Vector3::zeros();
-        Self { element, x, fixed: Vec::new(), target: zero, spring, force: zero, position: zero }
-    }
-
     /// A site at a node, without condition yet.
-    fn at_node(node: usize) -> Self {
-        Self::at(place_of(node), None)
+    fn at_node(node: usize, spring: Option<Spring>) -> Self {
+        let ((element, x), zero) = (place_of(node), Vector3::zeros());
+        Self { element, x, fixed: Vec::new(), target: zero, spring, force: zero, position: zero }
     }
 
     /// The node at which the site is.
@@ -69,7 +64,7 @@ impl HeldSite {
 }
 
 /// The place of a node: the end of an element, or the base.
-fn place_of(node: usize) -> (usize, f64) {
+pub(super) fn place_of(node: usize) -> (usize, f64) {
     node.checked_sub(1).map_or((0, 0.0), |element| (element, 1.0))
 }
 
@@ -96,7 +91,7 @@ pub(super) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
 
 /// The site of a hold of the position; `None` for a hold of the frame alone.
 fn site_of(hold: &Hold, node: usize, laws: &mut ElasticLaws) -> Option<HeldSite> {
-    let mut site = HeldSite::at_node(node);
+    let mut site = HeldSite::at_node(node, None);
     match hold.position {
         Position::Free => return None,
         Position::At(point) => (site.fixed, site.target) = (vec![Vector3::x(), Vector3::y(), Vector3::z()], point),
@@ -144,7 +139,6 @@ pub(super) fn sort<'a>(
     time: f64,
     joints: &mut Joints,
 ) -> Result<(Vec<HeldSite>, Vec<HeldFrame>, ElasticLaws<'a>), EquilibriumError> {
-    joints.clear();
     joints.base_rotates = support.base().is_some();
     let free = FreeBase { length: rod.length(), reach: rod.length(), stiffness: 1.0, least: 0.0, exact: false };
     joints.free_base = (support.base() == Some(Joint::Free)).then_some(free);
@@ -180,7 +174,7 @@ pub(super) fn sort<'a>(
         match argument {
             Argument::Position => {
                 let spring = Some(Spring::new(laws.springs.len()));
-                sites.push(HeldSite { spring, ..HeldSite::at_node(node) });
+                sites.push(HeldSite::at_node(node, spring));
                 laws.springs.push(ElasticLaw::User(potential));
             }
             Argument::Rotation { frame } => {

@@ -257,12 +257,8 @@ impl Reduced<'_> {
             }
             (*contacts, all, size) = (trial, at, next);
         }
-        Self::finish(contacts, &all);
-    }
-
-    /// Records the states, and removes the force of open contacts.
-    fn finish(contacts: &mut [LinearContact], all: &[Evaluated]) {
-        for (contact, at) in contacts.iter_mut().zip(all) {
+        // An open contact has no force.
+        for (contact, at) in contacts.iter_mut().zip(&all) {
             contact.status = at.law.status;
             if contact.status == Status::Open {
                 contact.force = Vector3::zeros();

@@ -27,7 +27,7 @@ impl HeldSearch<'_> {
             line: self.line.clone(),
             turns: system.turns.clone(),
             base: system.base,
-            condensed: system.elements.iter().map(|element| *element.condensed()).collect(),
+            condensed: system.elements.iter().map(|element| element.condensed).collect(),
         }
     }
 
@@ -48,7 +48,7 @@ impl HeldSearch<'_> {
         system.turns.iter_mut().for_each(|turn| *turn *= share);
         system.base = start.base * share;
         for (element, condensed) in system.elements.iter_mut().zip(&start.condensed) {
-            element.set_condensed(condensed.map(|group| group.map(|value| value * share)));
+            element.condensed = condensed.map(|group| group.map(|value| value * share));
         }
     }
 
@@ -266,7 +266,8 @@ impl HeldSearch<'_> {
         let residuals = self.residuals();
         let zero = DVector::zeros(linear.response.size());
         let (mut turn, mut stretch) = (f64::INFINITY, 0.0);
-        // Candidates may be new, or become flat, and the axes of a potential of the user may change.
+        // The factors are not reused if the coordinates or the conditions have changed: for a new candidate, for one
+        // that no longer slides, and for other axes of a spring.
         let turning: Vec<bool> = self.candidates.iter().map(|at| at.slides).collect();
         let same = linear.response.turning().skip(self.sites.len()).eq(turning);
         if same && residuals.len() == linear.residuals.len() {

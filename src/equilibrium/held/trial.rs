@@ -13,7 +13,7 @@ use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
 use crate::equilibrium::system::Configuration;
 
-/// How a search looks for an equilibrium.
+/// Method of a search.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
     /// Newton's method, at any distance from the initial guess. In contact it fails where a step without a shift has no
@@ -27,7 +27,7 @@ pub(super) enum Reach {
     Far,
 }
 
-/// What an iteration needs to know of those before it.
+/// Data that one iteration passes to the next.
 pub(super) struct Course {
     pub reach: Reach,
     /// Places of the centre line at the initial guess, m; empty in Newton's method, which does not use them.
