@@ -10,7 +10,7 @@
 //! # Results
 //! There is one figure for each scene, with logarithmic axes. A method is better if its curve is further to the left
 //! and lower. As long as the varied setting determines the error, the slope of a curve is minus the order of
-//! convergence divided by the exponent of the cost. In the median, runs by tolerance take 1.7 times as long as the best
+//! convergence divided by the exponent of the cost. In the median, runs by tolerance take twice as long as the best
 //! fixed resolution with the same error at the end. That resolution is not known in advance.
 //!
 //! # Options

@@ -6,8 +6,8 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::{State, StateError};
 
-/// A shoot with its integrator, whatever the laws. The pair `(shoot, integrator)` implements it. The trait is
-/// object safe: shoots with different laws can be elements of one list.
+/// A shoot with its integrator, independent of the types of its laws. The pair `(shoot, integrator)` implements it. The
+/// trait is object safe: shoots with different laws can be elements of one list.
 ///
 /// ```
 /// use morphorod::Shoot;

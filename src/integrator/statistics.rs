@@ -38,10 +38,12 @@ pub struct Statistics {
     /// Largest displacement by a snap, m: that of the tip, or of any place of a shoot with supports; zero without a
     /// snap.
     pub largest_jump: f64,
-    /// Number of steps of trial runs. The other costs of trial runs are included in the other counts.
+    /// Number of steps of trial runs, and of steps to output times that are not ends of steps. The other costs of trial
+    /// runs are included in the other counts.
     pub trial_steps: usize,
-    /// Estimate of the largest distance between the centre line and the exact one, relative to the length,
-    /// with the errors of earlier calls. `None` if the integrator does not estimate it, as
+    /// Estimate of the largest distance between a place of the centre line and the place of the exact one at the same
+    /// share of the length, at any time of the call, relative to the length at that time. It has a safety factor of
+    /// two, and contains the estimates of earlier calls. `None` if the integrator does not estimate it, as
     /// [`MethodOfSteps`](super::MethodOfSteps).
     pub error: Option<f64>,
     /// Largest [error](Equilibrium::error) of an equilibrium, rad: that of the solver, without the errors of steps and
@@ -112,13 +114,14 @@ impl Statistics {
         self.largest_jump = self.largest_jump.max(jump);
     }
 
-    /// Returns the statistics of a run whose result is discarded. Its shapes may have been shown.
+    /// Returns the statistics of a run whose result is discarded. The error of its equilibria is kept, since its shapes
+    /// may have been shown.
     pub(super) fn as_trial(self) -> Self {
         let (trial_steps, equilibrium_error) = (self.trial_steps + self.steps, self.equilibrium_error);
         Self { trial_steps, equilibrium_error, ..self.undone_since(Self::default()) }
     }
 
-    /// Returns the statistics after the changes of the shoot since `then` were undone, whose cost remains.
+    /// Returns the results that `then` counts, with the cost that `self` counts.
     pub(super) fn undone_since(self, then: Self) -> Self {
         let Self { steps, splits, merges, merge_loss, equilibrium_error, .. } = then;
         let Self { contact_changes, snaps, last_snap, largest_jump, .. } = then;

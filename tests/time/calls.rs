@@ -75,7 +75,12 @@ fn limit_of_work_is_an_error_that_leaves_the_shoot_as_it_was() {
     assert!(shoot.state() == &before);
     steps.max_work = needed;
     let _ = steps.advance(&mut shoot, HOUR).unwrap();
-    // A run that is followed by plan has the same limit.
+    // A call that makes trial runs for a single step states its own limit.
+    let needed = Adaptive::new(1e-6).step(&mut shoot.clone(), 3.0 * HOUR).unwrap().work();
+    let mut limited = Adaptive { max_work: needed - 1, ..Adaptive::new(1e-6) };
+    let error = limited.step(&mut shoot.clone(), 3.0 * HOUR).unwrap_err();
+    assert!(matches!(error, IntegrationError::ToleranceNotMet { .. }), "{error}");
+    // A run by a plan has the same limit.
     let mut integrator = Adaptive::new(1e-6);
     integrator.step(&mut shoot, 3.0 * HOUR).unwrap();
     integrator.max_work = 10;

@@ -361,6 +361,16 @@ impl TropismLaw for Periodic {
     }
 }
 
+impl Load for Periodic {
+    fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    fn shortest_period(&self, _t: f64) -> f64 {
+        self.0
+    }
+}
+
 #[test]
 fn periods_that_are_not_positive_are_refused() {
     for (period, words) in [(0.0, "is 0"), (-1.0, "is -1"), (f64::NAN, "is not a number")] {
@@ -370,5 +380,11 @@ fn periods_that_are_not_positive_are_refused() {
             (words.as_str(), run(plain().tropism(Periodic(period)).into_dyn(), |_| ())),
             (words.as_str(), run(plain().tropism(sum).into_dyn(), |_| ())),
         ]);
+        let mut shoots = [plain().tropism(Periodic(period)).into_dyn(), plain().load(Periodic(period)).into_dyn()];
+        for shoot in &mut shoots {
+            let mut shoot = shoot.clone().build().unwrap();
+            let error = Adaptive::new(1e-3).advance(&mut shoot, HOUR).unwrap_err().to_string();
+            assert!(error.contains(&words), "{error}");
+        }
     }
 }

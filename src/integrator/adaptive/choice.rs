@@ -3,7 +3,7 @@
 
 use std::rc::Rc;
 
-use super::division::{FIRST_LENGTH, LOSSLESS, longest_element, size};
+use super::division::{FIRST_LENGTH, size};
 use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ErrorEstimate, ORDER_IN_CONTACT, order_in_space};
 use super::runs::{Runs, TrialRun};
 use super::space::{MIN_RATIO, SHORTER};
@@ -17,26 +17,26 @@ use crate::state::Plan;
 use crate::tropism::Declaration;
 
 /// Ratio of the error of the elements to that of the steps below which two runs with different elements show the error
-/// of the steps. The safety factor covers it.
+/// of the steps. The neglected part is below the safety factor.
 const NEGLIGIBLE: f64 = 0.2;
 /// Largest number of refinements after failures: the elements are then shorter by 0.7¹³ = 1/100.
 const MAX_FAILURES: usize = 13;
-/// The same at the start of a run, where the mesh of the equilibrium was refined before: six elements.
+/// Largest number at the start of a run, whose mesh was refined before: 0.7⁻⁵ = 6 elements.
 const MAX_FAILURES_AT_START: usize = 5;
 /// Smallest and largest number of steps of the first run, not counting short steps after discontinuities.
 const FIRST_STEPS: [f64; 2] = [8.0, 1000.0];
 
-/// The last run, with what the next one needs.
+/// Result of the comparisons at one length of the steps.
 struct Compared {
     run: Rc<TrialRun>,
-    /// Resolution of the next run, except for its steps: the elements and the merge tolerance that are sufficient.
+    /// Plan of the next run, except for its steps: the elements and the merge tolerance that are sufficient.
     plan: Plan,
     estimate: ErrorEstimate,
 }
 
 impl<M: Model> Runs<'_, M> {
-    /// Chooses a resolution for the time to `until` and integrates with it, by at most `max_steps` steps.
-    /// Returns the resolution and the statistics of the call.
+    /// Chooses a plan for the time to `until` and integrates by it, by at most `max_steps` steps. Returns the plan and
+    /// the statistics of the call.
     pub(super) fn choose(mut self, until: f64, max_steps: usize) -> Outcome<(Plan, Statistics)> {
         // The result of a call that stops before `until` cannot be compared with another run.
         let extrapolated = max_steps < usize::MAX;
@@ -45,8 +45,8 @@ impl<M: Model> Runs<'_, M> {
         let Compared { mut run, plan, mut estimate } = self.first_runs(until)?;
         // Run 5: shorter steps by the observed order, until the estimate is below the tolerance.
         loop {
-            let solved = run.error_of_equilibria();
-            let (reached, left) = (estimate.reported() + solved, tolerance - solved);
+            let equilibria = run.error_of_equilibria();
+            let (reached, left) = (estimate.reported() + equilibria, tolerance - equilibria);
             if reached <= tolerance && !extrapolated {
                 return Ok(self.accept(&run, estimate.reported()));
             }
@@ -56,7 +56,7 @@ impl<M: Model> Runs<'_, M> {
             let (ratio, is_last) = estimate.next_refinement(left, extrapolated);
             let plan = Plan { step: run.plan.step / ratio, ..plan };
             if is_last {
-                let last = self.run_at_most(plan, max_steps)?;
+                let last = self.run_at_most(plan, max_steps, reached)?;
                 estimate.space += (last.hidden - run.hidden).max(0.0);
                 return Ok(self.accept(&last, estimate.extrapolated(ratio)));
             }
@@ -67,7 +67,7 @@ impl<M: Model> Runs<'_, M> {
         }
     }
 
-    /// Makes runs with long steps and increasing numbers of elements, and one with half the steps. Refines
+    /// Makes runs with long steps and increasing numbers of elements, and one with steps of half the length. Refines
     /// steps and elements until these runs succeed and show an order of convergence.
     fn first_runs(&mut self, until: f64) -> Outcome<Compared> {
         let mut coarse = self.first_plan(until);
@@ -75,10 +75,10 @@ impl<M: Model> Runs<'_, M> {
         for _ in 0..MAX_HALVINGS {
             match self.compare(&mut coarse) {
                 Ok(compared) if compared.estimate.is_asymptotic() => return Ok(compared),
-                Ok(Compared { estimate, .. }) => (failure, reached) = (None, estimate.reported()),
+                Ok(Compared { estimate, .. }) => (failure, too_fast, reached) = (None, None, estimate.reported()),
                 Err(error @ IntegrationError::GrowsTooFast { .. }) => too_fast = Some(error),
                 Err(error) if error.is_recoverable() => {
-                    // Shorter elements may prevent these failures only.
+                    // Shorter elements can prevent only these failures.
                     if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
                         let at_start = time == self.start.time && !self.has_started();
                         if failures >= if at_start { MAX_FAILURES_AT_START } else { MAX_FAILURES } {
@@ -101,45 +101,47 @@ impl<M: Model> Runs<'_, M> {
                 {
                     failure = Some(error);
                 }
-                // The work may end, or the steps diverge, because of an earlier failure.
+                // The limit of work may be reached, or the steps diverge, because of an earlier failure. Its message is
+                // more useful.
                 Err(error @ (IntegrationError::ToleranceNotMet { .. } | IntegrationError::NotSlender { .. })) => {
                     return Err(failure.unwrap_or(error));
                 }
                 Err(error) => return Err(error),
             }
             coarse.step *= 0.5;
-            // The runs before are not compared with the next ones.
+            // Earlier runs are not compared with later ones, so that the coarsest step changes.
             coarse.coarsest_step = coarse.step;
         }
         Err(failure.or(too_fast).unwrap_or_else(|| self.not_met(reached)))
     }
 
-    /// Returns the resolution of the first run: one element in the growth zone, and the first step.
+    /// Returns the plan of the first run: one element in the growth zone, and the first step.
     fn first_plan(&self, until: f64) -> Plan {
         let longest_element = if self.has_started() {
             // The elements of a run that has started are kept.
-            let kept = self.start.plan.map(|plan| plan.longest_element);
-            kept.unwrap_or_else(|| longest_element(self.start) / FIRST_LENGTH)
+            self.longest_at_start()
         } else {
             size(self.shoot) / FIRST_LENGTH
         };
-        // Steps that are multiples of the period of a load do not show it, and neither do halves of them.
+        // A load is evaluated at the ends of steps. If they are multiples of its period, they and their halves have one
+        // phase.
         let period = self.shoot.model().load().shortest_period(self.start.time);
         let step = first_step(&self.laws, self.start.time, until).min(0.5 * period);
         let tolerance = self.integrator.tolerance;
         // A merger may lose up to twenty times this angle (rad). Where a bend begins in an element of relative length
         // h, that moves the centre line by up to 4 h times the merge tolerance.
         let merge_tolerance = tolerance.min(LARGEST_INSIDE);
+        // `accept` sets the error.
         Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, error: 1.0 }
     }
 
-    /// Estimates the errors of elements, of merging and of steps by runs with the steps of `coarse` and a run with half
-    /// of them. The longest element of `coarse` becomes that of its run.
+    /// Estimates the errors of elements, of merging and of steps by runs with the steps of `coarse` and a run with
+    /// steps of half the length. The longest element of `coarse` becomes that of its run.
     fn compare(&mut self, coarse: &mut Plan) -> Outcome<Compared> {
         // Run 1.
         let first = self.run_over_delays(*coarse)?;
         *coarse = first.plan;
-        // Run 2: half the steps and shorter elements at once, since this run suffices for a large tolerance. The
+        // Run 2: steps of half the length and shorter elements at once, which suffices for a large tolerance. The
         // elements of a shoot that has started already are sufficient for such a tolerance.
         let shorter = Plan { longest_element: self.next_length(coarse.longest_element), ..*coarse };
         let elements = if self.has_started() { *coarse } else { shorter };
@@ -147,18 +149,19 @@ impl<M: Model> Runs<'_, M> {
         if let Some(estimate) = self.error_of_both(&half, &first) {
             return Ok(Compared { plan: half.plan, run: half, estimate });
         }
-        // Runs 3 with the same steps and shorter elements. One of these runs has the elements of run 2, and twice its
-        // steps.
+        // Runs 3 with the same steps and shorter elements. `double` has the elements of run 2 and steps of twice the
+        // length: their difference is the error of the steps.
         let finer = self.run_over_delays(shorter)?;
         let double = Rc::clone(if self.has_started() { &first } else { &finer });
         let (run, error) = self.refine_elements(first, finer)?;
         if error.is_infinite() {
             // The next runs need as many elements.
             coarse.longest_element = run.plan.longest_element;
-            let estimate = ErrorEstimate::of_half_steps([error; 2], ORDER as f64, error);
+            let estimate = ErrorEstimate::of_halved_steps([error; 2], ORDER as f64, error);
             return Ok(Compared { plan: run.plan, run, estimate });
         }
-        let error_of_half = error + run.differences(&double)[1];
+        // A bound of the error of the elements of run 2, also relative to `run`.
+        let space_of_half = error + run.differences(&double)[1];
         // Runs 4.
         let (run, merging) = self.refine_merging(run)?;
         let space = error + merging + run.hidden + run.initial;
@@ -168,8 +171,9 @@ impl<M: Model> Runs<'_, M> {
             if is_met && half.hidden <= run.hidden && plan.longest_element >= half.plan.longest_element {
                 return Ok(Compared { plan: half.plan, run: half, estimate });
             }
-            // The difference between run 2 and the next run shows the error of the steps, although elements differ.
-            if !is_met && error_of_half <= NEGLIGIBLE * estimate.time() {
+            // If it is negligible, the difference between run 2 and the next run shows the error of the steps, although
+            // their elements differ.
+            if !is_met && space_of_half <= NEGLIGIBLE * estimate.time() {
                 return Ok(Compared { plan, run: half, estimate });
             }
         }
@@ -178,12 +182,11 @@ impl<M: Model> Runs<'_, M> {
         Ok(Compared { plan, run: half, estimate })
     }
 
-    /// Returns the error of a run with half the steps and shorter elements than the run `first`, if this error is small
-    /// or if the elements are short enough. Only the steps may have to be shorter then.
+    /// Returns the error of a run with steps of half the length and shorter elements than the run `first`, if this
+    /// error is small or if the elements are short enough. At most the steps remain to be refined then.
     fn error_of_both(&self, half: &TrialRun, first: &TrialRun) -> Option<ErrorEstimate> {
         let (ratio, differences) = (half.element_ratio(first), half.differences(first));
-        let is_smooth = self.is_smooth() && half.statistics.merge_loss <= LOSSLESS && differences[1] <= ASYMPTOTIC;
-        if self.has_started() || !is_smooth || ratio <= MIN_RATIO {
+        if !self.is_smooth(half) || differences[1] > ASYMPTOTIC || ratio <= MIN_RATIO {
             return None;
         }
         let orders = [order_in_time(half), order_in_space(self.start.rod.order())];
@@ -194,19 +197,19 @@ impl<M: Model> Runs<'_, M> {
     }
 }
 
-/// Returns the error of a run from its difference from a run with the same elements and twice the steps. `space` is
-/// the error of the elements that the next run has.
+/// Returns the error of a run from its difference from a run with the same elements and steps of twice the length.
+/// `space` is the error of the elements that the next run has.
 fn error_of_steps(half: &TrialRun, double: &TrialRun, space: f64) -> ErrorEstimate {
-    ErrorEstimate::of_half_steps(half.differences(double), order_in_time(half), space)
+    ErrorEstimate::of_halved_steps(half.differences(double), order_in_time(half), space)
 }
 
 /// Returns the order that the steps of a run are assumed to have before it is observed.
 fn order_in_time(run: &TrialRun) -> f64 {
-    if run.track.touches { ORDER_IN_CONTACT } else { ORDER as f64 }
+    if run.track.has_contact() { ORDER_IN_CONTACT } else { ORDER as f64 }
 }
 
-/// Returns the step of the first run from `start` (s): the shortest delay or the slowest time constant, the longer of
-/// both, within the bounds of [`FIRST_STEPS`], s. A step that is longer than a delay depends on itself, and is solved
+/// Returns the step of the first run from `start` (s): the longer of the shortest delay and the slowest time constant,
+/// within the bounds of [`FIRST_STEPS`], s. A step that is longer than a delay depends on itself, and is solved
 /// by iteration.
 fn first_step(laws: &Declaration, start: f64, until: f64) -> f64 {
     let span = (until - start).max(f64::MIN_POSITIVE);

@@ -3,6 +3,7 @@
 use crate::integrator::ROUNDING;
 use crate::integrator::stepper::compliance;
 use crate::model::Model;
+use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::state::State;
 
@@ -11,14 +12,18 @@ pub(super) const LOSSLESS: f64 = 1e-11;
 /// Number of elements above which elements are not refined for a law that is steep between the material points.
 pub(super) const MOST_ELEMENTS: usize = 1000;
 /// Ratio of the initial length of an element to the longest element, at which growth halves elements. It is the
-/// geometric mean of 1 and 1/2. The divisions in runs with different elements then occur at similar times.
+/// geometric mean of 1 and 1/2, so that runs with different elements divide them after similar growth.
 pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Returns the length of the longest element of the growth zone, or of a shoot of constant length, m.
 pub(super) fn longest_element(state: &State) -> f64 {
     let rod = &state.rod;
-    let first = if rod.first_growing < rod.elements() { rod.first_growing } else { 0 };
-    (first..rod.elements()).map(|e| rod.length_of(e)).fold(0.0, f64::max)
+    (first_in_zone(rod)..rod.elements()).map(|e| rod.length_of(e)).fold(0.0, f64::max)
+}
+
+/// Returns the first element of the growth zone, or of a shoot of constant length.
+pub(super) fn first_in_zone(rod: &Rod) -> usize {
+    if rod.first_growing < rod.elements() { rod.first_growing } else { 0 }
 }
 
 /// Returns the length of the growth zone, or of a shoot of constant length, m.
@@ -26,22 +31,30 @@ pub(super) fn size(shoot: &Shoot<impl Model>) -> f64 {
     shoot.resolution * shoot.mesh.longest_element
 }
 
-/// Divides every element into equal parts that are not longer than `longest`, m. The first elements of a shoot without
-/// a history are shorter. The mature part of such a shoot has at least as many elements as the zone, since its
-/// stiffness may vary as steeply.
-pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
-    let mut longest_mature = longest;
-    if shoot.state.history.levels() == 0 {
-        longest *= FIRST_LENGTH;
-        let rod = &shoot.state.rod;
-        let mature: f64 = (0..rod.first_growing).map(|e| rod.length_of(e)).sum();
-        longest_mature = longest.min(mature * longest / size(shoot));
-    }
-    let state = &mut shoot.state;
+/// Divides every element of a shoot without a history into equal parts such that the first elements are shorter than
+/// `longest`, m. The mature part has at least as many elements as the zone, since its stiffness may vary as steeply.
+pub(super) fn cut(shoot: &mut Shoot<impl Model>, longest: f64) {
+    let longest = FIRST_LENGTH * longest;
+    let rod = &shoot.state.rod;
+    let mature: f64 = (0..rod.first_growing).map(|e| rod.length_of(e)).sum();
+    let longest_mature = longest.min(mature * longest / size(shoot));
+    cut_each(&mut shoot.state, |rod, e| {
+        let longest = if e < rod.first_growing { longest_mature } else { longest };
+        cut_to(rod, e, longest)
+    });
+}
+
+/// Returns the number of equal parts of an element that are not longer than `longest`, m.
+pub(super) fn cut_to(rod: &Rod, e: usize, longest: f64) -> usize {
+    (rod.length_of(e) / longest * (1.0 - ROUNDING)).ceil() as usize
+}
+
+/// Divides every element into a number of parts of equal extent in its coordinate.
+pub(super) fn cut_each(state: &mut State, parts: impl Fn(&Rod, usize) -> usize) {
+    // Backwards, the indices of the elements that follow do not change.
     for e in (0..state.rod.elements()).rev() {
-        let longest = if e < state.rod.first_growing { longest_mature } else { longest };
-        let parts = (state.rod.length_of(e) / longest * (1.0 - ROUNDING)).ceil();
-        cut_into(state, e, parts.max(1.0) as usize);
+        let parts = parts(&state.rod, e);
+        cut_into(state, e, parts);
     }
 }
 

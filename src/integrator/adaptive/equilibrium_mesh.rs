@@ -2,13 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::division::{FIRST_LENGTH, cut, cut_into, longest_element, merge_lossless, size};
+use super::division::{FIRST_LENGTH, cut, cut_each, cut_into, longest_element, merge_lossless, size};
 use super::hidden_turns::hidden_turns;
 use super::richardson::SAFETY;
 use super::{Adaptive, HistoryFunction, Outcome, Statistics, tolerance_of_equilibria};
 use crate::equilibrium::{Equilibrium, EquilibriumError};
 use crate::integrator::{IntegrationError, ROUNDING};
 use crate::model::Model;
+use crate::numerics::scalar::largest;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::so3;
@@ -18,7 +19,7 @@ use crate::state::{Plan, State};
 const FIRST_ELEMENTS: f64 = 3.0;
 /// Deflection of a buckled upright shoot, relative to its length, over the square root of the missing
 /// resistance: 1.7, rounded up.
-const FALL: f64 = 2.0;
+const BUCKLING_DEFLECTION: f64 = 2.0;
 /// Largest number of parts into which an element is divided in one refinement.
 const MAX_PARTS: usize = 4;
 /// Largest rotation of an element of the first mesh by its intrinsic strain, rad. The rotation by strain and load
@@ -44,7 +45,9 @@ impl Adaptive {
         }
         shoot.state.forget();
         let mut refinement = Statistics::default();
-        let (error, found) = self.refine_equilibrium(shoot, self.tolerance, 1.0, &mut refinement)?;
+        // The error of the solver is added to that of the elements.
+        let tolerance = self.tolerance - tolerance_of_equilibria(self.tolerance);
+        let (error, found) = self.refine_equilibrium(shoot, tolerance, 1.0, &mut refinement)?;
         let mut statistics = self.workspace.stepper.start(shoot, &mut self.workspace.solver, history, Some(found))?;
         let error = error + statistics.equilibrium_error;
         statistics += refinement;
@@ -61,8 +64,8 @@ impl Adaptive {
     /// tolerance. Returns the error estimate, relative to the length, and the equilibrium.
     ///
     /// The error that the difference of two meshes shows is multiplied by `weight`, below one if another comparison
-    /// shows it too. The cost is added to `spent`, also if the refinement fails. The limit of the work holds for the
-    /// sum.
+    /// shows it too. The cost of the equilibria is added to `spent`, also if the refinement fails later. The limit of
+    /// the work holds for the sum.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -78,7 +81,12 @@ impl Adaptive {
         cut_turns(shoot);
         // Contacts are searched from the present shape.
         self.workspace.stepper.begin_increment(shoot);
+        let mut reached = f64::INFINITY;
         loop {
+            if spent.work() > self.max_work || 2 * shoot.rod().elements() > MAX_ELEMENTS {
+                let (work, snap) = (spent.work(), None);
+                return Err(IntegrationError::ToleranceNotMet { tolerance, reached, work, snap });
+            }
             let before = match self.equilibrium_or_folded(shoot, spent)? {
                 Ok(found) => found,
                 Err(folded) => {
@@ -87,7 +95,7 @@ impl Adaptive {
                 }
             };
             let coarse = shoot.state.clone();
-            halve(&mut shoot.state);
+            cut_each(&mut shoot.state, |_, _| 2);
             let found = match self.equilibrium_or_folded(shoot, spent)? {
                 Ok(found) => found,
                 Err(folded) => {
@@ -104,27 +112,22 @@ impl Adaptive {
             let hidden_turns = hidden_turns(&coarse.rod, shoot);
             let hidden = SAFETY * hidden_turns.iter().sum::<f64>();
             // The coarse elements are sufficient if their error is far enough below the tolerance.
-            let error = change + hidden + fall(before.resistance, weakened);
+            let error = change + hidden + buckling_error(before.resistance, weakened);
             if SAFETY * error <= tolerance {
                 shoot.state.copy_from(&coarse);
                 return Ok((error, before));
             }
-            let error = change / gain + hidden + fall(found.resistance, weakened / gain);
+            let error = change / gain + hidden + buckling_error(found.resistance, weakened / gain);
             if error <= tolerance {
                 return Ok((error, found));
             }
-            if 2 * shoot.rod().elements() > MAX_ELEMENTS || spent.work() > self.max_work {
-                let (reached, work, snap) = (error, spent.work(), None);
-                return Err(IntegrationError::ToleranceNotMet { tolerance, reached, work, snap });
-            }
+            reached = error;
             let share = tolerance / (SAFETY * coarse.rod.elements() as f64);
             if hidden_turns.iter().any(|turn| *turn > share) {
                 // The error of these elements affects the whole shape, and is reduced before other elements are
                 // refined.
                 shoot.state.copy_from(&coarse);
-                for e in (0..hidden_turns.len()).rev().filter(|e| hidden_turns[*e] > share) {
-                    cut_into(&mut shoot.state, e, MAX_PARTS);
-                }
+                cut_each(&mut shoot.state, |_, e| if hidden_turns[e] > share { MAX_PARTS } else { 1 });
             } else {
                 refine(shoot, &coarse, gain * share / weight, order);
             }
@@ -158,25 +161,16 @@ fn cut_turns(shoot: &mut Shoot<impl Model>) {
     let parts: Vec<f64> =
         (0..shoot.rod().elements()).map(|e| (shoot.rod().intrinsic_turn(e) / MAX_TURN).ceil()).collect();
     if parts.iter().sum::<f64>() <= MAX_ELEMENTS as f64 {
-        for (e, parts) in parts.iter().enumerate().rev() {
-            cut_into(&mut shoot.state, e, *parts as usize);
-        }
-    }
-}
-
-/// Halves every element.
-fn halve(state: &mut State) {
-    for e in (0..state.rod.elements()).rev() {
-        cut_into(state, e, 2);
+        cut_each(&mut shoot.state, |_, e| parts[e] as usize);
     }
 }
 
 /// Returns the possible deflection of a shoot by buckling, relative to its length. `resistance` is the resistance to
-/// a rotation of the apex, relative to that without load, and `error` bounds its error. A buckled shoot may be
-/// upright on a coarse mesh and on its halves.
-fn fall(resistance: f64, error: f64) -> f64 {
+/// a rotation of the apex, relative to that without load, and `error` bounds its error. Both meshes may be too stiff to
+/// buckle.
+fn buckling_error(resistance: f64, error: f64) -> f64 {
     let lacking = error - resistance;
-    if lacking > ROUNDING { FALL * lacking.sqrt() } else { 0.0 }
+    if lacking > ROUNDING { BUCKLING_DEFLECTION * lacking.sqrt() } else { 0.0 }
 }
 
 /// Restores the elements of `coarse`, and divides those whose rotation differs from that of their halves by more than
@@ -193,9 +187,7 @@ fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64)
         parts.fill(2);
     }
     shoot.state.copy_from(coarse);
-    for (e, parts) in parts.iter().enumerate().rev() {
-        cut_into(&mut shoot.state, e, *parts);
-    }
+    cut_each(&mut shoot.state, |_, e| parts[e]);
 }
 
 /// Returns the largest distance between a rod and one whose elements are halves of its elements, at the ends
@@ -211,7 +203,7 @@ fn distance(coarse: &Rod, fine: &Rod) -> f64 {
         (a[e].1 + coarse.chord(e, x) - b[half].1 - fine.chord(half, 0.5)).norm()
     };
     let quarters = (0..if coarse.yields() { fine.elements() } else { 0 }).map(quarter);
-    ends.chain((0..coarse.elements()).map(middle)).chain(quarters).fold(0.0, f64::max) / coarse.length()
+    largest(ends.chain((0..coarse.elements()).map(middle)).chain(quarters)) / coarse.length()
 }
 
 /// Returns the difference between the two rods in the rotation from one end of element `e` to the other, rad.

@@ -1,8 +1,8 @@
 //! Error of the intrinsic strain where a law jumps or is steep inside an element.
 //!
-//! A law is evaluated at the material points. Two meshes may miss a narrow peak alike, or have their points alike on
-//! the sides of a jump, so that their difference is small by accident. The rates of the intrinsic strain at more places
-//! show it.
+//! A law is evaluated at the material points. Two meshes may both miss a narrow peak, or have points at the same places
+//! beside a jump, so that their difference is small by accident. The rates of the intrinsic strain at more places show
+//! it.
 
 use nalgebra::Vector3;
 
@@ -49,7 +49,7 @@ pub(super) fn nodes_at_steep_places(shoot: &mut Shoot<impl Model>, duration: f64
     // The ends and the middle of each divided element, and whether it is short.
     let (mut divided, short) = (Vec::new(), SHORT * state.rod.length());
     for _ in 0..HALVINGS {
-        // The elements of the next run may be others, so that a half of the displacement is left to them.
+        // A half of the permitted displacement is reserved for the elements of the next run, which may differ.
         let share = 0.5 * enough / hidden.len() as f64;
         for e in (0..hidden.len()).rev().filter(|e| hidden[*e] > share) {
             let ends = [0.0, 0.5, 1.0].map(|x| shoot.rod().initial_apex_distance(e, x));
@@ -71,8 +71,8 @@ pub(super) fn nodes_at_steep_places(shoot: &mut Shoot<impl Model>, duration: f64
     divided.iter().filter(|([from, _, to], _)| steep(*from, *to)).map(|([_, at, _], _)| *at).collect()
 }
 
-/// The displacements that each element may hide, relative to the length; zero outside the zone. A place that moves with
-/// the apex acts in an element until the tissue has passed it.
+/// Returns a bound of the displacement by strain that the points of each element do not show, relative to the length;
+/// zero outside the zone. A place that moves with the apex acts in an element until the tissue has passed it.
 fn displacements(shoot: &Shoot<impl Model>, duration: f64) -> Vec<f64> {
     let (rod, growth, time) = (shoot.rod(), shoot.model().growth(), shoot.time());
     let (p, reference, first) = (rod.order().points(), rod.reference(), rod.first_growing);

@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
-/// Largest relative difference, for a smooth compliance, from the polynomial through its values at the points
+/// Largest relative difference, for a smooth compliance or rate, from the polynomial through its values at the points
 /// of an element.
 pub(super) const SMOOTH: f64 = 0.1;
 

@@ -7,16 +7,16 @@
 //! Adaptive::advance_at_most (mod.rs)    follows the plan in the state if it is still valid, or
 //! └─ Runs::choose (choice.rs)           chooses a new one:
 //!    ├─ first_runs                      halves long steps until the runs show an order of convergence
-//!    │  └─ compare                      errors of one resolution:
-//!    │     ├─ run, run                  1. long steps and few elements; half the steps and shorter elements
-//!    │     ├─ refine_elements           2. elements: runs with the long steps and shorter elements
-//!    │     └─ refine_merging            3. merging: a run that merges less
-//!    └─ loop                            4. reduces the steps by the observed order, until the tolerance is met
+//!    │  └─ compare                      errors of one plan:
+//!    │     ├─ run, run                  1. step h and few elements; 2. step h/2 and shorter elements
+//!    │     ├─ refine_elements           3. elements: runs with step h and shorter elements
+//!    │     └─ refine_merging            4. merging: a run that merges less
+//!    └─ loop                            5. steps: reduces them by the observed order, until the tolerance is met
 //! ```
 //!
 //! | file | subject |
 //! |---|---|
-//! | `runs` | a run as a value: its resolution, statistics, final state and track |
+//! | `runs` | a run as a value: its plan, statistics, final state and track |
 //! | `space` | refinement of elements and merging by runs with equal steps |
 //! | `richardson` | error and observed order from the differences of runs, ratio of the next refinement |
 //! | `track` | positions of a shoot in a run, and the distance between two runs |
@@ -38,7 +38,7 @@ mod track;
 use std::ops::RangeInclusive;
 
 use super::error::Outcome;
-use super::stepper::{MAX_CORRECTIONS, RunOptions, StepEnd, Stepper, check_ahead};
+use super::stepper::{MAX_CORRECTIONS, RunOptions, StepEnd, Stepper, check_ahead, shortest_period};
 use super::undo::undo_on_error;
 use super::{ConstantHistory, HistoryFunction, Integrator, Statistics};
 use crate::equilibrium::{Equilibrium, NewtonSolver};
@@ -49,7 +49,7 @@ use crate::state::{Plan, State};
 use runs::Runs;
 
 /// Permitted tolerances. The rounding of positions, which are sums over all elements, is a tenth of the
-/// smallest one. With a tolerance above the largest one no digit of the shape would be correct.
+/// smallest one. With a tolerance above the largest one the first digit of a position may be wrong.
 const TOLERANCES: RangeInclusive<f64> = 1e-12..=0.1;
 /// Ratio of the tolerance of equilibria and corrections (rad) to the tolerance of the shape. Errors of single
 /// steps may accumulate.
@@ -61,12 +61,10 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// Integrator that chooses steps, elements, merging and the accuracy of equilibria so that the error of the
 /// shape is below a tolerance, and that estimates this error.
 ///
-/// It makes several runs over the time of a call: with long steps and few elements, with half the steps and shorter
-/// elements, with more elements, with less merging, and then with the resolution that follows from the differences of
-/// these runs. It compares the last run with one before. All trial runs together have between a fifth of the steps of
-/// the last run and twice as many, most of them with fewer elements. The steps are those of
-/// [`MethodOfSteps`](super::MethodOfSteps). The details are
-/// in [`guide::accuracy`](crate::guide::accuracy).
+/// It makes several runs over the time of a call with increasing resolution, and compares the last one with the one
+/// before. All trial runs together usually have one to five times the steps of the last run, most of them with fewer
+/// elements. The steps are those of [`MethodOfSteps`](super::MethodOfSteps).
+/// [`guide::accuracy`](crate::guide::accuracy) describes the runs.
 ///
 /// ```
 /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::{Ongoing, UniformGrowth}, load::Weight, Still};
@@ -87,25 +85,28 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// ```
 ///
 /// # Tolerance
-/// The tolerance bounds the distance between the centre line and that of the same shoot without numerical
-/// errors, divided by the length, at all times of the call. The state at the beginning of the call counts as
-/// exact. In particular, the section is the one that the elements store. [`Statistics::error`] is the estimate
-/// for this call and all earlier ones together, with a safety factor of two. The error of a run that calls
-/// `advance` every hour may therefore exceed the tolerance. One call of
-/// [`advance_showing`](Integrator::advance_showing) has the same output times, with one estimate for all of
-/// them.
+/// The tolerance bounds the distance between the centre line and that of the same shoot without numerical errors,
+/// divided by the length, at all times of the call. The state at the beginning of the call counts as exact. For
+/// example, a taper is that of the initial elements. [`Statistics::error`] is the estimate for this call and the calls
+/// of `Adaptive` before it, since the last change of the intrinsic strain or call of another integrator, with a safety
+/// factor of two. The error of a run that calls `advance` every hour may therefore exceed the tolerance. One call of
+/// [`advance_showing`](Integrator::advance_showing) has the same output times, with one estimate for all of them.
 ///
-/// The first trial runs go on after the call over the longest delay, since what the memories hold at its end acts then.
-/// The laws and the scene are evaluated for these times too, and the resolution is valid for them: a later call within
-/// the delay makes no trial runs.
+/// The first trial runs continue for the longest delay after the call, because the delayed variables at its end affect
+/// the shape until then. The laws and the scene are evaluated for these times too, and the plan is valid for them: a
+/// later call within the delay makes no trial runs.
+///
+/// A law that jumps along the shoot, or is steep within an element, is found at the end of each run, and its error is a
+/// part of the estimate. The estimate is too small for a law that jumps at a material point of an elongating shoot, and
+/// for one that was steep only at earlier times.
 ///
 /// The estimate is that of positions. To estimate the error of an angle, or of a time that
 /// [`advance_until`](Integrator::advance_until) finds, make a second run with a tenth of the tolerance.
 ///
 /// [`advance`](Integrator::advance) compares its result with the trial run before it, and refines further if
 /// necessary. Calls that stop before the given time, such as [`step`](Integrator::step) and the methods that
-/// use it, first make trial runs to that time, and then use the chosen resolution. Their estimate is
-/// extrapolated from the trial runs. The chosen resolution is part of the state. A call to a later time makes
+/// use it, first make trial runs to that time, and then use the plan that follows from them. Their estimate is
+/// extrapolated from the trial runs. The plan is part of the state. A call to a later time makes
 /// new trial runs from the present state: a few long calls cost less than many short ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive {
@@ -136,11 +137,11 @@ impl Adaptive {
 
     fn check(&self) -> Result<(), ParameterError> {
         let ok = TOLERANCES.contains(&self.tolerance);
-        ParameterError::unless(ok, "tolerance", self.tolerance, "from 1e-12, the smallest that is possible, to 0.1")
+        ParameterError::unless(ok, "tolerance", self.tolerance, "from 1e-12, which rounding permits, to 0.1")
     }
 
-    /// Advances the shoot with the resolution of a plan.
-    fn follow<M: Model>(
+    /// Advances the shoot by a plan.
+    fn advance_by<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
         plan: &Plan,
@@ -183,6 +184,7 @@ impl Integrator for Adaptive {
     fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics> {
         self.check()?;
         check_ahead("time to advance to", shoot, until)?;
+        shortest_period(shoot)?;
         let started = shoot.state.history.levels() > 0;
         if until == shoot.time() && !started {
             return self.start(shoot, &ConstantHistory::Empty);
@@ -194,7 +196,7 @@ impl Integrator for Adaptive {
             let (plan, statistics) = match start.plan.filter(usable) {
                 Some(plan) => {
                     let limits = [max_steps, self.max_work];
-                    (plan, self.follow(shoot, &plan, until, limits, None, |_, _| ())?)
+                    (plan, self.advance_by(shoot, &plan, until, limits, None, |_, _| ())?)
                 }
                 None => Runs::new(self, shoot, start).choose(until, max_steps)?,
             };

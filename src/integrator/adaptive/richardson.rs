@@ -5,12 +5,13 @@ use crate::reference_element::Order;
 
 /// Safety factor on reported error estimates, and on the expected difference of two runs.
 pub(super) const SAFETY: f64 = 2.0;
-/// Largest errors of elements and of merging, relative to the tolerance. With the safety factor they take up to 0.6 of
-/// the tolerance, and far less on average, since the number of elements is an integer and merging is nearly exact.
+/// Largest errors of elements and of merging, relative to the tolerance. With the strain between the material points,
+/// the initial equilibrium and the safety factor they take up to 0.9 of the tolerance, and far less on average, since
+/// the number of elements is an integer and merging is nearly exact.
 pub(super) const AIM_IN_SPACE: f64 = 0.2;
 pub(super) const AIM_OF_MERGING: f64 = 0.1;
-/// Target error in time, relative to what the error in space leaves of the tolerance. A run whose error is twice as
-/// large as expected is not repeated. The reserve costs a fifth more steps, and a repetition more than twice as many.
+/// Target error in time, relative to the tolerance minus the error in space. A run whose error is twice as large as
+/// expected is not repeated. The reserve costs a fifth more steps, and a further run costs more than twice as many.
 const AIM_IN_TIME: f64 = 0.5;
 /// Largest difference of two runs, relative to the length, that shows an order of convergence.
 pub(super) const ASYMPTOTIC: f64 = 0.02;
@@ -22,7 +23,8 @@ const MIN_REFINEMENT: f64 = 1.25;
 /// Smallest order, except that of steps in contact. Kinks reduce the order in time to three, and runs that are not
 /// resolved show no order.
 const MIN_ORDER: f64 = 2.0;
-/// Assumed order before an order is observed, in time and in the length of elements.
+/// Assumed order of steps whose runs also differ in their elements, of elements of tissue that may not be smooth, and
+/// largest order of the error after the call.
 pub(super) const UNOBSERVED: f64 = 3.0;
 /// Assumed order of steps in contact with an obstacle before an order is observed. Friction depends on the path, and a
 /// law of touch may act like a switch at a time inside a step. Without both the order is higher, and the next run shows
@@ -67,8 +69,8 @@ impl Richardson {
         Self { orders: [order.min(MIN_ORDER), max_order], last: None, order, converges: true, is_observed: false }
     }
 
-    /// Returns the ratio of the next refinement for an error `gain` times smaller, by the order of the method. It may
-    /// be too small, which costs less than elements that are too short.
+    /// Returns the ratio of the next refinement for an error `gain` times smaller. The order of the method
+    /// underestimates it: a further run costs less than elements that are too short.
     pub fn refinement(&self, gain: f64) -> f64 {
         gain.powf(1.0 / self.orders[1])
     }
@@ -93,8 +95,7 @@ impl Richardson {
             }
             self.order = 0.5 * (low + high);
         }
-        // The estimate is at most twice the difference, also for nearly equal runs.
-        difference / (ratio.powf(self.order) - 1.0).max(SAFETY.recip())
+        difference / (ratio.powf(self.order) - 1.0)
     }
 }
 
@@ -112,25 +113,27 @@ pub(super) struct ErrorEstimate {
 }
 
 impl ErrorEstimate {
-    /// Error estimate of a run from its differences from a run with steps twice as long. The differences are those over
-    /// the time of the call, and over this time and the delays after it. `order` is the assumed order of the steps, and
-    /// `space` the error of elements, merging and the initial equilibrium.
-    pub fn of_half_steps([difference, all]: [f64; 2], order: f64, space: f64) -> Self {
-        let first = Richardson::assuming(order, ORDER as f64);
+    /// Error estimate of a run from its differences from a run with steps of twice the length. The differences are
+    /// those over the time of the call, and over this time and the delays after it. `order` is that of the steps, of
+    /// which at most [`UNOBSERVED`] is assumed, and `space` the error of elements, merging and the initial equilibrium.
+    pub fn of_halved_steps([difference, all]: [f64; 2], order: f64, space: f64) -> Self {
+        let first = Richardson::assuming(order.min(UNOBSERVED), ORDER as f64);
         let (mut steps, mut with_delays) = (first, first);
         let (time, all) = (steps.error(2.0, difference), with_delays.error(2.0, all));
+        // The ratio of the next steps follows from the order of the method.
+        steps.order = order;
         // Infinite differences have no further error.
         Self { time, later: (all - time).max(0.0), space, steps }
     }
 
     /// Error estimate of a run whose steps are half of those of another run, and whose elements are shorter by
     /// `ratio`. Either steps or elements may have caused all of the differences. The orders are those in time and in
-    /// space; of orders above one an order of one less is assumed, since no order has been observed. `initial` is the
-    /// error of the initial equilibrium.
-    pub fn of_both(ratio: f64, differences: [f64; 2], [order, order_in_space]: [f64; 2], initial: f64) -> Self {
+    /// space; of orders above one an order of one less is assumed, since no order has been observed. `other` is the
+    /// error of the initial equilibrium and between the material points.
+    pub fn of_both(ratio: f64, differences: [f64; 2], [order, order_in_space]: [f64; 2], other: f64) -> Self {
         let assumed = order_before_observation(order_in_space);
-        let space = initial + Richardson::assuming(assumed, order_in_space).error(ratio, differences[1]);
-        let estimate = Self::of_half_steps(differences, order.min(UNOBSERVED), space);
+        let space = other + Richardson::assuming(assumed, order_in_space).error(ratio, differences[1]);
+        let estimate = Self::of_halved_steps(differences, order.min(UNOBSERVED), space);
         // The differences are not due to the steps alone, so that they show no order.
         Self { steps: Richardson::assuming(order, ORDER as f64), ..estimate }
     }
@@ -160,7 +163,9 @@ impl ErrorEstimate {
     /// safety factor.
     pub fn next_refinement(&self, tolerance: f64, extrapolated: bool) -> (f64, bool) {
         let caution = if extrapolated { SAFETY } else { 1.0 };
-        let aim = AIM_IN_TIME * self.left_for_steps(tolerance);
+        // Before an order is observed, the error is that of a lower order, which is reserve enough.
+        let reserve = if self.steps.is_observed { AIM_IN_TIME } else { 1.0 };
+        let aim = reserve * self.left_for_steps(tolerance);
         // A run that is not compared may have the steps of the first run, whose error is known.
         let least = if extrapolated { SAFETY.recip() } else { MIN_REFINEMENT };
         let needed = |error: f64, order: f64| (error * caution / aim).powf(1.0 / order);
@@ -174,7 +179,7 @@ impl ErrorEstimate {
             (true, false) => (needed / SAFETY).max(SAFETY),
             _ => needed,
         };
-        // A larger refinement is divided. The last of its parts is the largest, since a short run costs less.
+        // A larger refinement is divided. The last of its parts is the largest, since runs with few steps cost less.
         // After a run in contact the next run shows the order, which may be higher than the assumed one.
         let most = if !is_observed && self.steps.order < MIN_ORDER { SAFETY } else { MAX_REFINEMENT };
         let ratio = if compared > most { (compared / most).clamp(SAFETY, most) } else { compared };
@@ -201,7 +206,7 @@ impl ErrorEstimate {
     }
 
     /// Returns the order of the error over the delays after the call: at most one less than that of the method, since
-    /// only the first runs go on over the delays.
+    /// only the first runs continue over the delays.
     fn order_of_later(&self) -> f64 {
         self.steps.order.min(UNOBSERVED)
     }
@@ -215,9 +220,10 @@ mod tests {
     fn runs_of_fourth_order_report_twice_their_error() {
         // Runs with steps h, h/2 and h/6 whose errors are (h/1000)⁴.
         let errors = [1e-3, 5e-4, 5e-4 / 3.0].map(|step: f64| step.powi(4));
-        let first = ErrorEstimate::of_half_steps([errors[0] - errors[1]; 2], ORDER as f64, 0.0);
-        // Rounding of the difference.
-        assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
+        let first = ErrorEstimate::of_halved_steps([errors[0] - errors[1]; 2], ORDER as f64, 0.0);
+        // Before the order is observed order three is assumed: (2⁴ − 1)/(2³ − 1). The error is rounding of the
+        // difference.
+        assert!((first.reported() / (2.0 * errors[1]) - 15.0 / 7.0).abs() < 1e-12, "{first:?}");
         let second = first.refined(3.0, errors[1] - errors[2]);
         // The error of the order is (4 − 2)/2²⁰ = 2e-6. That of the estimate is larger by ln 3 · 81/80.
         assert!((second.reported() / (2.0 * errors[2]) - 1.0).abs() < 3e-6, "{second:?}");
@@ -241,7 +247,7 @@ mod tests {
         // Runs with steps h, h/2 and h/8 whose errors are h/1000, of which the part in the call is 3/4.
         let errors = [1.0, 0.5, 0.125].map(|step: f64| 1e-3 * step);
         let difference = errors[0] - errors[1];
-        let first = ErrorEstimate::of_half_steps([0.75 * difference, difference], ORDER_IN_CONTACT, 0.0);
+        let first = ErrorEstimate::of_halved_steps([0.75 * difference, difference], ORDER_IN_CONTACT, 0.0);
         assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
         let second = first.refined(4.0, 0.75 * (errors[1] - errors[2]));
         // The error of the order is (4 − 1)/2²⁰ = 3e-6.

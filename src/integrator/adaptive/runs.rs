@@ -1,34 +1,35 @@
-//! Runs of a call. Each starts from the state at the beginning of the call, and is a value that later runs are compared
-//! with.
+//! Runs of a call. Each starts from the state at the beginning of the call. Its result is kept for the comparison with
+//! later runs.
 
 use std::rc::Rc;
 
-use super::division::{FIRST_LENGTH, cut, longest_element, merge_lossless};
+use super::division::{FIRST_LENGTH, LOSSLESS, cut, cut_each, cut_to, first_in_zone, longest_element, merge_lossless};
 use super::hidden_strain::{hidden_strain, nodes_at_steep_places};
 use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::PositionTrack;
 use super::{Adaptive, Outcome, Statistics, tolerance_of_equilibria};
 use crate::equilibrium::Equilibrium;
-use crate::integrator::IntegrationError;
 use crate::integrator::stepper::StepEnd;
+use crate::integrator::{IntegrationError, ROUNDING};
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::{Plan, State};
 use crate::tropism::Declaration;
 
-/// Tolerance of the initial equilibrium, relative to that of the run: as for merging.
+/// Tolerance of the initial equilibrium, relative to that of the run: the same share as that of merging.
 const INITIAL: f64 = AIM_OF_MERGING;
 
 /// Largest number of times that a run is repeated with additional nodes.
 const REPETITIONS: usize = 3;
 /// Smallest distance of an additional node from other nodes, relative to its element: far above rounding.
 const AT_NODE: f64 = 1e-6;
-/// Largest time over the delays after the call, in longest steps. It bounds the work for long delays.
+/// Largest time for which a run continues after the call, in units of its longest step. It bounds the work for long
+/// delays.
 const MOST_LATER_STEPS: f64 = 1000.0;
 
 /// Result of a run.
 pub(super) struct TrialRun {
-    /// Resolution of the run. Its longest element is not longer than those of the initial equilibrium.
+    /// Plan of the run. Its longest element is at most that of the initial mesh over [`FIRST_LENGTH`].
     pub plan: Plan,
     /// Statistics of the run, without the time after the end of the call except for the loss of mergers.
     pub statistics: Statistics,
@@ -42,7 +43,7 @@ pub(super) struct TrialRun {
 }
 
 impl TrialRun {
-    /// Returns the largest distances from a run with longer steps, relative to the length: over the time of the call,
+    /// Returns the largest distances from a coarser run, relative to the length: over the time of the call,
     /// and over this time and the delays after it.
     pub fn differences(&self, coarser: &Self) -> [f64; 2] {
         self.track.distances(&coarser.track, self.plan.until)
@@ -55,7 +56,7 @@ impl TrialRun {
     }
 
     /// Number of elements in the growth zone at the end of the call.
-    pub fn elements(&self) -> usize {
+    pub fn growing_elements(&self) -> usize {
         self.state.rod.elements() - self.state.rod.first_growing
     }
 
@@ -72,8 +73,6 @@ pub(super) struct Runs<'a, M> {
     pub shoot: &'a mut Shoot<M>,
     /// State at the beginning of the call.
     pub start: &'a State,
-    /// This state with fewer elements, if it has no history.
-    undivided: State,
     /// Statistics of all runs, as trial runs.
     spent: Statistics,
     /// Time of the last snap in a run, before the end of the call, s.
@@ -84,29 +83,23 @@ pub(super) struct Runs<'a, M> {
     nodes: Vec<f64>,
     /// Declaration of the laws.
     pub laws: Declaration,
-    /// Time that all runs over the delays have reached, s.
-    reached: f64,
+    /// Time to which all runs were continued, s.
+    compared_until: f64,
 }
 
 /// Elements of the initial equilibrium for a longest element.
 struct FirstMesh {
     longest_element: f64,
     state: State,
-    found: Equilibrium,
-    /// Estimated error of the equilibrium, relative to the length.
-    error: f64,
+    /// The equilibrium, and its estimated error without a safety factor, relative to the length.
+    found: (Equilibrium, f64),
 }
 
 impl<'a, M: Model> Runs<'a, M> {
     pub fn new(integrator: &'a mut Adaptive, shoot: &'a mut Shoot<M>, start: &'a State) -> Self {
-        if start.history.levels() == 0 {
-            merge_lossless(shoot);
-        }
-        let mut laws = Declaration::default();
-        laws.read(shoot.model.tropism());
-        let (spent, meshes, undivided) = (Statistics::default(), Vec::new(), shoot.state.clone());
-        let nodes = Vec::new();
-        Self { integrator, shoot, start, undivided, spent, snap: None, meshes, nodes, laws, reached: f64::INFINITY }
+        let (spent, meshes, nodes) = (Statistics::default(), Vec::new(), Vec::new());
+        let laws = Declaration::of(shoot.model.tropism());
+        Self { integrator, shoot, start, spent, snap: None, meshes, nodes, laws, compared_until: f64::INFINITY }
     }
 
     /// Returns whether the shoot had a history at the beginning of the call.
@@ -114,21 +107,24 @@ impl<'a, M: Model> Runs<'a, M> {
         self.start.history.levels() > 0
     }
 
+    /// Returns the length above which growth divides elements in a run with the elements of a shoot with a history, m.
+    pub fn longest_at_start(&self) -> f64 {
+        let kept = self.start.plan.map(|plan| plan.longest_element);
+        kept.unwrap_or_else(|| longest_element(self.start) / FIRST_LENGTH)
+    }
+
     /// Makes a run to the end of a plan. `reached` is the present error estimate, for the error message.
     pub fn run(&mut self, plan: Plan, reached: f64) -> Outcome<TrialRun> {
-        // Every step has an equilibrium.
+        // Each step needs at least one unit of work.
         if (plan.until - self.start.time) / plan.step > self.work_left() as f64 {
             return Err(self.not_met(reached));
         }
-        self.run_at_most(plan, usize::MAX).map_err(|error| match error {
-            IntegrationError::WorkLimit { .. } => self.not_met(reached),
-            error => error,
-        })
+        self.run_at_most(plan, usize::MAX, reached)
     }
 
-    /// Makes a run to the end of a plan, and continues it over the longest delay. What the memories hold at the end of
-    /// the call acts until then, and the plan holds for this time, so that the losses of its mergers count. The
-    /// continuation ends early where it fails or snaps, which is not a failure of the call.
+    /// Makes a run to the end of a plan, and continues it over the longest delay, since the delayed variables at the
+    /// end of the call affect the shape until then. The plan is valid for this time, so that the losses of its mergers
+    /// count. The continuation ends early where it fails or snaps, which is not a failure of the call.
     pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Rc<TrialRun>> {
         let mut run = self.run(plan, f64::INFINITY)?;
         let (plan, longest_delay) = (run.plan, self.laws.longest_delay());
@@ -140,51 +136,54 @@ impl<'a, M: Model> Runs<'a, M> {
                     track.record(shoot, end)
                 }
             };
-            match self.follow(&plan, until, usize::MAX, None, record) {
+            match self.advance_by(&plan, until, usize::MAX, None, record) {
                 Ok(later) if later.snaps == 0 => {
                     run.statistics.merge_loss = run.statistics.merge_loss.max(later.merge_loss);
                 }
                 _ => run.track.truncate(samples),
             }
         }
-        self.reached = self.reached.min(run.track.end());
+        self.compared_until = self.compared_until.min(run.track.end());
         Ok(Rc::new(run))
     }
 
-    /// Makes the first steps of a plan, by at most `max_steps`. A run whose elements hide too much of the intrinsic
-    /// strain is repeated with additional nodes.
-    pub fn run_at_most(&mut self, plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
-        let mut run = self.run_once(plan, max_steps)?;
-        for repetition in 0..=REPETITIONS {
+    /// Makes the first steps of a plan, by at most `max_steps`. A run whose elements do not resolve the intrinsic
+    /// strain is repeated with additional nodes. `reached` is the present error estimate, for the error message.
+    pub fn run_at_most(&mut self, plan: Plan, max_steps: usize, reached: f64) -> Outcome<TrialRun> {
+        let enough = AIM_IN_SPACE * self.integrator.tolerance;
+        let mut repetition = 0;
+        loop {
+            let mut run = self.run_once(plan, max_steps).map_err(|error| match error {
+                IntegrationError::WorkLimit { .. } => self.not_met(reached),
+                error => error,
+            })?;
             let duration = self.shoot.time() - self.start.time;
-            let enough = AIM_IN_SPACE * self.integrator.tolerance;
             run.hidden = hidden_strain(self.shoot, duration)?;
             if run.hidden <= enough || repetition == REPETITIONS {
-                break;
+                return Ok(run);
             }
             let nodes = nodes_at_steep_places(self.shoot, duration, enough);
             if nodes.is_empty() {
-                break;
+                return Ok(run);
             }
             self.nodes.extend(nodes);
             self.meshes.clear();
-            run = self.run_once(plan, max_steps)?;
+            repetition += 1;
         }
-        Ok(run)
     }
 
     /// Makes the first steps of a plan with the present nodes.
     fn run_once(&mut self, mut plan: Plan, max_steps: usize) -> Outcome<TrialRun> {
         let mut track = PositionTrack::default();
-        let known = self.divide(&mut plan)?;
-        let initial = self.initial_error(&plan);
+        let (known, initial) = self.divide(&mut plan)?.unzip();
         let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
-        let statistics = self.follow(&plan, plan.until, max_steps, known, record)?;
-        Ok(TrialRun { plan, statistics, state: self.shoot.state.clone(), track, initial, hidden: 0.0 })
+        let statistics = self.advance_by(&plan, plan.until, max_steps, known, record)?;
+        let (state, initial) = (self.shoot.state.clone(), initial.unwrap_or(0.0));
+        Ok(TrialRun { plan, statistics, state, track, initial, hidden: 0.0 })
     }
 
-    /// Advances the shoot with the resolution of a plan. The work counts, also if the run fails.
-    fn follow(
+    /// Advances the shoot by a plan. The work of a run that fails counts, too.
+    fn advance_by(
         &mut self,
         plan: &Plan,
         until: f64,
@@ -193,7 +192,7 @@ impl<'a, M: Model> Runs<'a, M> {
         observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
         let limits = [max_steps, self.work_left()];
-        let result = self.integrator.follow(self.shoot, plan, until, limits, known, observe);
+        let result = self.integrator.advance_by(self.shoot, plan, until, limits, known, observe);
         let statistics = self.integrator.workspace.stepper.statistics();
         self.spent += statistics.as_trial();
         self.snap = statistics.last_snap.filter(|time| *time <= plan.until).or(self.snap);
@@ -212,38 +211,46 @@ impl<'a, M: Model> Runs<'a, M> {
         let error = self.start.plan.map_or(0.0, |plan| plan.error) + error + run.error_of_equilibria();
         let trial_steps = self.spent.trial_steps - run.statistics.steps;
         let statistics = Statistics { trial_steps, ..self.spent.undone_since(run.statistics) };
-        // The resolution is sufficient as far as the runs were compared.
-        let until = self.reached.max(run.plan.until);
+        // The plan is valid up to the time to which the runs were compared.
+        let until = self.compared_until.max(run.plan.until);
         (Plan { until, error, ..run.plan }, statistics)
     }
 
     /// Restores the state at the beginning of the call, and divides the shoot into elements for a run. For a shoot
     /// without a history, refines the mesh of the initial equilibrium, whose error is a part of the error in space, and
-    /// reduces the longest element of the plan to that of this mesh. Returns this equilibrium.
-    fn divide(&mut self, plan: &mut Plan) -> Outcome<Option<Equilibrium>> {
+    /// reduces the longest element of the plan to that of this mesh. Returns this equilibrium with its error, relative
+    /// to the length.
+    fn divide(&mut self, plan: &mut Plan) -> Outcome<Option<(Equilibrium, f64)>> {
         if let Some(mesh) = self.meshes.iter().find(|mesh| mesh.longest_element == plan.longest_element) {
             self.shoot.state.copy_from(&mesh.state);
             return Ok(Some(mesh.found));
         }
+        self.shoot.state.copy_from(self.start);
         if self.has_started() {
-            self.shoot.state.copy_from(self.start);
-            cut(self.shoot, plan.longest_element);
+            // Elements may have different lengths. Those of the zone are divided alike, so that the difference of two
+            // runs shows the errors of all.
+            let parts = (self.longest_at_start() / plan.longest_element * (1.0 - ROUNDING)).ceil().max(1.0);
+            plan.longest_element = self.longest_at_start() / parts;
+            let (longest, first) = (plan.longest_element, first_in_zone(&self.start.rod));
+            cut_each(&mut self.shoot.state, |rod, e| if e < first { cut_to(rod, e, longest) } else { parts as usize });
             self.add_nodes();
             return Ok(None);
         }
-        self.shoot.state.copy_from(&self.undivided);
+        merge_lossless(self.shoot);
         cut(self.shoot, plan.longest_element);
         self.add_nodes();
         // The comparison of runs shows the error of the shape as well, except near buckling and where the stiffness
-        // is discontinuous.
+        // is discontinuous. With this weight the difference of the two meshes need only be below `ASYMPTOTIC`.
         let tolerance = INITIAL * self.integrator.tolerance;
         let weight = (tolerance / ASYMPTOTIC).min(1.0);
-        let (error, found) = self.integrator.refine_equilibrium(self.shoot, tolerance, weight, &mut self.spent)?;
+        let (error, equilibrium) =
+            self.integrator.refine_equilibrium(self.shoot, tolerance, weight, &mut self.spent)?;
+        let found = (equilibrium, error / SAFETY);
         // Longer elements than these would not change the initial mesh.
         plan.longest_element = plan.longest_element.min(longest_element(&self.shoot.state) / FIRST_LENGTH);
         let state = self.shoot.state.clone();
         self.meshes.retain(|mesh| mesh.longest_element != plan.longest_element);
-        self.meshes.push(FirstMesh { longest_element: plan.longest_element, state, found, error });
+        self.meshes.push(FirstMesh { longest_element: plan.longest_element, state, found });
         Ok(Some(found))
     }
 
@@ -260,15 +267,10 @@ impl<'a, M: Model> Runs<'a, M> {
         }
     }
 
-    /// Returns whether no run has required additional nodes.
-    pub fn is_smooth(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    /// Returns the error of the initial equilibrium in the runs of a plan, relative to the length.
-    fn initial_error(&self, plan: &Plan) -> f64 {
-        let mesh = self.meshes.iter().find(|mesh| mesh.longest_element == plan.longest_element);
-        mesh.map_or(0.0, |mesh| mesh.error / SAFETY)
+    /// Returns whether the tissue in a run is likely to be smooth. Merged tissue and tissue with a history often are
+    /// not, nor is tissue that has required additional nodes.
+    pub fn is_smooth(&self, run: &TrialRun) -> bool {
+        !self.has_started() && self.nodes.is_empty() && run.statistics.merge_loss <= LOSSLESS
     }
 
     /// Returns the error for a tolerance that is not met.

@@ -12,17 +12,16 @@ use crate::model::Model;
 use crate::state::Plan;
 
 /// Ratio of the longest element to that of the run before. It is slightly below
-/// [`FIRST_LENGTH`](super::division::FIRST_LENGTH), so that every element of a run that has started already is divided.
+/// [`FIRST_LENGTH`](super::division::FIRST_LENGTH), so that the elements of a shoot of constant length are divided.
 pub(super) const SHORTER: f64 = 0.7;
-/// The same at the start of a run: n elements are followed by n + 1, up to n = 4.
+/// The ratio at the start of a run: n elements are followed by n + 1, up to n = 4.
 const SHORTER_AT_START: f64 = 0.8;
 /// Smallest ratio of the element lengths of two runs for which their difference shows the error of the elements.
 pub(super) const MIN_RATIO: f64 = 1.15;
-/// Largest number of refinements of the elements and of the merge tolerance. The elements are then shorter by a factor
-/// of 0.8¹³ = 1/18.
+/// Largest number of refinements of the elements and of the merge tolerance. The elements are then shorter at least by
+/// a factor of 0.8¹³ = 1/18.
 const MAX_REFINEMENTS: usize = 13;
-/// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
-/// mergers of the run before.
+/// Factor by which a run reduces the loss of mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
 
 impl<M: Model> Runs<'_, M> {
@@ -31,20 +30,22 @@ impl<M: Model> Runs<'_, M> {
         longest * if self.has_started() { SHORTER } else { SHORTER_AT_START }
     }
 
-    /// Refines the elements at constant steps until their error is small enough, beginning with two runs. Returns the
-    /// run with these elements, and the error of its elements relative to the length. The error is infinite if the
-    /// steps are too long to show it.
+    /// Refines the elements at constant steps, beginning with two runs, until the error of the coarser or of the finer
+    /// of two successive runs is small enough, or until the difference no longer decreases. In the last case the steps
+    /// are too long to show the error of the elements. Returns the run with sufficient elements, and the error of its
+    /// elements relative to the length, which is infinite if it is not shown.
     pub fn refine_elements(
         &mut self,
         mut compared: Rc<TrialRun>,
         mut run: Rc<TrialRun>,
     ) -> Outcome<(Rc<TrialRun>, f64)> {
         let order = order_in_space(self.start.rod.order());
-        // Merged tissue and tissue with a history are often not smooth.
-        let smooth = !self.has_started() && self.is_smooth() && run.statistics.merge_loss <= LOSSLESS;
-        let assumed = if smooth { order_before_observation(order) } else { UNOBSERVED };
+        let assumed = if self.is_smooth(&run) { order_before_observation(order) } else { UNOBSERVED };
         let mut estimate = Richardson::assuming(assumed, order);
         let (enough, tolerance) = (AIM_IN_SPACE * self.integrator.tolerance, self.integrator.tolerance);
+        // Both errors, merging and the initial equilibrium together leave a part of the tolerance to the steps.
+        let both = enough + AIM_OF_MERGING * tolerance;
+        let is_sufficient = |error: f64, hidden: f64| error <= enough && error + hidden <= both;
         let mut error = f64::INFINITY;
         // The run before the first difference that did not decrease, and its error. The difference before may have
         // been small by chance.
@@ -54,11 +55,11 @@ impl<M: Model> Runs<'_, M> {
             let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
             let coarser_error = estimate.error_of_coarser(ratio.max(ratio.recip()), difference);
             let coarser = if ratio > 1.0 { &compared } else { &run };
-            if differ && coarser_error <= enough && coarser.hidden <= enough {
+            if differ && is_sufficient(coarser_error, coarser.hidden) {
                 return Ok((Rc::clone(coarser), coarser_error));
             }
             let (plan, hidden) = (run.plan, run.hidden);
-            if SAFETY * hidden > tolerance && run.elements() > MOST_ELEMENTS {
+            if SAFETY * hidden > tolerance && run.growing_elements() > MOST_ELEMENTS {
                 return Err(self.not_met(SAFETY * hidden));
             }
             let mut longest_element = self.next_length(plan.longest_element);
@@ -68,10 +69,10 @@ impl<M: Model> Runs<'_, M> {
                     && let Some((regular, error)) = regular.take_if(|(run, _)| run.hidden <= enough)
                 {
                     // The remaining difference is due to the steps.
-                    let sufficient = SAFETY * error <= tolerance;
+                    let sufficient = SAFETY * (error + regular.hidden) <= tolerance;
                     return Ok(if sufficient { (regular, error) } else { (compared, f64::INFINITY) });
                 }
-                if difference <= ASYMPTOTIC && finer_error <= enough && hidden <= enough {
+                if difference <= ASYMPTOTIC && is_sufficient(finer_error, hidden) {
                     return Ok((run, finer_error));
                 }
                 let before = std::mem::replace(&mut compared, run);
@@ -105,6 +106,7 @@ impl<M: Model> Runs<'_, M> {
                 return Ok((run, 0.0));
             }
             let finer = self.run_over_delays(Plan { merge_tolerance: FINER_MERGING * needed, ..run.plan })?;
+            // The error is assumed to be proportional to the loss.
             error = finer.differences(&run)[1] / (1.0 - FINER_MERGING);
             if error <= AIM_OF_MERGING * self.integrator.tolerance {
                 break;

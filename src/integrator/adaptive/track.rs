@@ -19,8 +19,6 @@ const PLACES: usize = 37;
 #[derive(Debug, Clone, Default)]
 pub(super) struct PositionTrack {
     samples: Vec<StepSample>,
-    /// Whether the shoot touches an obstacle at one of the samples.
-    pub touches: bool,
     /// Places of all samples, one after the other, m.
     places: Vec<Vector3<f64>>,
 }
@@ -32,6 +30,7 @@ struct StepSample {
     smoothness: Smoothness,
     length: f64,
     longest_element: f64,
+    in_contact: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +48,11 @@ impl PositionTrack {
     /// Returns the number of samples.
     pub fn samples(&self) -> usize {
         self.samples.len()
+    }
+
+    /// Returns whether the shoot is in contact with an obstacle at one of the samples.
+    pub fn has_contact(&self) -> bool {
+        self.samples.iter().any(|sample| sample.in_contact)
     }
 
     /// Returns the time of the last sample, s.
@@ -71,10 +75,10 @@ impl PositionTrack {
             _ => Smoothness::Jump,
         };
         let (length, longest_element) = (shoot.rod().length(), longest_element(&shoot.state));
-        self.touches |= !shoot.state.contact.patches.is_empty();
-        self.samples.push(StepSample { time: shoot.time(), smoothness, length, longest_element });
+        let in_contact = !shoot.state.contact.patches.is_empty();
+        self.samples.push(StepSample { time: shoot.time(), smoothness, length, longest_element, in_contact });
         shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut self.places);
-        // A rod whose length is NaN has no positions.
+        // No positions are appended if the length is NaN.
         self.places.resize(self.samples.len() * PLACES, Vector3::repeat(f64::NAN));
     }
 

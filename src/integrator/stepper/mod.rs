@@ -41,7 +41,7 @@ use gradient_integral::GradientIntegral;
 pub use grid::Grid;
 pub(super) use grid::GridUse;
 pub(super) use mesh::compliance;
-pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth};
+pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead, check_growth, shortest_period};
 use part::StepPart;
 pub use point_step::PointStep;
 use step_end::EQUAL_STEPS;
@@ -116,6 +116,8 @@ impl Stepper {
         options: RunOptions,
         mut observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
+        // The caller adds the statistics of a call that fails.
+        self.reset_statistics();
         options.check(shoot)?;
         // A call of a few steps ends soon.
         if options.max_steps == usize::MAX {
@@ -156,11 +158,16 @@ impl Stepper {
     /// Reads the declaration of the laws, and resets the statistics. A plan of earlier calls is dropped.
     fn prepare(&mut self, shoot: &mut Shoot<impl Model>, max_work: usize) -> Result<(), ParameterError> {
         shoot.state.plan = None;
-        (self.statistics, self.max_work) = (Statistics::default(), max_work);
-        self.collocation.halvings = 0;
+        self.reset_statistics();
+        self.max_work = max_work;
         self.laws.read(shoot.model.tropism());
         self.stimuli.resize(self.laws.size().stimuli, 0.0);
         self.laws.check()
+    }
+
+    fn reset_statistics(&mut self) {
+        self.statistics = Statistics::default();
+        self.collocation.halvings = 0;
     }
 
     /// Returns the statistics of the last call, also of one that failed.

@@ -61,20 +61,28 @@ impl RunOptions {
         if self.max_steps == usize::MAX {
             check_discontinuities(shoot, self.until)?;
         }
-        // A run whose steps are compared chooses them from what the laws return.
-        if self.coarsest_step.is_some() {
-            return Ok(());
-        }
-        let (step, model) = (self.step.min(self.until - shoot.time()), shoot.model());
-        for period in [model.tropism().shortest_period(), model.load().shortest_period(shoot.time())] {
-            let (name, requirement) = ("shortest period of the laws", "positive, and infinite if they have none (s)");
-            ParameterError::unless(period > 0.0, name, period, requirement)?;
-            let requirement = "or more, twice the time step: take shorter steps, which show the period (s)";
-            ParameterError::unless(step <= 0.5 * period, name, period, requirement)
-                .map_err(|error| ParameterError { needed: Some(2.0 * step), ..error })?;
-        }
-        Ok(())
+        let (step, period) = (self.step.min(self.until - shoot.time()), shortest_period(shoot)?);
+        let requirement = "or more, twice the time step: take shorter steps, which show the period (s)";
+        // `Adaptive` limits its first step, and compares runs with different steps.
+        let ok = self.coarsest_step.is_some() || step <= 0.5 * period;
+        ParameterError::unless(ok, PERIOD, period, requirement)
+            .map_err(|error| ParameterError { needed: Some(2.0 * step), ..error })
     }
+}
+
+/// Name of the shortest period in errors.
+const PERIOD: &str = "shortest period of the laws";
+
+/// Returns the shortest period that the tropism or the load declares, s.
+///
+/// # Errors
+/// A period that is not positive.
+pub(in crate::integrator) fn shortest_period(shoot: &Shoot<impl Model>) -> Result<f64, ParameterError> {
+    let periods = [shoot.model().tropism().shortest_period(), shoot.model().load().shortest_period(shoot.time())];
+    for period in periods {
+        ParameterError::unless(period > 0.0, PERIOD, period, "positive, and infinite if they have none (s)")?;
+    }
+    Ok(periods[0].min(periods[1]))
 }
 
 /// Number of discontinuities that are examined at the start of a call. Fewer may be close to each other by chance.

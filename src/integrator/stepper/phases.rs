@@ -30,7 +30,7 @@ impl Stepper {
     /// of the shoot, rad.
     pub(super) fn integrate_intrinsic(&mut self, shoot: &mut Shoot<impl Model>, step: StepInterval) -> Outcome<f64> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
-        self.check_size(tropism)?;
+        check_size(&self.laws, tropism)?;
         let StepInterval { from, to, leaving, growth: [start, end] } = step;
         let history = &state.history;
         let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
@@ -90,7 +90,7 @@ impl Stepper {
         time: f64,
     ) -> Outcome<Vector3<f64>> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &shoot.state);
-        self.check_size(tropism)?;
+        check_size(&self.laws, tropism)?;
         let StepInterval { from, to, growth: [start, end], .. } = step;
         let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
         // Laws are evaluated after a discontinuity at the start, and before one at the end.
@@ -204,7 +204,7 @@ impl Stepper {
         if self.laws.size().stimuli == 0 {
             return Ok(());
         }
-        self.check_size(shoot.model.tropism())?;
+        check_size(&self.laws, shoot.model.tropism())?;
         let State { rod, history, contact, .. } = &mut shoot.state;
         let time = self.force.environment().time;
         let last = history.levels() - 1;
@@ -238,7 +238,7 @@ impl Stepper {
             return Ok(());
         }
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
-        self.check_size(tropism)?;
+        check_size(&self.laws, tropism)?;
         let size = step.to - step.from;
         let (smooth, transient) = smooth_levels(state, &self.laws, size);
         let count = smooth.len();
@@ -270,7 +270,7 @@ impl Stepper {
         mut integrate: impl FnMut(&PointStep, &mut [f64]),
     ) -> Outcome {
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
-        self.check_size(tropism)?;
+        check_size(&self.laws, tropism)?;
         if self.laws.size().variables == 0 {
             return Ok(());
         }
@@ -286,11 +286,6 @@ impl Stepper {
     /// Returns whether a step is not longer than the shortest delay, and depends only on the past.
     pub(super) fn is_explicit(&self, step: StepInterval) -> bool {
         step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING)
-    }
-
-    /// Returns an error if the laws have changed their declaration since the call began.
-    fn check_size(&self, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
-        check_size(&self.laws, tropism)
     }
 
     /// Evaluates the rates of the variables at the last level.
