@@ -32,9 +32,9 @@ pub(super) struct Line {
 
 impl Line {
     /// The line of a rod with given strains of the centre line at the material points, none without shear and stretch.
-    /// Without them a place inside an element is the integral of d3 by the Gauss rule from the start of the element, so
-    /// that the tangent is d3 up to the order of the element. With them it is the integral of the polynomial through
-    /// the tangents at these points.
+    /// A place inside an element is then the integral of d3 by the Gauss rule from the start of the element, so that
+    /// the tangent is d3 up to the order of the element. For a rod that shears or stretches, it is the integral of the
+    /// polynomial through the tangents at these points.
     pub fn new(rod: &Rod, strains: &[Vector3<f64>]) -> Self {
         let p = rod.order().points();
         let strain = |i: usize| strains.get(i).copied().unwrap_or_else(Vector3::z);

@@ -153,8 +153,8 @@ pub(super) struct Gaps<'b, 'a> {
     pub line: &'b Line,
     pub obstacles: &'b Obstacles<'a>,
     pub obstacle: usize,
-    /// Strains of the centre line at the material points. If there are none, the slopes are those in the direction of
-    /// d3, in which contacts slide.
+    /// Strains of the centre line at the material points, for slopes along its tangent. An empty slice gives slopes
+    /// along d3, the direction in which contacts slide.
     pub strains: &'b [Vector3<f64>],
 }
 

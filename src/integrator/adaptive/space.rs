@@ -43,7 +43,7 @@ impl<M: Model> Runs<'_, M> {
         let assumed = if self.is_smooth(&run) { order_before_observation(order) } else { UNOBSERVED };
         let mut estimate = Richardson::assuming(assumed, order);
         let (enough, tolerance) = (AIM_IN_SPACE * self.integrator.tolerance, self.integrator.tolerance);
-        // Both errors, merging and the initial equilibrium together leave a part of the tolerance to the steps.
+        // The sum of these two errors is limited, too, so that a part of the tolerance is left for the steps.
         let both = enough + AIM_OF_MERGING * tolerance;
         let is_sufficient = |error: f64, hidden: f64| error <= enough && error + hidden <= both;
         let mut error = f64::INFINITY;
