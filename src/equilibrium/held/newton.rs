@@ -84,7 +84,12 @@ impl HeldSearch<'_> {
                 continue;
             };
             let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
-            let ends = step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)?;
+            let whole = step.fraction == 1.0;
+            if whole && step.shift > 0.0 && !step.changed && turn < SETTINGS.small_turn {
+                // A descent does not converge on nodes that will move.
+                self.move_nodes(rod, course);
+            }
+            let ends = whole && step.shift == 0.0 && self.ends(rod, course, step)?;
             let farthest = if course.reach == Reach::Near { SETTINGS.nearby } else { SETTINGS.away };
             if course.is_guarded() && displacement(rod, &course.line) > farthest * self.length {
                 break;

@@ -20,7 +20,7 @@ const DEPTH: usize = 16;
 const LEAST_DEPTH: usize = 2;
 /// Accuracy of the place of a minimum, relative to an element.
 const PLACED: f64 = 1e-12;
-/// Length of an interval that is not halved further, relative to the radius of curvature of the obstacle.
+/// Length of an interval that is not halved further, relative to the radius of curvature of the surface of equal gap.
 const RESOLUTION: f64 = 0.25;
 
 /// The obstacles of a rod at a time. Inside a search, each surface of an obstacle is an obstacle with its own index.
@@ -144,6 +144,7 @@ pub(super) struct Sample {
     pub gap: f64,
     /// Derivative of the gap along the rod.
     pub slope: f64,
+    /// Least radius of curvature of the surface of equal gap through the place, m. The gap varies at this scale.
     pub radius: f64,
 }
 
@@ -173,7 +174,7 @@ impl Gaps<'_, '_> {
         let strains = self.strains.get(element * p..(element + 1) * p);
         let at_place = |strains: &[_]| weighted(strains, &self.rod.reference().at_points(x));
         let tangent = self.rod.frame_within(element, x) * strains.map_or_else(centre_line_tangent, at_place);
-        let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
+        let (radius, slope) = (Obstacles::radius(&gap) + gap.value.max(0.0), gap.normal.dot(&tangent));
         Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
     }
 
