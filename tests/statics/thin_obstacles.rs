@@ -5,9 +5,10 @@ use morphorod::constitutive::{LinearElastic, Timoshenko};
 use morphorod::equilibrium::{EquilibriumError, Held, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
-use morphorod::support::{Contact, Cylinder, Obstacle};
+use morphorod::support::{Contact, Cylinder, Distance, Obstacle};
 use morphorod::{Order, Scene, Still};
 use nalgebra::Vector3;
+use std::cell::Cell;
 
 const LENGTH: f64 = 0.05;
 
@@ -17,13 +18,22 @@ fn bent_towards_a_pole(radius: f64, elements: usize) -> Result<Held, Equilibrium
 }
 
 /// As [`bent_towards_a_pole`], with any solver.
-fn bent(mut solver: NewtonSolver, radius: f64, elements: usize) -> Result<Held, EquilibriumError> {
+fn bent(solver: NewtonSolver, radius: f64, elements: usize) -> Result<Held, EquilibriumError> {
+    bent_towards(solver, pole(radius), elements)
+}
+
+/// A pole of a radius (m) across the rod.
+fn pole(radius: f64) -> Cylinder {
+    Cylinder { through: Vector3::new(0.08, 0.0, 0.6) * LENGTH, along: Vector3::y(), radius }
+}
+
+/// As [`bent_towards_a_pole`], with any solver and obstacle.
+fn bent_towards(mut solver: NewtonSolver, obstacle: impl Obstacle, elements: usize) -> Result<Held, EquilibriumError> {
     let still = Still { base: Still::tilted(0.0).base, ..Still::weightless() };
     let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
     let mut rod = Rod::uniform(LENGTH, RADIUS, still.base, elements, Order::Eight).unwrap();
     rod.set_intrinsic(|_| Vector3::y() * 30.0);
-    let pole = Cylinder { through: Vector3::new(0.08, 0.0, 0.6) * LENGTH, along: Vector3::y(), radius };
-    let support = Contact { obstacle: pole, radius: 0.0, friction: 0.0 };
+    let support = Contact { obstacle, radius: 0.0, friction: 0.0 };
     solver.solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0))
 }
 
@@ -54,6 +64,29 @@ fn rod_never_passes_through_a_thin_pole() {
     let solver = NewtonSolver { max_iterations: 100, ..NewtonSolver::default() };
     let thinnest = bent(solver, 2e-5 * LENGTH, 8);
     assert!(thinnest.is_err_and(|error| matches!(error, EquilibriumError::NoConvergence { .. })));
+}
+
+/// An obstacle that counts the evaluations of its distance.
+struct Counted<'a>(Cylinder, &'a Cell<usize>);
+
+impl Obstacle for Counted<'_> {
+    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+        self.1.set(self.1.get() + 1);
+        self.0.distance(place, time)
+    }
+}
+
+#[test]
+fn search_for_places_near_a_pole_takes_a_number_of_evaluations_that_hardly_depends_on_the_radius() {
+    let evaluations = |radius: f64| {
+        let count = Cell::new(0);
+        let held = bent_towards(NewtonSolver::default(), Counted(pole(radius * LENGTH), &count), 8).unwrap();
+        count.get() / held.equilibrium.iterations
+    };
+    // Intervals are halved down to the distance from the pole, which adds a few for each factor of two of the radius.
+    let (thick, thin) = (evaluations(2e-2), evaluations(1e-4));
+    println!("{thick} and {thin} evaluations for each iteration");
+    assert!(thin < 2 * thick, "{thick} {thin}");
 }
 
 #[test]
