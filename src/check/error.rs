@@ -121,7 +121,7 @@ impl fmt::Display for Quantity {
             Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (its unit per second)"),
             Self::Clearance => write!(f, "signed distance from the obstacle (m)"),
             Self::NormalLength => write!(f, "norm of the normal"),
-            Self::Normal(i) => write!(f, "component {} of the normal", ["x", "y", "z"].get(i).unwrap_or(&"")),
+            Self::Normal(i) => write!(f, "component {} of the normal", ["x", "y", "z"].get(i).unwrap_or(&"?")),
             Self::Curvature(i, j) => write!(f, "entry {}, {} of the curvature (1/m)", i + 1, j + 1),
             Self::Gradient(i) => write!(f, "component of the growth gradient along d{} (1/m)", i + 1),
         }

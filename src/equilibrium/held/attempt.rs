@@ -213,9 +213,10 @@ impl HeldSearch<'_> {
                 let guess = fitting.as_ref().map(|known| (&known.corrected[..], share / known.share));
                 self.solve_trial(trial, start, &zero, guess);
             }
-            // Factor by which the step may be longer.
+            // The rod moves within the largest rotation, so that the test of obstacles sees a shape in this range.
             let within = f64::min(1.0, SETTINGS.largest_turn / trial.turn);
             self.move_by(rod, start, trial, within);
+            // Factor by which the step may be longer.
             let mut factor = (SETTINGS.largest_turn / trial.turn).min(within * self.safe_share(rod, start));
             if factor < 1.0 && !std::mem::replace(searched, true) {
                 let reach = start.line.places.iter().zip(&self.line.places);

@@ -93,7 +93,8 @@ impl HeldSearch<'_> {
                 continue;
             };
             let own = &self.candidates[i];
-            // Elements do not resolve two minima that are so close.
+            // A contact point that slides, is open or strays moves to the new minimum: elements do not resolve two
+            // minima that are so close.
             if own.slides || own.status == Status::Open || self.strays(own) {
                 let own = &mut self.candidates[i];
                 (own.element, own.x, own.arc_length) = (at.element, at.x, s);

@@ -144,7 +144,8 @@ pub(super) struct Sample {
     pub gap: f64,
     /// Derivative of the gap along the rod.
     pub slope: f64,
-    /// Least radius of curvature of the surface of equal gap through the place, m. The gap varies at this scale.
+    /// Least radius of curvature of the surface of equal gap through the place, m: the scale at which the gap to a
+    /// convex obstacle varies. Inside an obstacle it is the radius of the obstacle.
     pub radius: f64,
 }
 
@@ -204,7 +205,7 @@ impl Gaps<'_, '_> {
     }
 
     /// A lower bound of the gap inside an interval between two neighbouring places. Intervals are halved until the
-    /// bound is half of the gap at an end, or until they are short relative to the radius of the obstacle.
+    /// bound is half of the gap at an end, or until they are short relative to the radius of the surface of equal gap.
     pub fn lowest(&self, from: &Sample, to: &Sample, depth: usize) -> f64 {
         let from = from.in_element(to.element);
         let size = to.path - from.path;

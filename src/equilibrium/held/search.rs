@@ -49,6 +49,7 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) length: f64,
     /// Length of an element of the rod without additional nodes, m.
     pub(super) element: f64,
+    /// Unknowns whose diagonal entry was increased, and the increases.
     pub(super) boosts: Vec<(usize, f64)>,
     /// Weight of violated distances in the merit, N: twice the largest reaction. A step reduces it by at most a factor
     /// of four.

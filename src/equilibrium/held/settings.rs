@@ -33,12 +33,13 @@ pub(super) struct Settings {
     /// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
     pub slow: f64,
     /// Rotation in a step below which the iteration may end, and the merit is not compared without friction, rad: its
-    /// change is close to rounding.
+    /// change is close to rounding. Below it nodes also move in a descent, if the unbalanced couple, relative to force
+    /// and length, is less as well.
     pub small_turn: f64,
     /// Largest number of steps by which the rod returns to its conditions, with the existing factors.
     pub corrections: usize,
-    /// Penetration after a corrected step, relative to the length, above which the step is shortened. An earlier
-    /// penetration times 1 − share/2 is added to it.
+    /// Penetration after a corrected step, relative to the length, above which the step is shortened. The penetration
+    /// before the step times 1 − share/2 is permitted in addition.
     pub permitted: f64,
     /// Largest number of times that contacts are added to a step that would penetrate an obstacle.
     pub additions: usize,
@@ -60,7 +61,7 @@ pub(super) struct Settings {
     /// number.
     pub chord_turn: f64,
     pub chords: usize,
-    /// Error relative to the tolerance at which they end. A contact whose force is almost zero must not begin and end
+    /// Error relative to the tolerance at which these steps end. A contact whose force is almost zero must not begin and end
     /// in turn in steps of time whose errors differ.
     pub chord_error: f64,
     /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the

@@ -155,7 +155,7 @@ impl<M: Model> Runs<'_, M> {
         let double = Rc::clone(if self.has_started() { &first } else { &finer });
         let (run, error) = self.refine_elements(first, finer)?;
         if error.is_infinite() {
-            // The next runs need as many elements.
+            // An infinite estimate makes the caller halve the steps. The next runs need as many elements.
             coarse.longest_element = run.plan.longest_element;
             let estimate = ErrorEstimate::of_halved_steps([error; 2], ORDER as f64, error);
             return Ok(Compared { plan: run.plan, run, estimate });

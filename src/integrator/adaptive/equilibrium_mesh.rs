@@ -105,7 +105,8 @@ impl Adaptive {
                 }
             };
             let difference = distance(&coarse.rod, &shoot.state.rod);
-            // Shapes with a large difference do not show an order of convergence.
+            // Shapes with a large difference do not show an order of convergence. With the cube root a difference of one
+            // permits no gain, and a gain of two needs a difference below 1/8.
             let gain = gain.min(difference.cbrt().recip());
             let change = weight * SAFETY * difference;
             let weakened = SAFETY * (before.resistance - found.resistance).abs();

@@ -224,7 +224,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         if first {
             shoot.state.predictor.extrapolate(&mut shoot.state.rod, moments, step.from, step.to);
         }
-        // A shoot snaps from its last equilibrium, not from an extrapolated shape.
+        // A shoot snaps from its last equilibrium, so that the first search, from an extrapolated shape, stays nearby.
         let trial = stepper.nearby;
         stepper.nearby |= first;
         let found = stepper.solve_equilibrium(shoot, *solver, time);
