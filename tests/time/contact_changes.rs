@@ -6,10 +6,11 @@ use super::contact::{GROWTH, PERIOD, TISSUE, nutating, pole};
 use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, order};
 use approx::assert_abs_diff_eq;
 use morphorod::checkpoint::{from_bytes, to_bytes};
+use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps, Statistics};
-use morphorod::support::{Contact, Distance, HalfSpace, Obstacle};
+use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Joint, Obstacle};
 use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths, Thigmotropism, Touch};
 use morphorod::{DynLaws, Shoot, State, Still};
 use nalgebra::Vector3;
@@ -32,6 +33,55 @@ where
 fn wall(distance: f64) -> Contact<HalfSpace> {
     let obstacle = HalfSpace { through: Vector3::x() * distance, normal: -Vector3::x() };
     Contact { obstacle, radius: RADIUS, friction: 0.0 }
+}
+
+/// Nodes at contacts are not nodes of the state, at which laws act and whose elements are compared.
+#[test]
+fn adaptive_runs_in_contact_keep_their_tolerance_at_output_times() {
+    let shoot = || {
+        let obstacle = Cylinder { through: Vector3::new(0.012, 0.0, 0.0165), along: Vector3::y(), radius: 3e-4 };
+        let growth = UniformGrowth { zone_length: 0.02, time: 10.0 * HOUR };
+        let steering = Gravitropism { sensitivity: 0.5, perception: SettledStatoliths }.remembered(MEMORY);
+        let builder = Shoot::builder(TISSUE).length(0.03).radius(RADIUS).scene(Still::tilted(0.6)).growth(growth);
+        builder.tropism(steering).support(Contact { obstacle, radius: RADIUS, friction: 0.0 }).build().unwrap()
+    };
+    let mut fine = shoot();
+    let _ = steps_of(10.0).advance(&mut fine, HOUR).unwrap();
+    for tolerance in [1e-4, 1e-5] {
+        let (mut shoot, mut touching) = (shoot(), false);
+        let show = |shoot: &Shoot<_>| touching |= !shoot.reactions().is_empty();
+        let cost = Adaptive::new(tolerance).advance_showing(&mut shoot, HOUR, [120.0, HOUR], show).unwrap();
+        let error = (shoot.tip() - fine.tip()).norm() / shoot.rod().length();
+        println!("{tolerance:e}: {error:e}, {cost}");
+        assert!(touching && error < tolerance, "{tolerance:e}: {error:e}");
+    }
+}
+
+/// A beam on two cylinders without a clamp. Each mesh begins with the base of the equilibrium on the mesh before.
+#[test]
+fn adaptive_run_finds_the_equilibrium_of_a_beam_without_a_clamp() {
+    let cylinder = |x: f64| {
+        let obstacle = Cylinder { through: Vector3::new(x, 0.0, -1.5e-3), along: Vector3::y(), radius: 1e-3 };
+        Contact { obstacle, radius: RADIUS, friction: 0.3 }
+    };
+    let stiff = LinearElastic { youngs_modulus: 1e9, poissons_ratio: 0.5 };
+    let beam = || {
+        let builder = Shoot::builder(stiff).length(0.1).radius(RADIUS).load(WEIGHT).scene(Still::tilted(0.5 * PI));
+        builder.support((Joint::Free, cylinder(0.01), cylinder(0.07))).build().unwrap()
+    };
+    let normals = |shoot: &Shoot<_>| shoot.reactions().iter().map(|at| at.normal).collect::<Vec<_>>();
+    // The weight acts at 0.05 m: 1/3 of it on the first cylinder, 2/3 on the second. The contacts move by the slope of
+    // the beam times the radii, 1e-5 of the distance.
+    let weight = WEIGHT.density * 9.81 * PI * RADIUS * RADIUS * 0.1;
+    for tolerance in [1e-3, 1e-5, 1e-8] {
+        let mut beam = beam();
+        let cost = Adaptive::new(tolerance).advance(&mut beam, 0.0).unwrap();
+        assert!(cost.error.unwrap() <= tolerance);
+        let normals = normals(&beam);
+        assert!(normals.len() == 2 && cost.snaps == 0, "{normals:?}");
+        assert_abs_diff_eq!(normals[0] / weight, 1.0 / 3.0, epsilon = 1e-3);
+        assert_abs_diff_eq!(normals[1] / weight, 2.0 / 3.0, epsilon = 1e-3);
+    }
 }
 
 /// An integrator whose equilibria have no visible error.

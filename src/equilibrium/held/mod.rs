@@ -22,7 +22,7 @@
 //!               correct            return to the conditions, with the same factors             step
 //!             add_to               candidates that the step penetrates, and a new linear rod   attempt
 //!             descend              first fraction of the step that is an improvement           merit
-//!         ends                     after a whole step; with a shift only nodes move            newton
+//!         ends                     after a whole step without a shift                          newton
 //!           chord                  further steps with the same factors                         step
 //!           move_nodes             nodes to the contacts and to the ends of segments           newton, placement
 //!           find_inertia           number of negative directions that the supports permit      newton, inertia

@@ -21,8 +21,8 @@ use crate::rod::Rod;
 const STAGNANT: f64 = 1e-6;
 /// Rotation in a step that is always attributed to rounding, rad.
 const ROUNDING: f64 = 1e-13;
-/// Rotation in a step after which the shape does not change any more, rad. A violation of a condition up to this part of
-/// the length is accepted then.
+/// Rotation in a step after which the shape does not change any more, rad. Conditions may be violated by this part of
+/// the length then.
 const RESTING: f64 = 1e-9;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
 const BALANCED: f64 = 1e-13;
@@ -67,7 +67,7 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Newton's iteration. Nodes move to the contacts when a step has come close to an equilibrium on the present
+    /// Newton's iteration. Nodes move to the contacts when a step has almost reached an equilibrium on the present
     /// nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
@@ -85,7 +85,7 @@ impl HeldSearch<'_> {
                 continue;
             };
             let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
-            let ends = step.fraction == 1.0 && self.ends(rod, course, step)?;
+            let ends = step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)?;
             let farthest = if course.reach == Reach::Near { SETTINGS.nearby } else { SETTINGS.away };
             if course.is_guarded() && displacement(rod, &course.line) > farthest * self.length {
                 break;
@@ -108,18 +108,9 @@ impl HeldSearch<'_> {
         Err(self.not_found(course.last))
     }
 
-    /// Whether the iteration ends after a whole step: it has no shift, nodes are at the contacts, and the rod is in
-    /// equilibrium. Steps with the same factors follow as long as each is much shorter than the one before.
+    /// Whether the iteration ends after a whole Newton step: nodes are at the contacts, and the rod is in equilibrium.
+    /// Steps with the same factors follow as long as each is much shorter than the one before.
     fn ends(&mut self, rod: &mut Rod, course: &mut Course, mut step: Box<Step>) -> Result<bool, EquilibriumError> {
-        if step.shift > 0.0 {
-            // Steps with a shift become shorter slowly. They do not converge on nodes that will move.
-            let size = self.force_scale() * self.length;
-            let near = step.turn < SETTINGS.small_turn && self.body.system().unbalanced < SETTINGS.small_turn * size;
-            if near && !step.changed {
-                self.move_nodes(rod, course);
-            }
-            return Ok(false);
-        }
         let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
         let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;

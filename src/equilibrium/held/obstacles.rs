@@ -20,7 +20,7 @@ const DEPTH: usize = 16;
 const LEAST_DEPTH: usize = 2;
 /// Accuracy of the place of a minimum, relative to an element.
 const PLACED: f64 = 1e-12;
-/// Length of an interval that is not halved further, relative to the radius of curvature of the surface of equal gap.
+/// Length of an interval that is not halved further, relative to a radius of curvature.
 const RESOLUTION: f64 = 0.25;
 
 /// The obstacles of a rod at a time. Inside a search, each surface of an obstacle is an obstacle with its own index.
@@ -144,8 +144,7 @@ pub(super) struct Sample {
     pub gap: f64,
     /// Derivative of the gap along the rod.
     pub slope: f64,
-    /// Least radius of curvature of the surface of equal gap through the place, m: the scale at which the gap to a
-    /// convex obstacle varies. Inside an obstacle it is the radius of the obstacle.
+    /// Least radius of curvature of the obstacle, m.
     pub radius: f64,
 }
 
@@ -175,7 +174,7 @@ impl Gaps<'_, '_> {
         let strains = self.strains.get(element * p..(element + 1) * p);
         let at_place = |strains: &[_]| weighted(strains, &self.rod.reference().at_points(x));
         let tangent = self.rod.frame_within(element, x) * strains.map_or_else(centre_line_tangent, at_place);
-        let (radius, slope) = (Obstacles::radius(&gap) + gap.value.max(0.0), gap.normal.dot(&tangent));
+        let (radius, slope) = (Obstacles::radius(&gap), gap.normal.dot(&tangent));
         Sample { element, x, arc_length, path, gap: gap.value, slope, radius }
     }
 
@@ -187,7 +186,9 @@ impl Gaps<'_, '_> {
     /// may be a kink of the gap, where the nearest face of an obstacle changes.
     pub fn minima(&self, from: &Sample, to: &Sample, bound: f64) -> Vec<Sample> {
         let from = from.in_element(to.element);
-        let finest = RESOLUTION * from.radius.min(to.radius);
+        // The gap to a convex obstacle varies at the scale of the radius of the surface of equal gap.
+        let scale = |at: &Sample| at.radius + at.gap.max(0.0);
+        let finest = RESOLUTION * scale(&from).min(scale(to));
         let (mut parts, mut minima) = (vec![(from, *to, 0)], Vec::new());
         while let Some((from, to, depth)) = parts.pop() {
             let size = to.path - from.path;
@@ -205,7 +206,7 @@ impl Gaps<'_, '_> {
     }
 
     /// A lower bound of the gap inside an interval between two neighbouring places. Intervals are halved until the
-    /// bound is half of the gap at an end, or until they are short relative to the radius of the surface of equal gap.
+    /// bound is half of the gap at an end, or until they are short relative to the radius of the obstacle.
     pub fn lowest(&self, from: &Sample, to: &Sample, depth: usize) -> f64 {
         let from = from.in_element(to.element);
         let size = to.path - from.path;

@@ -33,8 +33,7 @@ pub(super) struct Settings {
     /// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
     pub slow: f64,
     /// Rotation in a step below which the iteration may end, and the merit is not compared without friction, rad: its
-    /// change is close to rounding. Below it nodes also move in a descent, if the unbalanced couple, relative to force
-    /// and length, is less as well.
+    /// change is close to rounding.
     pub small_turn: f64,
     /// Largest number of steps by which the rod returns to its conditions, with the existing factors.
     pub corrections: usize,
@@ -61,8 +60,8 @@ pub(super) struct Settings {
     /// number.
     pub chord_turn: f64,
     pub chords: usize,
-    /// Error relative to the tolerance at which these steps end. A contact whose force is almost zero must not begin and end
-    /// in turn in steps of time whose errors differ.
+    /// Error relative to the tolerance at which these steps end. A contact whose force is almost zero must not begin and
+    /// end in turn in steps of time whose errors differ.
     pub chord_error: f64,
     /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the
     /// shape is proportional to its square, and that of the force at the end of a contact segment to itself.

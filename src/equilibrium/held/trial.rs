@@ -48,7 +48,7 @@ pub(super) struct Course {
     pub bowed: bool,
     /// Number of times that nodes have moved to the contacts.
     pub placements: usize,
-    /// The shape before the last time, which is close to an equilibrium on its nodes.
+    /// The shape before the last time, which is almost in equilibrium on its nodes.
     pub answer: Option<Snapshot>,
     /// Largest distance by which nodes moved then, relative to the length; infinite before.
     pub distance: f64,

@@ -83,7 +83,7 @@ impl Adaptive {
         self.workspace.stepper.begin_increment(shoot);
         let mut reached = f64::INFINITY;
         loop {
-            if spent.work() > self.max_work || 2 * shoot.rod().elements() > MAX_ELEMENTS {
+            if spent.work() > self.max_work || 2 * shoot.state.rod.elements() > MAX_ELEMENTS {
                 let (work, snap) = (spent.work(), None);
                 return Err(IntegrationError::ToleranceNotMet { tolerance, reached, work, snap });
             }
@@ -105,8 +105,8 @@ impl Adaptive {
                 }
             };
             let difference = distance(&coarse.rod, &shoot.state.rod);
-            // Shapes with a large difference do not show an order of convergence. With the cube root a difference of one
-            // permits no gain, and a gain of two needs a difference below 1/8.
+            // Shapes with a large difference do not show an order of convergence. With the cube root a difference of
+            // one permits no gain, and a gain of two needs a difference below 1/8.
             let gain = gain.min(difference.cbrt().recip());
             let change = weight * SAFETY * difference;
             let weakened = SAFETY * (before.resistance - found.resistance).abs();
@@ -142,7 +142,7 @@ impl Adaptive {
         shoot: &mut Shoot<impl Model>,
         spent: &mut Statistics,
     ) -> Outcome<Result<Equilibrium, usize>> {
-        let many = shoot.rod().elements() >= MAX_ELEMENTS_TO_UNFOLD;
+        let many = shoot.state.rod.elements() >= MAX_ELEMENTS_TO_UNFOLD;
         let time = shoot.time();
         match self.workspace.stepper.solve_equilibrium(shoot, &mut self.workspace.solver, time) {
             Err(IntegrationError::Equilibrium { error: EquilibriumError::Folded { element, .. }, .. }) if !many => {
@@ -160,7 +160,7 @@ impl Adaptive {
 /// Divides elements that rotate far by their intrinsic strain.
 fn cut_turns(shoot: &mut Shoot<impl Model>) {
     let parts: Vec<f64> =
-        (0..shoot.rod().elements()).map(|e| (shoot.rod().intrinsic_turn(e) / MAX_TURN).ceil()).collect();
+        (0..shoot.state.rod.elements()).map(|e| (shoot.state.rod.intrinsic_turn(e) / MAX_TURN).ceil()).collect();
     if parts.iter().sum::<f64>() <= MAX_ELEMENTS as f64 {
         cut_each(&mut shoot.state, |_, e| parts[e] as usize);
     }

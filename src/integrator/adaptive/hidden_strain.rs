@@ -52,8 +52,8 @@ pub(super) fn nodes_at_steep_places(shoot: &mut Shoot<impl Model>, duration: f64
         // A half of the permitted displacement is reserved for the elements of the next run, which may differ.
         let share = 0.5 * enough / hidden.len() as f64;
         for e in (0..hidden.len()).rev().filter(|e| hidden[*e] > share) {
-            let ends = [0.0, 0.5, 1.0].map(|x| shoot.rod().initial_apex_distance(e, x));
-            divided.push((ends, shoot.rod().length_of(e) <= short));
+            let rod = &shoot.state.rod;
+            divided.push(([0.0, 0.5, 1.0].map(|x| rod.initial_apex_distance(e, x)), rod.length_of(e) <= short));
             cut_into(&mut shoot.state, e, 2);
         }
         hidden = displacements(shoot, duration);
@@ -74,7 +74,8 @@ pub(super) fn nodes_at_steep_places(shoot: &mut Shoot<impl Model>, duration: f64
 /// Returns a bound of the displacement by strain that the points of each element do not show, relative to the length;
 /// zero outside the zone. A place that moves with the apex acts in an element until the tissue has passed it.
 fn displacements(shoot: &Shoot<impl Model>, duration: f64) -> Vec<f64> {
-    let (rod, growth, time) = (shoot.rod(), shoot.model().growth(), shoot.time());
+    // Laws act at the points of the state. The rod in equilibrium has further nodes at contacts.
+    let (rod, growth, time) = (&shoot.state.rod, shoot.model().growth(), shoot.time());
     let (p, reference, first) = (rod.order().points(), rod.reference(), rod.first_growing);
     // The places in an element with their weights in an integral.
     let part = |ends: &[f64]| {

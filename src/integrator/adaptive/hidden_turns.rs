@@ -18,7 +18,7 @@ pub(super) const SMOOTH: f64 = 0.1;
 /// Returns the possible error of the rotation of each element of `coarse` if its compliance is not smooth, rad; zero
 /// if it is smooth. The elements of the shoot are the halves of these.
 pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> {
-    let (compliance, fine) = (compliance(shoot.model.constitutive(), shoot.time()), shoot.rod());
+    let (compliance, fine) = (compliance(shoot.model.constitutive(), shoot.time()), &shoot.state.rod);
     let (p, reference) = (coarse.reference().p, coarse.reference());
     let values = |rod: &Rod| -> Vec<f64> { rod.points().iter().map(&compliance).collect() };
     let (before, after) = (values(coarse), values(fine));

@@ -120,7 +120,7 @@ impl ErrorEstimate {
         let first = Richardson::assuming(order.min(UNOBSERVED), ORDER as f64);
         let (mut steps, mut with_delays) = (first, first);
         let (time, all) = (steps.error(2.0, difference), with_delays.error(2.0, all));
-        // The errors above assume at most `UNOBSERVED`. The ratio of the next steps follows from the order of the method.
+        // The errors assume at most `UNOBSERVED`. The ratio of the next steps follows from the order of the method.
         steps.order = order;
         // Infinite differences have no further error.
         Self { time, later: (all - time).max(0.0), space, steps }

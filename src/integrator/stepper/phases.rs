@@ -142,7 +142,8 @@ impl Stepper {
 
     /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
     pub(super) fn move_base(&self, shoot: &mut Shoot<impl Model>, time: f64) -> Outcome<Environment> {
-        let started = shoot.state.history.levels() > 0;
+        // The scene places a base with a joint before the first equilibrium.
+        let started = shoot.state.history.levels() > 0 || !shoot.state.rod.reactions().is_empty();
         let model = &shoot.model;
         let scene = model.scene();
         let (base, position, environment) = (scene.base(time), scene.position(time), scene.environment(time));
