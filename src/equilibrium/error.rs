@@ -44,7 +44,7 @@ pub enum EquilibriumError {
         "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load, a larger \
          tolerance or a larger `max_iterations` may help",
         describe_search(*step, *residual, *force),
-        contact.map_or(String::new(), |worst| format!("; {worst}, perhaps since the initial shape passes through it"))
+        contact.map_or(String::new(), |worst| format!("; {worst}, perhaps since the search began inside the obstacle"))
     )]
     NoConvergence {
         /// Number of Newton iterations.

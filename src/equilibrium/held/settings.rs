@@ -60,8 +60,8 @@ pub(super) struct Settings {
     /// number.
     pub chord_turn: f64,
     pub chords: usize,
-    /// Error relative to the tolerance at which these steps end. A contact whose force is almost zero must not begin and
-    /// end in turn in steps of time whose errors differ.
+    /// Error relative to the tolerance at which these steps end. A contact whose force is almost zero must not begin
+    /// and end in turn in steps of time whose errors differ.
     pub chord_error: f64,
     /// Distance of a node from the place of a contact that is not corrected, relative to the length. The error of the
     /// shape is proportional to its square, and that of the force at the end of a contact segment to itself.
