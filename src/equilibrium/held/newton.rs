@@ -21,8 +21,8 @@ use crate::rod::Rod;
 const STAGNANT: f64 = 1e-6;
 /// Rotation in a step that is always attributed to rounding, rad.
 const ROUNDING: f64 = 1e-13;
-/// Rotation in a step after which the shape does not change any more, rad. Conditions may be violated by this part of
-/// the length then.
+/// Rotation in a step below which the shape is regarded as constant, rad, and the violation of a condition, relative to
+/// the length, that is permitted in this case.
 const RESTING: f64 = 1e-9;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
 const BALANCED: f64 = 1e-13;

@@ -20,7 +20,8 @@ const DEPTH: usize = 16;
 const LEAST_DEPTH: usize = 2;
 /// Accuracy of the place of a minimum, relative to an element.
 const PLACED: f64 = 1e-12;
-/// Length of an interval that is not halved further, relative to a radius of curvature.
+/// Length of an interval that is not halved further, relative to the radius of curvature of the obstacle or of the
+/// surface of equal gap.
 const RESOLUTION: f64 = 0.25;
 
 /// The obstacles of a rod at a time. Inside a search, each surface of an obstacle is an obstacle with its own index.

@@ -142,7 +142,7 @@ impl Stepper {
 
     /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
     pub(super) fn move_base(&self, shoot: &mut Shoot<impl Model>, time: f64) -> Outcome<Environment> {
-        // The scene places a base with a joint before the first equilibrium.
+        // Until the first equilibrium, a base with a joint is where the scene has it.
         let started = shoot.state.history.levels() > 0 || !shoot.state.rod.reactions().is_empty();
         let model = &shoot.model;
         let scene = model.scene();
