@@ -112,6 +112,17 @@ pub struct Held {
     pub(crate) patches: Vec<Patch>,
 }
 
+/// A rod with its contacts at the start of an increment in time.
+#[derive(Debug, Clone)]
+pub(crate) struct IncrementStart {
+    /// The rod, with additional nodes at contacts.
+    pub rod: Rod,
+    /// Time, s.
+    pub time: f64,
+    pub reactions: Vec<Reaction>,
+    pub patches: Vec<Patch>,
+}
+
 /// A rod with a support, whose equilibrium is sought.
 #[derive(Debug)]
 pub struct HeldRod<'a, C, L, U> {
@@ -129,9 +140,8 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
     pub(crate) shape: Option<&'a Rod>,
-    /// The rod at the end of the previous increment, the time since then (s), and its reactions: contacts are followed
-    /// from there, and friction depends on the displacement.
-    pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
+    /// The start of the increment in time: contacts are followed from there, and friction depends on the displacement.
+    pub(crate) start: Option<&'a IncrementStart>,
     /// Whether the descent to any equilibrium is omitted, which follows in contact where Newton's method and a descent
     /// within 1e-3 of the length have failed.
     pub(crate) nearby: bool,

@@ -176,7 +176,7 @@ impl NewtonSolver {
             environment,
             earlier: (&[], &[]),
             shape: None,
-            before: None,
+            start: None,
             nearby: false,
         })?;
         if held.rod.elements() == rod.elements() {
@@ -239,8 +239,8 @@ impl NewtonSolver {
         held: &HeldRod<C, L, U>,
         spent: &mut Equilibrium,
     ) -> Result<Option<Held>, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, earlier, before, .. } = held;
-        let Some(before @ (_, _, [])) = before else { return Ok(None) };
+        let &HeldRod { rod, material, load, support, environment, earlier, start, .. } = held;
+        let Some(start) = start.filter(|start| start.reactions.is_empty()) else { return Ok(None) };
         let touches = !earlier.1.is_empty() || support.base().is_some() || support.contacts().is_empty();
         if touches || !support.holds(environment.time).is_empty() || !support.potentials().is_empty() {
             return Ok(None);
@@ -257,7 +257,7 @@ impl NewtonSolver {
             return Ok(None);
         }
         let mut search = self.held(rod, (material, load), &mut force, support, (true, 1.0))?;
-        search.since(before, None);
+        search.since(start, None);
         let held = Held { equilibrium, increments: 1, reactions: Vec::new(), rod: shape, patches: Vec::new() };
         Ok(search.stays_clear(&held.rod)?.then_some(held))
     }
@@ -270,13 +270,13 @@ impl NewtonSolver {
         if let Some(free) = self.search_free(held, &mut spent)? {
             return Ok(free);
         }
-        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before, nearby } = held;
+        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, start, nearby } = held;
         let mut force = InternalForce::of(rod, load, environment);
         check_finite(rod, &force)?;
         let (kind, bound) = ((self.stable_only, self.tolerance), self.max_iterations);
         let mut search = self.held(rod, (material, load), &mut force, support, kind)?;
-        if let Some(before) = before {
-            search.since(before, support.base());
+        if let Some(start) = start {
+            search.since(start, support.base());
         }
         search.nearby = nearby;
         let mut shape = rod.clone();

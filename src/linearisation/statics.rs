@@ -35,7 +35,7 @@ pub(crate) fn equilibrate(
         environment,
         earlier: (guess, &[]),
         shape: None,
-        before: None,
+        start: None,
         nearby: false,
     };
     let held = solver.hold(&held)?;

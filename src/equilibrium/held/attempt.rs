@@ -66,7 +66,7 @@ impl HeldSearch<'_> {
         loop {
             let linear = self.linearise(rod);
             if !std::mem::replace(&mut tested, true)
-                && let Some(attempt) = self.test_tangent(rod, course, (&linear, pivots, shift))
+                && let Some(attempt) = self.test_tangent(rod, course, &start, (&linear, pivots, shift))
             {
                 return Ok(attempt);
             }
@@ -171,6 +171,7 @@ impl HeldSearch<'_> {
         &mut self,
         rod: &mut Rod,
         course: &mut Course,
+        start: &Start,
         (linear, pivots, shift): (&Linear, Inertia, f64),
     ) -> Option<Attempt> {
         let tests = self.tests_inertia(course);
@@ -183,8 +184,7 @@ impl HeldSearch<'_> {
             && let Some(missing) = self.missing_along_straight(linear)
         {
             course.bowed = true;
-            self.bow(rod, 2.0 * (missing / self.length).sqrt());
-            self.locate(rod);
+            self.bow_safely(rod, start, 2.0 * (missing / self.length).sqrt());
             return Some(Attempt::Moved);
         }
         if tests && !self.stable {

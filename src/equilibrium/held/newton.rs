@@ -9,6 +9,7 @@ use super::candidate::Candidate;
 use super::increment::Before;
 use super::law::Status;
 use super::line::{COMPARED, displacement};
+use super::obstacles::contact_share;
 use super::placement::Misplaced;
 use super::search::HeldSearch;
 use super::settings::{SAME, SETTINGS};
@@ -167,9 +168,22 @@ impl HeldSearch<'_> {
         }
         course.placements += 1;
         course.ends = ends;
-        course.answer = Some(self.snapshot(rod));
+        let (answer, line) = (self.snapshot(rod), self.line.clone());
         let old = self.candidates.clone();
         self.arrange(rod, &patches, &old);
+        // A coarse rod changes its shape a little with its nodes, and may then be on the other side of a thin pole.
+        let passes = |at: &Candidate| {
+            let place = answer.rod.locate(at.arc_length).map(|at| line.place(&answer.rod, at).position);
+            let normal = place.map(|place| self.obstacles.gap_at(at.obstacle, &place).normal);
+            normal.is_some_and(|normal| contact_share(&normal, &at.gap.normal) < 1.0)
+        };
+        if self.candidates.iter().any(passes) {
+            self.restore(rod, &answer);
+            self.found.error = self.found.error.max(course.distance);
+            course.placements = SETTINGS.placements.0;
+            return false;
+        }
+        course.answer = Some(answer);
         true
     }
 

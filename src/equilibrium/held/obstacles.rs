@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::Candidate;
-use super::law::{Gap, Status};
+use super::law::Gap;
 use super::line::{Line, LinePlace};
 use super::reduced::Surfaces;
 use super::settings::SETTINGS;
@@ -233,11 +233,11 @@ impl Gaps<'_, '_> {
 
 /// The factor by which a motion of the base and the stations may be longer, so that no part of the rod moves by more
 /// than half of its gap to an obstacle or a part of the radius of the obstacle. `moved` is the length of the motion of
-/// a place relative to an obstacle, m. Parts beside a contact, up to the next maxima of the gap, are left out: the
-/// candidate represents them.
-pub(super) fn largest_share(
+/// a place relative to an obstacle, m. Parts beside one of the given contacts, up to the next maxima of the gap, are
+/// left out: the contact represents them.
+pub(super) fn largest_share<'c>(
     obstacles: &Obstacles,
-    candidates: &[Candidate],
+    contacts: impl Iterator<Item = &'c Candidate> + Clone,
     (rod, line): (&Rod, &Line),
     moved: impl Fn(usize, usize) -> f64,
 ) -> f64 {
@@ -251,7 +251,7 @@ pub(super) fn largest_share(
         let gaps: Vec<(f64, f64)> = places.iter().map(at).collect();
         let moved: Vec<f64> = (0..=last).map(|i| moved(obstacle, i)).collect();
         let mut known = vec![false; last];
-        for candidate in candidates.iter().filter(|at| at.obstacle == obstacle && at.status != Status::Open) {
+        for candidate in contacts.clone().filter(|at| at.obstacle == obstacle) {
             let after = places[1..].iter().position(|place| place.arc_length >= candidate.arc_length);
             let here = after.unwrap_or(last - 1);
             let ahead = (here..last).take_while(|i| *i == here || gaps[i + 1].0 >= gaps[*i].0);
@@ -273,12 +273,9 @@ pub(super) fn largest_share(
     share
 }
 
-/// The factor by which a motion of a candidate by a length (m) may be longer, so that it does not pass to the other
-/// side of its obstacle, given the gaps before and after.
-pub(super) fn candidate_share(status: Status, moved: f64, (before, after): (&Gap, &Gap)) -> f64 {
-    if status == Status::Open {
-        return (before.value.max(0.0) + SETTINGS.approach * Obstacles::radius(before)) / moved;
-    }
-    let turned = before.normal.angle(&after.normal);
+/// The factor by which a motion of a contact may be longer, so that it does not pass to the other side of its
+/// obstacle, given the normals before and after.
+pub(super) fn contact_share(before: &Vector3<f64>, after: &Vector3<f64>) -> f64 {
+    let turned = before.angle(after);
     if turned > SETTINGS.largest_turn { SETTINGS.largest_turn / turned } else { f64::INFINITY }
 }

@@ -4,14 +4,15 @@
 
 use nalgebra::Vector3;
 
+use super::candidate::Candidate;
 use super::increment::{Before, Motion};
 use super::line::{COMPARED, LinePlace, displacement};
-use super::obstacles::{Obstacles, candidate_share, largest_share};
+use super::obstacles::{Obstacles, contact_share, largest_share};
 use super::search::{HeldSearch, Snapshot, project};
 use super::settings::SETTINGS;
 use super::sites::turn_frames;
 use super::trial::Reach;
-use crate::equilibrium::{EquilibriumError, Held};
+use crate::equilibrium::{EquilibriumError, Held, IncrementStart};
 use crate::rod::Rod;
 
 impl HeldSearch<'_> {
@@ -57,7 +58,8 @@ impl HeldSearch<'_> {
         let each = self.bound;
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
-            let next = if followed { self.safe_end(rod, next) } else { next };
+            let passes = followed || turned > 0.0 && !self.obstacles.contacts.is_empty();
+            let next = if passes { self.safe_end(rod, (done, next)) } else { next };
             let before = self.snapshot(rod);
             self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
@@ -89,8 +91,14 @@ impl HeldSearch<'_> {
     /// Returns to the shape, the base and the time at the start of the increment if a part of the rod could pass an
     /// obstacle from there to the initial guess. Returns whether it could.
     fn rewind(&mut self, rod: &mut Rod) -> bool {
-        let Some(start) = self.start_before(rod) else { return false };
-        *rod = start;
+        if !self.could_pass(rod) {
+            return false;
+        }
+        self.set_share(0.0);
+        if let Some(IncrementStart { reactions, patches, .. }) = self.start {
+            self.guess_contacts(rod, (reactions, patches));
+        }
+        rod.sample_shape(&self.before.rod);
         self.turn_hinge(1.0, 0.0);
         self.locate(rod);
         true
@@ -105,31 +113,34 @@ impl HeldSearch<'_> {
         if self.add_candidates(shape, -SETTINGS.rounding * self.length) {
             return Ok(false);
         }
-        Ok(self.start_before(shape).is_none())
+        Ok(!self.could_pass(shape))
     }
 
-    /// The shape at the start of the increment, if a part of the rod could pass an obstacle from there to a shape. The
-    /// share of the motion is then zero.
-    fn start_before(&mut self, shape: &Rod) -> Option<Rod> {
-        let time = self.motion.as_ref().map(|motion| motion.time(1.0))?;
+    /// Whether a part of the rod could pass an obstacle on the way from the start of the increment to a shape.
+    fn could_pass(&mut self, shape: &Rod) -> bool {
+        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
         let mut start = shape.clone();
         start.sample_shape(&self.before.rod);
         self.set_share(0.0);
-        if self.largest_motion(&start, shape, time) >= 1.0 {
-            self.set_share(1.0);
-            return None;
-        }
-        Some(start)
+        let largest = self.largest_motion(&start, shape, time);
+        self.set_share(1.0);
+        largest < 1.0
     }
 
-    /// The largest share of the motion, at most `next`, up to which no part of the rod can pass an obstacle.
-    fn safe_end(&self, rod: &Rod, mut next: f64) -> f64 {
-        let Some(motion) = &self.motion else { return next };
-        let done = motion.share;
+    /// The largest share of the load path, at most `next`, up to which no part of the rod can pass an obstacle. The
+    /// present share is `done`.
+    fn safe_end(&mut self, rod: &Rod, (done, mut next): (f64, f64)) -> f64 {
+        let present = self.motion.as_ref().map(|motion| motion.share);
         while next - done > SETTINGS.smallest_increment {
             let mut moved = rod.clone();
-            motion.carry(&mut moved, done, next);
-            let factor = self.largest_motion(rod, &moved, motion.time(next));
+            self.carry(&mut moved, next);
+            self.turn_held(&mut moved, (next - done) / (1.0 - done));
+            let time = self.obstacles.time;
+            if let Some(present) = present {
+                self.turn_hinge(next, present);
+                self.set_share(present);
+            }
+            let factor = self.largest_motion(rod, &moved, time);
             if factor >= 1.0 {
                 break;
             }
@@ -145,17 +156,24 @@ impl HeldSearch<'_> {
         let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
             (to - from).norm() + self.obstacles.motion(obstacle, from, time)
         };
-        let mut share = largest_share(&self.obstacles, &self.candidates, (from, &a), |obstacle, i| {
+        let contacts: Vec<Candidate> = self
+            .candidates
+            .iter()
+            .map(|at| {
+                let gap = self.obstacles.gap_at(at.obstacle, &a.place(from, (at.element, at.x)).position);
+                let tangent = from.frame_within(at.element, at.x) * Vector3::z();
+                Candidate { gap, tangent, ..at.clone() }
+            })
+            .filter(|at| self.is_contact(at))
+            .collect();
+        let mut share = largest_share(&self.obstacles, contacts.iter(), (from, &a), |obstacle, i| {
             moved(obstacle, &a.places[i].position, &b.places[i].position)
         });
-        for at in &self.candidates {
-            let [from, to] = [(from, &a), (to, &b)].map(|(rod, line)| line.place(rod, (at.element, at.x)).position);
-            let before = self.obstacles.gap_at(at.obstacle, &from);
-            let after = self.obstacles.gap_then(at.obstacle, &to, time);
-            let moved = moved(at.obstacle, &from, &to);
-            share = share.min(candidate_share(at.status, moved, (&before, &after)));
+        for at in &contacts {
+            let after = self.obstacles.gap_then(at.obstacle, &b.place(to, (at.element, at.x)).position, time);
+            share = share.min(contact_share(&at.gap.normal, &after.normal));
             // The next search removes a penetration by a part of the radius.
-            let deepest = SETTINGS.approach * Obstacles::radius(&before);
+            let deepest = SETTINGS.approach * Obstacles::radius(&at.gap);
             if after.value < -deepest {
                 share = share.min(deepest / -after.value);
             }
@@ -229,7 +247,7 @@ impl HeldSearch<'_> {
     }
 
     /// Rotates the held frames by a share of the rotations that they lack.
-    fn turn_held(&mut self, rod: &mut Rod, share: f64) {
+    fn turn_held(&self, rod: &mut Rod, share: f64) {
         for i in 0..self.frames.len() {
             let turn = self.frames[i].missing(rod) * share;
             if turn.norm() > 0.0 {

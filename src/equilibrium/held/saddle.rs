@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use super::candidate::deepest;
 use super::inertia::Bordered;
 use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
@@ -64,8 +63,20 @@ impl HeldSearch<'_> {
         each.into_iter().any(rigid)
     }
 
+    /// Bends a straight rod at the start of a step by up to `angle` (rad), so far that no part of it passes an obstacle.
+    pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, angle: f64) {
+        self.bow(rod, angle);
+        self.locate(rod);
+        let share = self.safe_share(rod, start);
+        if share < 1.0 {
+            start.shape.restore(rod);
+            self.bow(rod, angle * share);
+            self.locate(rod);
+        }
+    }
+
     /// Bends a straight rod by up to `angle` (rad) towards its load, or towards d1 without one.
-    pub(super) fn bow(&mut self, rod: &mut Rod, angle: f64) {
+    fn bow(&mut self, rod: &mut Rod, angle: f64) {
         let chord = (rod.tip() - rod.base_position()) / self.length;
         let tangent = chord.try_normalize(1e-6).unwrap_or_else(|| rod.frames()[0] * Vector3::z());
         let load = self.body.force().load_at_base();
@@ -128,17 +139,38 @@ impl HeldSearch<'_> {
         if !fraction.is_finite() {
             return;
         }
-        // On one side of the saddle an obstacle may be in the way, which leads back to it.
-        let [ahead, behind] = [fraction, -fraction].map(|fraction| {
-            self.leave_by(rod, start, fraction);
-            deepest(&self.candidates)
-        });
-        let fraction = if behind < ahead { -fraction } else { fraction };
+        let fraction = self.descending(rod, start, fraction);
         self.leave_by(rod, start, fraction);
         let share = self.safe_share(rod, start);
         if share < 1.0 {
             self.leave_by(rod, start, fraction * share);
         }
+    }
+
+    /// The largest fraction of the step of the system, of either sign, with which the energy and the penetrations
+    /// decrease, among the given one and those four times shorter each. If there is none, the sign of the given one is
+    /// that with smaller penetrations.
+    fn descending(&mut self, rod: &mut Rod, start: &Start, longest: f64) -> f64 {
+        let mut value = |search: &mut Self, fraction: f64| {
+            search.leave_by(rod, start, fraction);
+            let energy = search.body.evaluate(rod);
+            search.found.evaluations += 1;
+            search.potential(rod, energy) + search.weight * search.violation()
+        };
+        let before = value(self, 0.0);
+        let (mut fraction, mut first) = (longest, longest);
+        for number in 0..=SETTINGS.halvings {
+            let [ahead, behind] = [fraction, -fraction].map(|fraction| value(self, fraction));
+            let signed = if behind < ahead - self.rounding_of(ahead) { -fraction } else { fraction };
+            if number == 0 {
+                first = signed;
+            }
+            if ahead.min(behind) < before - self.rounding_of(before) {
+                return signed;
+            }
+            fraction *= 0.25;
+        }
+        first
     }
 
     /// Moves the rod from the start of a step by a fraction of the step of the system.

@@ -13,7 +13,7 @@ use super::obstacles::Obstacles;
 use super::settings::SAME;
 use super::sites::{HeldFrame, HeldSite, sort};
 use crate::equilibrium::joints::Joints;
-use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
+use crate::equilibrium::{Equilibrium, EquilibriumError, IncrementStart, Inertia};
 use crate::load::PointReaction;
 use crate::rod::Rod;
 use crate::so3;
@@ -33,6 +33,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) laws: ElasticLaws<'a>,
     pub(super) obstacles: Obstacles<'a>,
     pub(super) candidates: Vec<Candidate>,
+    /// The start of the increment in time; `None` for a rod without past.
+    pub(super) start: Option<&'a IncrementStart>,
     /// The rod at the start of the increment.
     pub(super) before: Before,
     /// The motion of the base and the obstacles in the increment; `None` without obstacles and for a rod without past.
@@ -91,6 +93,7 @@ impl<'a> HeldSearch<'a> {
         body.system_mut().joints = joints;
         Ok(Self {
             before: Before::new(rod, time, obstacles.yielded.clone()),
+            start: None,
             motion: None,
             body,
             parent: rod,
@@ -115,12 +118,13 @@ impl<'a> HeldSearch<'a> {
         })
     }
 
-    /// Sets the rod and its reactions at the end of the previous increment, the time since then (s), and the joint of
-    /// the base.
-    pub fn since(&mut self, (rod, time, reactions): (&Rod, f64, &[Reaction]), joint: Option<Joint>) {
-        self.before = Before::new(rod, self.obstacles.time - time, self.obstacles.displacements_by(reactions));
+    /// Sets the start of the increment, and the joint of the base.
+    pub fn since(&mut self, start: &'a IncrementStart, joint: Option<Joint>) {
+        self.start = Some(start);
+        let (rod, end) = (&start.rod, self.obstacles.time);
+        self.before = Before::new(rod, start.time, self.obstacles.displacements_by(&start.reactions));
         if !self.obstacles.contacts.is_empty() {
-            self.motion = Some(Motion::new(rod, self.parent, (self.obstacles.time, time), joint));
+            self.motion = Some(Motion::new(rod, self.parent, (end, end - start.time), joint));
         }
     }
 
@@ -135,6 +139,19 @@ impl<'a> HeldSearch<'a> {
     /// Takes the forces and contacts of an earlier equilibrium as initial guess.
     pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
         self.guess_forces(reactions);
+        // A rod without the nodes of contacts does not resolve their forces. Only its motion is of use.
+        if self.guess_contacts(rod, (reactions, patches))
+            && let Some(shape) = shape
+        {
+            let mut last = self.parent.clone();
+            last.sample_shape(shape);
+            rod.sample_motion(shape, [&last, self.parent]);
+        }
+    }
+
+    /// Gives the rod nodes at contacts of an earlier equilibrium, whose forces are the initial guess. Returns whether
+    /// there are any.
+    pub(super) fn guess_contacts(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch])) -> bool {
         // A contact at the apex stays there as the rod elongates.
         let apex = self.before.rod.length().min(self.length) * (1.0 - SAME);
         let place = |s: f64| if s >= apex { self.length } else { s };
@@ -144,7 +161,7 @@ impl<'a> HeldSearch<'a> {
         };
         let inside: Vec<Patch> = patches.iter().filter_map(inside).collect();
         if inside.is_empty() {
-            return;
+            return false;
         }
         self.locate(rod);
         let old = old_candidates(reactions, &self.obstacles);
@@ -154,12 +171,7 @@ impl<'a> HeldSearch<'a> {
         let forces: Vec<Vector3<f64>> = along.iter().map(|reaction| reaction.force).collect();
         self.layer = self.bending_length(rod, &forces);
         self.arrange(rod, &inside, &old);
-        // A rod without the nodes of contacts does not resolve their forces. Only its motion is of use.
-        if let Some(shape) = shape {
-            let mut last = self.parent.clone();
-            last.sample_shape(shape);
-            rod.sample_motion(shape, [&last, self.parent]);
-        }
+        true
     }
 
     pub(super) fn snapshot(&self, rod: &Rod) -> Snapshot {

@@ -6,7 +6,7 @@ use super::candidate::Candidate;
 use super::law::Status;
 use super::line::moved;
 use super::linear::Linear;
-use super::obstacles::{candidate_share, largest_share};
+use super::obstacles::{Obstacles, contact_share, largest_share};
 use super::reduced::{LinearContact, Reduced};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
@@ -215,14 +215,26 @@ impl HeldSearch<'_> {
         }
         let before = &start.line;
         let moved = |_, i: usize| (self.line.places[i].position - before.places[i].position).norm();
-        let mut share = largest_share(&self.obstacles, &start.candidates, (rod, before), moved);
-        for at in &self.candidates {
-            // The place before the step, at the present coordinate along the rod.
-            let place = before.place(rod, (at.element, at.x)).position;
-            let gap = self.obstacles.gap_at(at.obstacle, &place);
-            share = share.min(candidate_share(at.status, (at.position - place).norm(), (&gap, &at.gap)));
+        let contacts = start.candidates.iter().zip(&self.candidates).filter(|(from, _)| self.is_contact(from));
+        let mut share = largest_share(&self.obstacles, contacts.clone().map(|(from, _)| from), (rod, before), moved);
+        for (from, to) in contacts {
+            // A contact that remains slides along the rod. One that opens does not.
+            let at = if to.status == Status::Open { from } else { to };
+            let [old, new] = [before, &self.line].map(|line| line.place(rod, (at.element, at.x)).position);
+            let [old, new] = [old, new].map(|place| self.obstacles.gap_at(at.obstacle, &place).normal);
+            share = share.min(contact_share(&old, &new));
         }
         share
+    }
+
+    /// Whether a candidate, at its last evaluation, is in contact where the gap is least. It then represents the rod
+    /// beside it. The place of a contact in an initial guess may be far from the obstacle.
+    pub(super) fn is_contact(&self, at: &Candidate) -> bool {
+        let slope = at.approach().0;
+        let least = slope.abs() <= SETTINGS.largest_turn || self.end(at).is_some_and(|outward| slope * outward <= 0.0);
+        let reach = SETTINGS.approach * Obstacles::radius(&at.gap) + SETTINGS.permitted * self.length;
+        let touches = at.status != Status::Open || at.gap.value < 0.0;
+        touches && least && at.gap.value <= reach
     }
 
     /// Corrects a step of any share, without a line search, for the difference between the linear rod and the rod. The

@@ -26,15 +26,14 @@ use super::undo::undo_on_error;
 use super::{
     ConstantHistory, FIRST_STEP, HistoryFunction, IntegrationError, MAX_HALVINGS, ORDER, ROUNDING, Statistics,
 };
-use crate::equilibrium::{Equilibrium, EquilibriumSolver};
+use crate::equilibrium::{Equilibrium, EquilibriumSolver, IncrementStart};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
-use crate::rod::{Rod, Unshaped};
+use crate::rod::Unshaped;
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State};
-use crate::support::Reaction;
 use crate::tropism::{Declaration, Growing};
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
@@ -68,8 +67,8 @@ pub(super) struct Stepper {
     /// Changes of their intrinsic strains in the step, 1/m.
     changes: Vec<Vector3<f64>>,
     spare: Spare,
-    /// Shape, time and reactions at the start of an increment; `None` without obstacles.
-    before: Option<(Rod, f64, Vec<Reaction>)>,
+    /// The start of an increment; `None` without obstacles.
+    increment_start: Option<IncrementStart>,
     /// Whether the search for an equilibrium fails where a branch of equilibria ends, instead of a descent.
     nearby: bool,
     statistics: Statistics,

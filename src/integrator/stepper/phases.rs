@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::collocation::Levels;
 use super::transient::smooth_levels;
 use super::{IntegrationError, Outcome, PointStep, ROUNDING, StepInterval, Stepper};
-use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, check_balance};
+use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, IncrementStart, check_balance};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
@@ -175,10 +175,8 @@ impl Stepper {
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
         let (reactions, patches) = contact.predicted(rod.reactions(), environment.time);
         let earlier = (&reactions[..], &patches[..]);
-        let before = self.before.as_ref();
-        let before = before.map(|(rod, time, reactions)| (rod, environment.time - time, &reactions[..]));
-        let (shape, nearby) = (contact.shape.as_ref(), self.nearby);
-        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, before, nearby });
+        let (shape, start, nearby) = (contact.shape.as_ref(), self.increment_start.as_ref(), self.nearby);
+        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, start, nearby });
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
         self.force.update(&held.rod, load, environment);
         self.force.react(&held.rod, &held.reactions);
@@ -197,7 +195,12 @@ impl Stepper {
     /// counts displacements.
     pub(in crate::integrator) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
         let touches = !shoot.model.support().contacts().is_empty();
-        self.before = touches.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.reactions().to_vec()));
+        self.increment_start = touches.then(|| IncrementStart {
+            rod: shoot.state.shape().clone(),
+            time: shoot.state.time,
+            reactions: shoot.reactions().to_vec(),
+            patches: shoot.state.contact.patches.clone(),
+        });
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.
