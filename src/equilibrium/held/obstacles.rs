@@ -273,6 +273,12 @@ pub(super) fn largest_share<'c>(
     share
 }
 
+/// The factor by which a motion of an open candidate by a length (m) may be longer, so that it does not pass its
+/// obstacle, given the gap before.
+pub(super) fn opening_share(before: &Gap, moved: f64) -> f64 {
+    (before.value.max(0.0) + SETTINGS.approach * Obstacles::radius(before)) / moved
+}
+
 /// The factor by which a motion of a contact may be longer, so that it does not pass to the other side of its
 /// obstacle, given the normals before and after.
 pub(super) fn contact_share(before: &Vector3<f64>, after: &Vector3<f64>) -> f64 {

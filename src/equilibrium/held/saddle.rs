@@ -63,7 +63,7 @@ impl HeldSearch<'_> {
         each.into_iter().any(rigid)
     }
 
-    /// Bends a straight rod at the start of a step by up to `angle` (rad), so far that no part of it passes an obstacle.
+    /// Bends a straight rod at the start of a step by up to `angle` (rad), so that no part of it passes an obstacle.
     pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, angle: f64) {
         self.bow(rod, angle);
         self.locate(rod);

@@ -6,7 +6,7 @@ use super::candidate::Candidate;
 use super::law::Status;
 use super::line::moved;
 use super::linear::Linear;
-use super::obstacles::{Obstacles, contact_share, largest_share};
+use super::obstacles::{Obstacles, contact_share, largest_share, opening_share};
 use super::reduced::{LinearContact, Reduced};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
@@ -215,14 +215,16 @@ impl HeldSearch<'_> {
         }
         let before = &start.line;
         let moved = |_, i: usize| (self.line.places[i].position - before.places[i].position).norm();
-        let contacts = start.candidates.iter().zip(&self.candidates).filter(|(from, _)| self.is_contact(from));
-        let mut share = largest_share(&self.obstacles, contacts.clone().map(|(from, _)| from), (rod, before), moved);
-        for (from, to) in contacts {
-            // A contact that remains slides along the rod. One that opens does not.
-            let at = if to.status == Status::Open { from } else { to };
-            let [old, new] = [before, &self.line].map(|line| line.place(rod, (at.element, at.x)).position);
-            let [old, new] = [old, new].map(|place| self.obstacles.gap_at(at.obstacle, &place).normal);
-            share = share.min(contact_share(&old, &new));
+        let contacts = start.candidates.iter().filter(|at| self.is_contact(at));
+        let mut share = largest_share(&self.obstacles, contacts, (rod, before), moved);
+        for (from, to) in start.candidates.iter().zip(&self.candidates) {
+            // A contact that remains slides along the rod, and one that opens is left behind.
+            let opens = to.status == Status::Open;
+            let at = if opens { from } else { to };
+            let places = [before, &self.line].map(|line| line.place(rod, (at.element, at.x)).position);
+            let [old, new] = places.map(|place| self.obstacles.gap_at(at.obstacle, &place));
+            let moved = (places[1] - places[0]).norm();
+            share = share.min(if opens { opening_share(&old, moved) } else { contact_share(&old.normal, &new.normal) });
         }
         share
     }
@@ -233,8 +235,7 @@ impl HeldSearch<'_> {
         let slope = at.approach().0;
         let least = slope.abs() <= SETTINGS.largest_turn || self.end(at).is_some_and(|outward| slope * outward <= 0.0);
         let reach = SETTINGS.approach * Obstacles::radius(&at.gap) + SETTINGS.permitted * self.length;
-        let touches = at.status != Status::Open || at.gap.value < 0.0;
-        touches && least && at.gap.value <= reach
+        at.status != Status::Open && least && at.gap.value <= reach
     }
 
     /// Corrects a step of any share, without a line search, for the difference between the linear rod and the rod. The
