@@ -5,9 +5,9 @@ use morphorod::constitutive::{LinearElastic, Timoshenko};
 use morphorod::equilibrium::{EquilibriumError, Held, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
-use morphorod::support::{Contact, Cylinder, Distance, Obstacle};
+use morphorod::support::{Contact, Cylinder, Distance, Hold, Obstacle};
 use morphorod::{Order, Scene, Still};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::cell::Cell;
 
 const LENGTH: f64 = 0.05;
@@ -64,6 +64,30 @@ fn rod_never_passes_through_a_thin_pole() {
     let solver = NewtonSolver { max_iterations: 100, ..NewtonSolver::default() };
     let thinnest = bent(solver, 2e-5 * LENGTH, 8);
     assert!(thinnest.is_err_and(|error| matches!(error, EquilibriumError::NoConvergence { .. })));
+}
+
+#[test]
+fn held_frame_that_rotates_does_not_carry_the_rod_through_a_pole() {
+    // Without the pole the rod is an arc, whose tip has x = (1 − cos 1.2)/1.2 = 0.53 of the length.
+    let tip = |radius: f64, elements: usize| {
+        let still = Still::weightless();
+        let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+        let mut rod = Rod::uniform(LENGTH, RADIUS, still.base, elements, Order::Eight).unwrap();
+        let frame = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 1.2);
+        let contact = Contact { obstacle: pole(radius * LENGTH), radius: 0.0, friction: 0.0 };
+        let support = (Hold::apex().held(frame), contact);
+        let mut solver = NewtonSolver::default();
+        let held = solver.solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0)).unwrap();
+        let pushed = held.reactions.iter().filter(|at| at.obstacle.is_some() && at.normal > 0.0).count();
+        assert_eq!(pushed, 1, "{radius} {elements}");
+        held.rod.tip() / LENGTH
+    };
+    for radius in [2e-2, 2e-3] {
+        // The tip moves by 1.33 times the radius, in the limit of a thin pole from x = 0.3628 of the length.
+        let coarse = tip(radius, 4);
+        assert!(((0.3628 - coarse.x) / radius - 1.33).abs() < 0.05, "{coarse}");
+        assert!((coarse - tip(radius, 16)).norm() < 1e-6, "{coarse}");
+    }
 }
 
 /// An obstacle that counts the evaluations of its distance.

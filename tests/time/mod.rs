@@ -32,6 +32,7 @@ mod shoots_that_stretch;
 mod short_events;
 mod stops;
 mod supports;
+mod thin_poles;
 mod tolerance;
 mod tolerance_events;
 mod tolerance_inside;

@@ -226,8 +226,10 @@ impl HeldSearch<'_> {
             return towards && !(open && at.gap.value > least.gap + SETTINGS.rounding * self.length);
         }
         let beside = at.arc_length >= from.arc_length - close && at.arc_length <= to.arc_length + close;
-        // A parabola that begins with the slope m is deepest at the distance d by m d/2.
-        let shallow = -least.gap <= 0.5 * SETTINGS.steep * by.abs().max(close);
+        // A parabola that begins with the slope m is deepest at the distance d by m d/2. At a larger part of the radius
+        // the rod could pass to the other side.
+        let depth = (0.5 * SETTINGS.steep * by.abs().max(close)).min(SETTINGS.approach * least.radius);
+        let shallow = -least.gap <= depth;
         beside && shallow && !at.point && Self::follows(at) && at.status != Status::Open
     }
 }

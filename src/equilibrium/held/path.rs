@@ -1,6 +1,7 @@
 //! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of
 //! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape at
-//! the start of the step.
+//! the start of the step. Increments are so short that neither the base nor a held frame moves the rod past an
+//! obstacle.
 
 use nalgebra::Vector3;
 
@@ -156,16 +157,12 @@ impl HeldSearch<'_> {
         let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
             (to - from).norm() + self.obstacles.motion(obstacle, from, time)
         };
-        let contacts: Vec<Candidate> = self
-            .candidates
-            .iter()
-            .map(|at| {
-                let gap = self.obstacles.gap_at(at.obstacle, &a.place(from, (at.element, at.x)).position);
-                let tangent = from.frame_within(at.element, at.x) * Vector3::z();
-                Candidate { gap, tangent, ..at.clone() }
-            })
-            .filter(|at| self.is_contact(at))
-            .collect();
+        let before = |at: &Candidate| {
+            let gap = self.obstacles.gap_at(at.obstacle, &a.place(from, (at.element, at.x)).position);
+            let tangent = from.frame_within(at.element, at.x) * Vector3::z();
+            Candidate { gap, tangent, ..at.clone() }
+        };
+        let contacts: Vec<Candidate> = self.candidates.iter().map(before).filter(|at| self.is_contact(at)).collect();
         let mut share = largest_share(&self.obstacles, contacts.iter(), (from, &a), |obstacle, i| {
             moved(obstacle, &a.places[i].position, &b.places[i].position)
         });

@@ -147,9 +147,9 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// The largest fraction of the step of the system, of either sign, with which the energy and the penetrations
-    /// decrease, among the given one and those four times shorter each. If there is none, the sign of the given one is
-    /// that with smaller penetrations.
+    /// The largest fraction of the step of the system with which energy and violated distances decrease together. Each
+    /// fraction that is tried, with both signs, is a quarter of the one before. If none is found, the first one returns
+    /// with the better sign: on one side of the saddle an obstacle may be in the way, which leads back to it.
     fn descending(&mut self, rod: &mut Rod, start: &Start, longest: f64) -> f64 {
         let mut value = |search: &mut Self, fraction: f64| {
             search.leave_by(rod, start, fraction);
