@@ -229,8 +229,8 @@ impl HeldSearch<'_> {
         share
     }
 
-    /// Whether a candidate was in contact at its last evaluation, and at a place of least gap. It then represents the rod
-    /// beside it. A contact of an initial guess may be far from its obstacle.
+    /// Whether a candidate was in contact at its last evaluation, and at a place of least gap. It then represents the
+    /// rod beside it. A contact of an initial guess may be far from its obstacle.
     pub(super) fn is_contact(&self, at: &Candidate) -> bool {
         let slope = at.approach().0;
         let least = slope.abs() <= SETTINGS.largest_turn || self.end(at).is_some_and(|outward| slope * outward <= 0.0);
