@@ -153,7 +153,7 @@ impl NewtonSolver {
     ///
     /// Holds move from the present places of the rod to the requested ones in increments of at most 0.05 times the
     /// length and 0.3 rad, each of which ends in equilibrium. This is the load path. Beside obstacles the increments
-    /// are so short that held frames do not move the rod past one. A start inside an obstacle is
+    /// become shorter, so that held frames do not move the rod past one. A start inside an obstacle is
     /// pushed out along the normal. `rod` keeps its nodes. [`Held::rod`] has additional nodes where contacts begin and
     /// end, and represents the shape between nodes more accurately. Both have the [`reactions`](Rod::reactions), which
     /// a [`Profile`](crate::profile::Profile) of them includes.

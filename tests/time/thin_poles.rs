@@ -22,7 +22,7 @@ fn turns(shoot: &Shoot<DynLaws>, pole: &Cylinder) -> [f64; 3] {
     let axis = pole.along.normalize();
     let first = axis.cross(&Vector3::z()).normalize();
     let second = axis.cross(&first);
-    // Near the pole, neighbouring places are a half of its radius apart.
+    // Neighbouring places are less than a radius of the pole apart.
     let line = shoot.rod().centre_line_at(8001);
     let directions = line.iter().map(|place| place - pole.through).map(|way| way.dot(&second).atan2(way.dot(&first)));
     let directions: Vec<f64> = directions.collect();
@@ -35,8 +35,8 @@ fn contacts(poles: &[Cylinder], (radius, friction): (f64, f64)) -> Vec<Contact<C
     poles.iter().map(|pole| Contact { obstacle: *pole, radius, friction }).collect()
 }
 
-/// Fails if a part of a shoot passes one of the poles in steps of a length (s) until a time (s). The tip moves around a
-/// pole by much less than half a turn in each step.
+/// Fails if a part of a shoot passes one of the poles in steps of a length (s) until a time (s). In each step
+/// the tip moves around a pole by less than 2 rad.
 fn assert_on_its_side(mut shoot: Shoot<DynLaws>, poles: &[Cylinder], (step, end): (f64, f64)) {
     let (mut run, mut touching) = (MethodOfSteps::new(step), 0);
     let mut before: Vec<[f64; 3]> = poles.iter().map(|pole| turns(&shoot, pole)).collect();
@@ -59,7 +59,7 @@ fn tissue(youngs_modulus: f64) -> LinearElastic {
     LinearElastic { youngs_modulus, poissons_ratio: 0.5 }
 }
 
-/// The contact slides along the shoot in a step by many radii of the pole, which are 2e-4 of the length.
+/// The radius of the pole is 2e-4 of the length. In a step the contact slides along the shoot by many radii.
 #[test]
 fn nutating_shoot_does_not_pass_a_thin_pole_on_which_it_rubs() {
     let pole = Cylinder {

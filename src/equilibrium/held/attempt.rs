@@ -87,7 +87,7 @@ impl HeldSearch<'_> {
             }
             if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
                 self.count_saddle(course, merit.energy, turn)?;
-                self.leave_saddle(rod, &start, &trial.linear, course.saddles - 1);
+                self.leave_saddle(rod, &start, (&trial.linear, &merit), course.saddles - 1);
                 return Ok(Attempt::Moved);
             }
             match self.fit(rod, &mut start, &mut trial, (shift, &mut searched)) {

@@ -226,8 +226,8 @@ impl HeldSearch<'_> {
             return towards && !(open && at.gap.value > least.gap + SETTINGS.rounding * self.length);
         }
         let beside = at.arc_length >= from.arc_length - close && at.arc_length <= to.arc_length + close;
-        // A parabola that begins with the slope m is deepest at the distance d by m d/2. At a larger part of the radius
-        // the rod could pass to the other side.
+        // A parabola that begins with the slope m is deepest at the distance d by m d/2. A penetration by a larger part
+        // of the radius has its own candidate, since the rod could pass to the other side.
         let depth = (0.5 * SETTINGS.steep * by.abs().max(close)).min(SETTINGS.approach * least.radius);
         let shallow = -least.gap <= depth;
         beside && shallow && !at.point && Self::follows(at) && at.status != Status::Open

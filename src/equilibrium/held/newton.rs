@@ -166,8 +166,6 @@ impl HeldSearch<'_> {
             self.found.error = self.found.error.max(course.distance);
             return false;
         }
-        course.placements += 1;
-        course.ends = ends;
         let (answer, line) = (self.snapshot(rod), self.line.clone());
         let old = self.candidates.clone();
         self.arrange(rod, &patches, &old);
@@ -179,11 +177,13 @@ impl HeldSearch<'_> {
         };
         if self.candidates.iter().any(passes) {
             self.restore(rod, &answer);
+            self.apply(rod);
             self.found.error = self.found.error.max(course.distance);
             course.placements = SETTINGS.placements.0;
             return false;
         }
-        course.answer = Some(answer);
+        course.placements += 1;
+        (course.ends, course.answer) = (ends, Some(answer));
         true
     }
 

@@ -232,8 +232,8 @@ impl Gaps<'_, '_> {
 }
 
 /// The factor by which a motion of the base and the stations may be longer, so that no part of the rod moves by more
-/// than half of its gap to an obstacle or a part of the radius of the obstacle. `moved` is the length of the motion of
-/// a place relative to an obstacle, m. Parts beside one of the given contacts, up to the next maxima of the gap, are
+/// than a part of the sum of its gap to an obstacle and the radius of the obstacle. `moved` is the length of the motion
+/// of a place relative to an obstacle, m. Parts beside one of the given contacts, up to the next maxima of the gap, are
 /// left out: the contact represents them.
 pub(super) fn largest_share<'c>(
     obstacles: &Obstacles,

@@ -1,7 +1,7 @@
 //! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of
 //! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape at
-//! the start of the step. Increments are so short that neither the base nor a held frame moves the rod past an
-//! obstacle.
+//! the start of the step. Increments become shorter, down to a smallest one, until neither the base nor a held frame
+//! moves the rod past an obstacle.
 
 use nalgebra::Vector3;
 
@@ -37,7 +37,7 @@ impl HeldSearch<'_> {
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
-    /// equilibrium. One share moves holds, base and the time of the obstacles.
+    /// equilibrium. One share moves holds and, if contacts are followed, base and the time of the obstacles.
     fn move_holds(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
@@ -59,10 +59,12 @@ impl HeldSearch<'_> {
         let each = self.bound;
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
-            let passes = followed || turned > 0.0 && !self.obstacles.contacts.is_empty();
-            let next = if passes { self.safe_end(rod, (done, next)) } else { next };
+            let checked = followed || turned > 0.0 && !self.obstacles.contacts.is_empty();
+            let next = if checked { self.safe_end(rod, (done, next), followed) } else { next };
             let before = self.snapshot(rod);
-            self.carry(rod, next);
+            if followed {
+                self.carry(rod, next);
+            }
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
             }
@@ -92,12 +94,12 @@ impl HeldSearch<'_> {
     /// Returns to the shape, the base and the time at the start of the increment if a part of the rod could pass an
     /// obstacle from there to the initial guess. Returns whether it could.
     fn rewind(&mut self, rod: &mut Rod) -> bool {
-        if !self.could_pass(rod) {
+        let Some(IncrementStart { reactions, patches, .. }) = self.start.filter(|_| self.could_pass(rod)) else {
             return false;
-        }
+        };
         self.set_share(0.0);
-        if let Some(IncrementStart { reactions, patches, .. }) = self.start {
-            self.guess_contacts(rod, (reactions, patches));
+        if !self.guess_contacts(rod, (reactions, patches)) {
+            self.candidates.clear();
         }
         rod.sample_shape(&self.before.rod);
         self.turn_hinge(1.0, 0.0);
@@ -128,18 +130,19 @@ impl HeldSearch<'_> {
         largest < 1.0
     }
 
-    /// The largest share of the load path, at most `next`, up to which no part of the rod can pass an obstacle. The
-    /// present share is `done`.
-    fn safe_end(&mut self, rod: &Rod, (done, mut next): (f64, f64)) -> f64 {
-        let present = self.motion.as_ref().map(|motion| motion.share);
+    /// A share of the load path, at most `next`, up to which no part of the rod can pass an obstacle. The present share
+    /// is `done`. Base and obstacles move if contacts are `followed`.
+    fn safe_end(&mut self, rod: &Rod, (done, mut next): (f64, f64), followed: bool) -> f64 {
         while next - done > SETTINGS.smallest_increment {
             let mut moved = rod.clone();
-            self.carry(&mut moved, next);
+            if followed {
+                self.carry(&mut moved, next);
+            }
             self.turn_held(&mut moved, (next - done) / (1.0 - done));
             let time = self.obstacles.time;
-            if let Some(present) = present {
-                self.turn_hinge(next, present);
-                self.set_share(present);
+            if followed {
+                self.turn_hinge(next, done);
+                self.set_share(done);
             }
             let factor = self.largest_motion(rod, &moved, time);
             if factor >= 1.0 {

@@ -6,13 +6,16 @@ use super::inertia::Bordered;
 use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
 use super::settings::SETTINGS;
-use super::trial::Start;
+use super::trial::{Merit, Start};
 use crate::equilibrium::elimination::Row;
 use crate::rod::Rod;
 use crate::so3;
 
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
 const STRAIGHT: f64 = 1e-6;
+/// Smallest rotation by which the rod leaves a saddle, relative to the largest one. Where a tip is about to slip off a
+/// pole, the energy decreases only within about a hundredth of it.
+const LEAST_LEAVING: f64 = 1e-3;
 
 impl HeldSearch<'_> {
     /// The distance (m) by which a hold or a contact is violated along a rod that is too straight to move there: a
@@ -109,7 +112,13 @@ impl HeldSearch<'_> {
 
     /// Moves the rod from the start of a step along the softest direction that the supports permit, so far that no part
     /// of it passes an obstacle.
-    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, number: usize) {
+    pub(super) fn leave_saddle(
+        &mut self,
+        rod: &mut Rod,
+        start: &Start,
+        (linear, merit): (&Linear, &Merit),
+        number: usize,
+    ) {
         // Inverse iteration with the shifted tangent and the conditions of supports, from rotations about an axis.
         let Bordered { rows, matrix, scale, .. } = self.bordered(linear);
         let conditions = Conditions::new(&matrix, scale);
@@ -139,7 +148,7 @@ impl HeldSearch<'_> {
         if !fraction.is_finite() {
             return;
         }
-        let fraction = self.descending(rod, start, fraction);
+        let fraction = self.descending(rod, start, (merit, fraction));
         self.leave_by(rod, start, fraction);
         let share = self.safe_share(rod, start);
         if share < 1.0 {
@@ -147,30 +156,30 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// The largest fraction of the step of the system with which energy and violated distances decrease together. Each
-    /// fraction that is tried, with both signs, is a quarter of the one before. If none is found, the first one returns
-    /// with the better sign: on one side of the saddle an obstacle may be in the way, which leads back to it.
-    fn descending(&mut self, rod: &mut Rod, start: &Start, longest: f64) -> f64 {
+    /// The first fraction of the step of the system with which the sum of energy and weighted violations decreases. The
+    /// fractions, with both signs each, decrease from the longest one by factors of four. If there is none, the longest
+    /// one is returned with the better sign: on one side of the saddle an obstacle may be in the way.
+    fn descending(&mut self, rod: &mut Rod, start: &Start, (merit, longest): (&Merit, f64)) -> f64 {
+        let weight = self.weight.max(self.force_scale());
         let mut value = |search: &mut Self, fraction: f64| {
             search.leave_by(rod, start, fraction);
             let energy = search.body.evaluate(rod);
             search.found.evaluations += 1;
-            search.potential(rod, energy) + search.weight * search.violation()
+            let value = search.potential(rod, energy) + weight * search.violation();
+            if value.is_nan() { f64::INFINITY } else { value }
         };
-        let before = value(self, 0.0);
-        let (mut fraction, mut first) = (longest, longest);
-        for number in 0..=SETTINGS.halvings {
+        let slack = self.rounding_of(merit.energy);
+        let (before, mut fraction, mut first) = (merit.energy + weight * merit.violation, longest, None);
+        while fraction.abs() > LEAST_LEAVING * longest.abs() {
             let [ahead, behind] = [fraction, -fraction].map(|fraction| value(self, fraction));
-            let signed = if behind < ahead - self.rounding_of(ahead) { -fraction } else { fraction };
-            if number == 0 {
-                first = signed;
-            }
-            if ahead.min(behind) < before - self.rounding_of(before) {
+            let signed = if behind < ahead - slack { -fraction } else { fraction };
+            if ahead.min(behind) < before - slack {
                 return signed;
             }
+            first.get_or_insert(signed);
             fraction *= 0.25;
         }
-        first
+        first.unwrap_or(longest)
     }
 
     /// Moves the rod from the start of a step by a fraction of the step of the system.

@@ -218,7 +218,7 @@ impl HeldSearch<'_> {
         let contacts = start.candidates.iter().filter(|at| self.is_contact(at));
         let mut share = largest_share(&self.obstacles, contacts, (rod, before), moved);
         for (from, to) in start.candidates.iter().zip(&self.candidates) {
-            // A contact that remains slides along the rod, and one that opens is left behind.
+            // Contacts are compared at their new places along the rod, and open candidates at their old ones.
             let opens = to.status == Status::Open;
             let at = if opens { from } else { to };
             let places = [before, &self.line].map(|line| line.place(rod, (at.element, at.x)).position);
@@ -229,8 +229,8 @@ impl HeldSearch<'_> {
         share
     }
 
-    /// Whether a candidate was in contact at its last evaluation, and at a place of least gap. It then represents the
-    /// rod beside it. A contact of an initial guess may be far from its obstacle.
+    /// Whether a candidate, at its last evaluation, was loaded, close to its obstacle and not steep against it, so that
+    /// it represents the rod beside it. A contact of an initial guess may be far from its obstacle.
     pub(super) fn is_contact(&self, at: &Candidate) -> bool {
         let slope = at.approach().0;
         let least = slope.abs() <= SETTINGS.largest_turn || self.end(at).is_some_and(|outward| slope * outward <= 0.0);
