@@ -67,7 +67,8 @@ fn failed_call_leaves_the_shoot_unchanged_wherever_it_fails() {
         assert!(words.starts_with("at ") && words.contains(" s: no equilibrium after 0 iterations: "), "{words}");
         assert!(
             words.contains(&format!(
-                "largest force 0 N; {last} 3.2e-7 m, perhaps since the search began inside the obstacle; shorter steps"
+                "largest force 0 N; {last} 3.2e-7 m, perhaps since the search began inside the obstacle, or since a \
+                 hold is too far around it; shorter steps"
             )),
             "{words}"
         );
