@@ -17,7 +17,7 @@
 //!   of 20 % in the 46 events whose fit reaches the maximum of the force.
 //! - The independence of the mass of the support. A support of ten times the mass changes the force by less than 1 %,
 //!   because the arm is softer than the pendulum. Measured force and mass have a rank correlation of 0.1.
-//! - The need for grip. With a coefficient of friction of 1 the stem slips off after 0.16 (rigid upright part) or 0.50
+//! - The need for grip. With a coefficient of friction of 1 the stem slips off after 0.16 (rigid upright part) or 0.51
 //!   (whole stem) of a period. The fits of beans that twine span 0.75 of a period (median), which is their limit.
 //!
 //! # Differences from the measurements
