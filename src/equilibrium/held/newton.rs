@@ -169,7 +169,7 @@ impl HeldSearch<'_> {
         let (answer, line) = (self.snapshot(rod), self.line.clone());
         let old = self.candidates.clone();
         self.arrange(rod, &patches, &old);
-        // A coarse rod changes its shape a little with its nodes, and may then be on the other side of a thin pole.
+        // The shape of a coarse rod depends on its nodes, and a motion of the nodes may move it past a thin pole.
         let passes = |at: &Candidate| {
             let place = answer.rod.locate(at.arc_length).map(|at| line.place(&answer.rod, at).position);
             let normal = place.map(|place| self.obstacles.gap_at(at.obstacle, &place).normal);

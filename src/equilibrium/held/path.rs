@@ -99,6 +99,7 @@ impl HeldSearch<'_> {
         };
         self.set_share(0.0);
         if !self.guess_contacts(rod, (reactions, patches)) {
+            // The present candidates are those of the end of the increment.
             self.candidates.clear();
         }
         rod.sample_shape(&self.before.rod);

@@ -156,9 +156,10 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// The first fraction of the step of the system with which the sum of energy and weighted violations decreases. The
-    /// fractions, with both signs each, decrease from the longest one by factors of four. If there is none, the longest
-    /// one is returned with the better sign: on one side of the saddle an obstacle may be in the way.
+    /// Returns the first fraction of the step of the system with which the sum of energy and weighted violations
+    /// decreases. Each fraction is tried with both signs, and the next one is a quarter of it. If the sum decreases
+    /// with no fraction, the longest one is returned, with the sign of the smaller sum: an obstacle may be on the other
+    /// side of the saddle.
     fn descending(&mut self, rod: &mut Rod, start: &Start, (merit, longest): (&Merit, f64)) -> f64 {
         let weight = self.weight.max(self.force_scale());
         let mut value = |search: &mut Self, fraction: f64| {
