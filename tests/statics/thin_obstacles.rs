@@ -92,6 +92,30 @@ fn held_frame_that_rotates_does_not_move_the_rod_through_a_pole() {
     assert!(tips[0] > 0.3 && (1.0..2.0).contains(&ratio), "{tips:?}");
 }
 
+/// A straight rod whose tip is pulled back bends towards d1, where a pole is nearer than the deflection.
+#[test]
+fn straight_rod_that_buckles_does_not_pass_a_pole() {
+    let still = Still::weightless();
+    let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+    for radius in [7e-3, 1e-3] {
+        let mut rod = Rod::uniform(LENGTH, RADIUS, still.base, 8, Order::Eight).unwrap();
+        let side = still.base * Vector3::x();
+        let through = side * (0.01 + radius) * LENGTH + rod.tip() * 0.5;
+        let pole = Cylinder { through, along: still.base * Vector3::y(), radius: radius * LENGTH };
+        let contact = Contact { obstacle: pole, radius: 0.0, friction: 0.0 };
+        let support = (Hold::apex().at(rod.tip() * 0.98), contact);
+        let mut solver = NewtonSolver::default();
+        let held = solver.solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0)).unwrap();
+        let line = held.rod.centre_line_at(201);
+        let height =
+            |place: &Vector3<f64>| (place - through).dot(&rod.frames()[0].transform_vector(&Vector3::z())).abs();
+        let beside = line.iter().min_by(|a, b| height(a).total_cmp(&height(b))).unwrap();
+        assert!(held.reactions.iter().any(|at| at.obstacle.is_some() && at.normal > 0.0), "{radius}");
+        // Beside no pole the rod deflects by about 0.1 of the length.
+        assert!((beside - through).dot(&side) < 0.0, "{radius}: {beside}");
+    }
+}
+
 /// An obstacle that counts the evaluations of its distance.
 struct Counted<'a>(Cylinder, &'a Cell<usize>);
 
