@@ -11,7 +11,7 @@ use crate::rod::RodError;
 /// Rotation of a frame (rad) below which a step of a search is rounding: that of the sums over some hundreds of nodes.
 const ROUNDING: f64 = 1e-13;
 /// Causes of a contact whose condition is violated.
-const INSIDE: &str = ", perhaps since the search began inside the obstacle, or since a hold is too far around it";
+const CAUSES: &str = ", perhaps since the search began inside the obstacle, or since a hold is too far around it";
 
 /// Contact that violates its condition at the end of a search without success.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ pub enum EquilibriumError {
         "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load, a larger \
          tolerance or a larger `max_iterations` may help",
         describe_search(*step, *residual, *force),
-        contact.map_or(String::new(), |worst| format!("; {worst}{INSIDE}"))
+        contact.map_or(String::new(), |worst| format!("; {worst}{CAUSES}"))
     )]
     NoConvergence {
         /// Number of Newton iterations.

@@ -73,7 +73,9 @@ pub struct Equilibrium {
     pub evaluations: usize,
     /// Estimated largest error of a frame against the exact stationary point of the discrete energy, rad. With
     /// obstacles it is at least the largest penetration of the discrete rod relative to the length, which a coarse rod
-    /// may have between its stations.
+    /// may have between its stations. It does not contain rotations in the directions that [`Inertia::neutral`] counts:
+    /// the search ignores the couples there. A buckled upright shoot may therefore lie in another vertical plane than
+    /// that of a weak intrinsic curvature.
     pub error: f64,
     /// Total energy, J: the elastic energy, which is zero without elastic strain, minus ∫ n · p′ ds, the work of
     /// the load as the tissue moves from the position of the base to its own. Zero for [`Unloaded`], which does not
