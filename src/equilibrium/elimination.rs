@@ -3,9 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Inertia;
-use super::tangent::NEUTRAL;
 use crate::reference_element::MAX_POINTS;
 
+/// Largest interior pivot that is neutral, relative to the diagonal entry before elimination: rounding of a few units
+/// of 1e-16 times the growth of the elimination.
+const NEUTRAL: f64 = 1e-10;
 /// Largest number of unknowns of an element: p rotation vectors and the rotation of the whole.
 const MAX: usize = 3 * (MAX_POINTS + 1);
 

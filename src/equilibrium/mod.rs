@@ -9,6 +9,7 @@ mod error;
 mod held;
 mod joints;
 mod line;
+mod neutral;
 mod newton;
 mod points;
 mod rod_energy;
@@ -17,6 +18,7 @@ mod search;
 mod system;
 mod tangent;
 mod unloaded;
+mod valley;
 
 pub(crate) use balance::check_balance;
 pub(crate) use checks::check_stiffness;
@@ -74,8 +76,7 @@ pub struct Equilibrium {
     /// Estimated largest error of a frame against the exact stationary point of the discrete energy, rad. With
     /// obstacles it is at least the largest penetration of the discrete rod relative to the length, which a coarse rod
     /// may have between its stations. It does not contain rotations in the directions that [`Inertia::neutral`] counts:
-    /// the search ignores the couples there. A buckled upright shoot may therefore lie in another vertical plane than
-    /// that of a weak intrinsic curvature.
+    /// the couples along them are rounding.
     pub error: f64,
     /// Total energy, J: the elastic energy, which is zero without elastic strain, minus ∫ n · p′ ds, the work of
     /// the load as the tissue moves from the position of the base to its own. Zero for [`Unloaded`], which does not
@@ -92,7 +93,8 @@ pub struct Equilibrium {
     /// depends on the iterations of the descent, in each of which it dissipates energy.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
-    /// stability that does not depend on the mesh. Zero for a solver without tangent.
+    /// stability that does not depend on the mesh. Zero with a neutral rotation of frames, and for a solver without
+    /// tangent.
     pub(crate) resistance: f64,
 }
 

@@ -17,9 +17,11 @@ const PUSH: f64 = 0.1;
 
 impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
     /// Whether the gradient vanishes at a saddle. While steps become much shorter, the remaining gradient may give a
-    /// neutral direction a negative pivot.
+    /// neutral direction a negative pivot. A shift that is
+    /// larger than necessary makes steps short far from a saddle, too.
     pub(super) fn is_at_saddle(&self) -> bool {
-        self.stable && self.shift > 0.0 && self.turn < NEGLIGIBLE_TURN && self.stagnates
+        let negligible = self.turn < NEGLIGIBLE_TURN && (self.shift_is_needed || self.has_only_rounding());
+        self.stable && self.shift > 0.0 && negligible && self.stagnates
     }
 
     /// Bends the rod in the direction of steepest decrease of the energy among rotations about one axis. The axis
@@ -32,6 +34,7 @@ impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
         let axis = [Vector3::y(), Vector3::x(), Vector3::z()][self.saddles % 3];
         self.saddles += 1;
         self.system.start.keep(rod);
+        self.system.tangent.fix_neutral();
         self.system.soften::<P>(rod, &axis, PASSES);
         self.longest_turn = self.longest_turn.max(PUSH);
         self.system.advance::<P>(rod, PUSH / self.system.largest_turn());

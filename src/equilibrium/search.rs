@@ -1,5 +1,5 @@
 //! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step and a line
-//! search. Saddles are left in [`super::saddle`].
+//! search. Saddles are left in [`super::saddle`], and steps are corrected in [`super::valley`].
 
 use nalgebra::Vector3;
 
@@ -17,6 +17,9 @@ const SMALL_TURN: f64 = 1e-4;
 /// Negligible rotation in a step, rad. After a Newton step of this size only rounding remains, since Newton's method
 /// squares the error. A line search fails and a saddle is reached at steps of this size.
 pub(super) const NEGLIGIBLE_TURN: f64 = 1e-7;
+/// Number of successive steps below [`SMALL_TURN`] after which only rounding remains, if none of them is shorter than
+/// half of the one before the first. A ratio of 2/3, as at a bifurcation, halves a step in two iterations.
+const ROUNDING_STEPS: usize = 4;
 /// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes
 /// estimate the error.
 const CHORD_TURN: f64 = 0.05;
@@ -51,12 +54,18 @@ pub(super) struct NewtonSearch<'a, C, const P: usize> {
     largest_force: f64,
     /// Shift of the current tangent, N; zero for a tangent that is positive definite without it.
     pub(super) shift: f64,
+    /// Whether a quarter of the current shift leaves a negative pivot.
+    pub(super) shift_is_needed: bool,
     /// Last shift other than zero, N; zero without one.
     last_shift: f64,
     /// Largest rotation in the current step, rad.
     pub(super) turn: f64,
     /// Whether the current step is longer than half of the previous one.
     pub(super) stagnates: bool,
+    /// Step with which the following small steps are compared, rad.
+    compared: f64,
+    /// Number of successive small steps that are not shorter than half of it.
+    rounding_steps: usize,
     /// Number of saddles that were left.
     pub(super) saddles: usize,
     /// Position of the tip at the first tangent that was not positive definite (m), and the largest number of
@@ -64,10 +73,16 @@ pub(super) struct NewtonSearch<'a, C, const P: usize> {
     lost: Option<(Vector3<f64>, usize)>,
     /// Largest rotation in a step since then, rad.
     pub(super) longest_turn: f64,
+    /// Whether the rod was corrected towards the floor of a valley after the current step. The sizes of chord steps do
+    /// not estimate the error then.
+    pub(super) corrected: bool,
+    /// Whether the rod was corrected in this search. The stiffness along a valley may change much in a short step, so
+    /// that the iteration continues to rounding.
+    pub(super) in_valley: bool,
     /// Smallest resistance of a tangent with which the search goes on; negative infinity to leave unstable shapes.
     pub(super) least_resistance: f64,
     /// Counts, and energy and inertia of the last assembly.
-    found: Equilibrium,
+    pub(super) found: Equilibrium,
 }
 
 impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
@@ -88,12 +103,17 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             length: rod.length(),
             largest_force: force.largest(),
             shift: 0.0,
+            shift_is_needed: false,
             last_shift: 0.0,
             turn: f64::INFINITY,
             stagnates: false,
+            compared: f64::INFINITY,
+            rounding_steps: 0,
             saddles: 0,
             lost: None,
             longest_turn: 0.0,
+            corrected: false,
+            in_valley: false,
             least_resistance: f64::NEG_INFINITY,
             found: Equilibrium::default(),
         }
@@ -124,9 +144,9 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
                 return Ok(self.finish(rod));
             }
             let fraction = self.search_line(rod)?;
-            if fraction == 1.0 && self.shift == 0.0 && self.turn < CHORD_TURN {
-                let (error, shrinks) = self.follow_chords(rod);
-                if self.accepts(rod, error, shrinks)? {
+            if fraction == 1.0 && self.shift == 0.0 && self.turn < CHORD_TURN && !self.corrected {
+                let error = self.follow_chords(rod);
+                if self.accepts(rod, error)? {
                     return Ok(self.finish(rod));
                 }
             }
@@ -166,6 +186,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         self.system.evaluate::<P>(rod, self.material, self.force);
         self.found.evaluations += 1;
         self.system.balance::<P>();
+        self.system.tangent.fix_neutral();
         self.system.solve::<P>();
         let predicted = self.system.largest_turn();
         let (guess, end) = (&self.system.initial, &self.system.start);
@@ -186,7 +207,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     /// Assembles and factorises the tangent. For a stable equilibrium the shift is increased until no pivot is
     /// negative.
     fn find_tangent(&mut self, rod: &Rod) -> Result<(), EquilibriumError> {
-        self.shift = 0.0;
+        (self.shift, self.shift_is_needed) = (0.0, false);
         let mut negative = None;
         loop {
             (self.found.energy, self.found.inertia) = self.assemble(rod)?;
@@ -199,7 +220,8 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             if !self.stable || self.found.inertia.negative == 0 {
                 break;
             }
-            self.shift = if self.shift > 0.0 {
+            self.shift_is_needed = self.shift > 0.0;
+            self.shift = if self.shift_is_needed {
                 4.0 * self.shift
             } else if self.last_shift > 0.0 {
                 self.last_shift / 16.0
@@ -221,9 +243,15 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
 
     /// Solves for the Newton step, and records its size.
     fn find_step(&mut self) -> Result<(), EquilibriumError> {
+        self.system.tangent.release_unbalanced();
         self.system.solve::<P>();
         let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
         self.stagnates = !(self.turn < 0.5 * last);
+        if self.shift > 0.0 || self.turn >= SMALL_TURN || self.turn < 0.5 * self.compared {
+            (self.compared, self.rounding_steps) = (self.turn, 0);
+        } else {
+            self.rounding_steps += 1;
+        }
         if self.lost.is_some() {
             self.longest_turn = self.longest_turn.max(self.turn);
         }
@@ -256,16 +284,20 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         false
     }
 
-    /// Whether couples balance to rounding of the largest. In an almost neutral direction rounding still rotates the
-    /// frames by the current step, which is the error then.
+    /// Whether couples balance to rounding of the largest, or small steps do not become shorter. In an almost neutral
+    /// direction rounding still rotates the frames by the current step, which is the error then.
     fn is_balanced_to_rounding(&self) -> bool {
-        self.shift == 0.0
-            && self.stagnates
-            && self.turn < CHORD_TURN
-            && self.system.unbalanced <= BALANCED * self.force_scale() * self.length
+        let balanced = self.shift == 0.0 && self.stagnates && self.turn < CHORD_TURN && self.has_only_rounding();
+        balanced || self.rounding_steps >= ROUNDING_STEPS
     }
 
-    /// Moves the rod along the step, by a fraction with sufficient decrease of the energy. Returns the fraction.
+    /// Whether the unbalanced couples are rounding of the largest.
+    pub(super) fn has_only_rounding(&self) -> bool {
+        self.system.unbalanced <= BALANCED * self.force_scale() * self.length
+    }
+
+    /// Moves the rod by a fraction of the step with which the energy decreases sufficiently, possibly after
+    /// corrections. Returns the fraction.
     fn search_line(&mut self, rod: &mut Rod) -> Result<f64, EquilibriumError> {
         let mut fraction = (LARGEST_TURN / self.turn).min(1.0);
         let slope = self.system.slope::<P>();
@@ -279,11 +311,23 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             let trial = self.system.evaluate::<P>(rod, self.material, self.force);
             self.found.evaluations += 1;
             let tiny = self.turn < SMALL_TURN;
-            let falls = trial <= energy + DECREASE * fraction * slope + slack;
+            let bound = energy + DECREASE * fraction * slope + slack;
+            let falls = trial <= bound;
             let (rotation, node) = largest_rotation(rod);
             let folds = self.stable && rotation > longest;
             if trial.is_finite() && !folds && (falls || tiny || !self.stable) {
                 self.found.energy = trial;
+                // A step that is not much shorter than the last one may have started beside the floor of a valley.
+                let beside = self.stable && self.stagnates && (NEGLIGIBLE_TURN..CHORD_TURN).contains(&self.turn);
+                self.corrected = beside && self.correct(rod, fraction, trial + slack, longest);
+                self.in_valley |= self.corrected;
+                return Ok(fraction);
+            }
+            if trial.is_finite()
+                && !folds
+                && let Some(energy) = self.reach_floor(rod, fraction, bound, longest)
+            {
+                (self.found.energy, self.corrected, self.in_valley) = (energy, true, true);
                 return Ok(fraction);
             }
             self.system.start.restore(rod);
@@ -297,10 +341,9 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         }
     }
 
-    /// Chord steps, with the existing factorisation and the gradient at the new frames. Returns the estimate of the
-    /// remaining error from their sizes, rad, and whether the last one was shorter than half of the step before it,
-    /// which fails at rounding level.
-    fn follow_chords(&mut self, rod: &mut Rod) -> (f64, bool) {
+    /// Chord steps, with the existing factorisation and the gradient at the new frames, while they become shorter.
+    /// Returns the estimate of the remaining error from their sizes, rad.
+    fn follow_chords(&mut self, rod: &mut Rod) -> f64 {
         let (mut last, mut more) = (self.turn, CHORDS);
         loop {
             more -= 1;
@@ -308,7 +351,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             self.system.solve::<P>();
             let rest = self.system.largest_turn();
             if !(rest < 0.5 * last) {
-                return (last.max(rest), false);
+                return last.max(rest);
             }
             self.system.start.keep(rod);
             self.system.advance::<P>(rod, 1.0);
@@ -316,7 +359,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             let ratio = (rest / last).max(self.turn);
             let error = 4.0 * rest * ratio;
             if error <= self.tolerance || !self.is_safe() || error * ratio.powi(more) > self.tolerance {
-                return (error, true);
+                return error;
             }
             self.found.energy = self.system.evaluate::<P>(rod, self.material, self.force);
             self.found.evaluations += 1;
@@ -334,12 +377,11 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         self.stable && self.system.resistance > (SAFE_LOAD * load).max(SAFE) * self.turn
     }
 
-    /// Whether the frames are an equilibrium of the requested kind within the tolerance, given their error (rad) and
-    /// whether chord steps still became shorter.
-    fn accepts(&mut self, rod: &Rod, error: f64, shrinks: bool) -> Result<bool, EquilibriumError> {
+    /// Whether the frames are an equilibrium of the requested kind within the tolerance, given their error (rad).
+    fn accepts(&mut self, rod: &Rod, error: f64) -> Result<bool, EquilibriumError> {
         // If the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
         let safe = self.is_safe();
-        if !(error <= self.tolerance && (safe || !shrinks || self.turn < NEGLIGIBLE_TURN)) {
+        if !(error <= self.tolerance && (safe && !self.in_valley || self.turn < NEGLIGIBLE_TURN)) {
             return Ok(false);
         }
         self.found.error = error;
@@ -347,12 +389,12 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             self.found.inertia = self.assemble(rod)?.1;
             self.found.factorisations += 1;
         }
-        Ok(!self.stable || self.found.inertia.negative == 0)
+        Ok(self.system.tangent.unbalanced.is_empty() && (!self.stable || self.found.inertia.negative == 0))
     }
 }
 
 /// The longest rotation vector within an element, rad, and its index.
-fn largest_rotation(rod: &Rod) -> (f64, usize) {
+pub(super) fn largest_rotation(rod: &Rod) -> (f64, usize) {
     let sizes = rod.rotations().iter().map(Vector3::norm).zip(0..);
     sizes.fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
 }

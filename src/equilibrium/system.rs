@@ -96,7 +96,11 @@ impl System {
         self.balance::<P>();
         let interior = inertia.margin;
         let compliance = self.elements.iter().map(|element| element.compliance);
-        self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance)?);
+        self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance.clone())?);
+        if !self.tangent.neutral.is_empty() {
+            let least = f64::EPSILON * force.largest() * rod.length();
+            self.tangent.find_unbalanced(&self.turns[self.joints.first_free()..], compliance, least);
+        }
         Ok((energy, inertia))
     }
 
@@ -191,7 +195,7 @@ impl System {
     }
 
     /// Recovers the changes of the rotation vectors in the elements from the rotations of the frames.
-    fn recover<const P: usize>(&mut self) {
+    pub fn recover<const P: usize>(&mut self) {
         for (e, element) in self.elements.iter().enumerate() {
             element.recover::<P>(&self.turns[e + 1], &self.turns[e], &mut self.steps[e * P..(e + 1) * P]);
         }

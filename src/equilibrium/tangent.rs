@@ -14,12 +14,13 @@ use nalgebra::{Matrix3, Vector3};
 use super::{EquilibriumError, Inertia};
 use crate::error::ParameterError;
 
-/// Largest neutral pivot, relative to the diagonal entry before elimination. Rounding contributes a few units
-/// of 1e-16 times the growth of the elimination, and the error of the equilibrium adds to it: just above the
-/// critical length a neutral pivot is accurate to 3e-11. A length that differs by 1e-8 from the critical one
-/// has a pivot of about 1e-9.
-pub(super) const NEUTRAL: f64 = 1e-10;
-
+/// Largest pivot, relative to the diagonal entry, whose direction is examined. In a shoot that is longer than its
+/// critical length by 1e-7 of it, frames bend by 1e3 times the twist of the apex. The rounding of the pivot is then 1e6
+/// times [`STIFFNESS`], 7e-9.
+const SUSPECT: f64 = 1e-6;
+/// Rounding of a stiffness vᵀ K v relative to the sum of K_kk v_k². Six products with two operations each contribute
+/// 6 ε, and the error of the equilibrium and of the entries of K contributes too.
+const STIFFNESS: f64 = 32.0 * f64::EPSILON;
 /// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is factorised: half of the
 /// digits remain. Smaller ones occur where the rod would be at its stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
@@ -39,10 +40,15 @@ pub(super) struct Tangent {
     col_ptr: Vec<usize>,
     row_idx: Vec<usize>,
     values: Vec<f64>,
-    factors: Vec<f64>,
-    symbolic: Option<SymbolicSimplicialCholesky<usize>>,
+    pub(super) factors: Vec<f64>,
+    pub(super) symbolic: Option<SymbolicSimplicialCholesky<usize>>,
     stack: Option<MemBuffer>,
-    rhs: Vec<f64>,
+    pub(super) rhs: Vec<f64>,
+    /// Columns of neutral directions, each with a positive pivot for steps along it: the size of its pivot, or the
+    /// rounding of its stiffness if that is larger.
+    pub(super) neutral: Vec<(usize, f64)>,
+    /// The neutral directions along which the work of the unbalanced couples exceeds rounding.
+    pub(super) unbalanced: Vec<(usize, f64)>,
 }
 
 impl std::fmt::Debug for Tangent {
@@ -146,17 +152,24 @@ impl Tangent {
     }
 
     /// The pivot of a column.
-    fn pivot(&self, column: usize) -> f64 {
+    pub(super) fn pivot(&self, column: usize) -> f64 {
         self.symbolic.as_ref().map_or(f64::INFINITY, |symbolic| self.factors[symbolic.col_ptr()[column]])
     }
 
+    /// Replaces the pivot of a column.
+    pub(super) fn set_pivot(&mut self, column: usize, pivot: f64) {
+        if let Some(symbolic) = &self.symbolic {
+            self.factors[symbolic.col_ptr()[column]] = pivot;
+        }
+    }
+
     /// The size of the diagonal entry of a column.
-    fn size(&self, column: usize) -> f64 {
+    pub(super) fn size(&self, column: usize) -> f64 {
         self.values[self.col_ptr[column + 1] - 1].abs()
     }
 
     /// The smallest size of a block on the diagonal. Short elements have large diagonal entries, relative to which the
-    /// stiffness of the rest of the rod may be tiny. It must not count as neutral.
+    /// stiffness of the rest of the rod may be tiny. It must not count as a small pivot.
     fn floor(&self) -> f64 {
         let largest = |block: usize| (0..3).map(|b| self.size(3 * block + b)).fold(0.0, f64::max);
         (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min)
@@ -226,8 +239,8 @@ impl Tangent {
         compliance: impl Iterator<Item = f64> + Clone,
     ) -> Result<f64, EquilibriumError> {
         self.factorise_values()?;
-        let Some(symbolic) = &self.symbolic else { return Ok(f64::INFINITY) };
-        let floor = self.floor();
+        self.neutral.clear();
+        self.unbalanced.clear();
         // In a rod without load the part up to a frame and the element beyond it are springs in parallel.
         let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
         let unloaded = compliance.scan(0.0, |sum, c| {
@@ -237,14 +250,15 @@ impl Tangent {
         let unloaded = unloaded.zip(behind).map(|(before, behind)| 1.0 / before + 1.0 / behind);
         let mut least = f64::INFINITY;
         for (column, unloaded) in (0..3 * self.blocks).zip(unloaded.flat_map(|pivot| [pivot; 3])) {
-            let at = symbolic.col_ptr()[column];
-            let scale = self.size(column);
-            least = least.min(self.factors[at] / unloaded.min(scale));
-            let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
-            if inertia.count(self.factors[at], scale, neutral) {
-                // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a
-                // quotient of two rounding errors.
-                self.factors[at] = f64::INFINITY;
+            let (pivot, scale) = (self.pivot(column), self.size(column));
+            let terms = if pivot.abs() <= SUSPECT * scale { self.terms_of_pivot(column) } else { 0.0 };
+            let neutral = inertia.count(pivot, scale, STIFFNESS * terms);
+            least = least.min(if neutral { 0.0 } else { pivot / unloaded.min(scale) });
+            if neutral {
+                // An infinite pivot leaves the rotation in this direction unchanged, instead of a quotient of two
+                // rounding errors.
+                self.set_pivot(column, f64::INFINITY);
+                self.neutral.push((column, pivot.abs().max(f64::EPSILON * terms)));
             }
         }
         Ok(least)

@@ -26,5 +26,6 @@ mod shear_and_stretch;
 mod snaps;
 mod static_symmetries;
 mod thin_obstacles;
+mod valley;
 mod varying_material;
 mod yielding;
