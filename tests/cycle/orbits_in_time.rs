@@ -7,10 +7,11 @@ use super::shoot;
 use crate::fixtures::exact_orbit::rate;
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::random::Draw;
-use crate::fixtures::shoots::{ETA, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
+use crate::fixtures::shoots::{ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::cycle::{CycleError, PeriodicSolver};
 use morphorod::equilibrium::NewtonSolver;
+use morphorod::growth::{GrowthLaw, Ongoing};
 use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::stability::Linearisation;
 use morphorod::tracking::{Search, Track};
@@ -135,6 +136,40 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     run.advance(&mut driven, 5.0 * period).unwrap();
     // The error due to 64 steps in a period is 1e-5 of the excursion.
     assert_abs_diff_eq!(InNorm(driven.tip()), InNorm(before), epsilon = 1e-4 * excursion);
+}
+
+/// The rate of a user's growth law changes by half of its mean within the period. Integration in time from the forced
+/// orbit remains on it.
+#[test]
+fn forced_orbit_of_a_growth_rate_that_depends_on_time_is_followed_in_time() {
+    #[derive(Clone, Debug)]
+    struct Rhythm(f64);
+    impl GrowthLaw for Rhythm {
+        fn regr(&self, _sigma: f64, time: f64) -> f64 {
+            (1.0 + 0.5 * (TAU * time / self.0).sin()) / (20.0 * HOUR)
+        }
+        fn zone_length(&self) -> f64 {
+            0.1
+        }
+    }
+    let period = 240.0 * MINUTE;
+    let (gravitropism, proprioception) = steering(SettledStatoliths);
+    let growth = Ongoing(Rhythm(period));
+    let mut driven = shoot(0.05, 4)
+        .growth(growth)
+        .tropism((Oscillator::new(1e-3, period), gravitropism, proprioception))
+        .into_dyn()
+        .build()
+        .unwrap();
+    let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
+    let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
+    let history = orbit.enter(&mut driven).unwrap();
+    let mut run = MethodOfSteps::with_solver(period / 128.0, NewtonSolver::with_tolerance(1e-12));
+    run.start(&mut driven, &history).unwrap();
+    let before = driven.tip();
+    run.advance(&mut driven, 3.0 * period).unwrap();
+    // The error due to 128 steps in a period is 5e-7 of the excursion.
+    assert_abs_diff_eq!(InNorm(driven.tip()), InNorm(before), epsilon = 5e-6 * excursion);
 }
 
 /// The history of an orbit can be evaluated at a time that is NaN without a panic. Laws with other

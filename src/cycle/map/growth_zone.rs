@@ -14,7 +14,7 @@ use crate::tropism::Growing;
 /// have errors of 1e-11.
 pub(crate) const ROUNDING: f64 = 1e-8;
 
-/// The material points of the growth zone, and their REGR, 1/s.
+/// The material points of the growth zone, and their REGR at the time of the shoot, 1/s.
 ///
 /// # Errors
 /// A shoot that elongates, or a point without growth, whose strain would be arbitrary.

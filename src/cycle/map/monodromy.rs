@@ -13,6 +13,7 @@ use super::return_map::{self, CONVERGED, PASSES, ReturnMap, Trajectory};
 use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
 use crate::cycle::sensitivity::stimuli_by_strain;
+use crate::growth::GrowthLaw;
 use crate::model::Model;
 
 /// The monodromy operator of a trajectory. For a periodic orbit its eigenvalues are the Floquet multipliers.
@@ -24,7 +25,6 @@ pub struct Monodromy {
     grid: TimeGrid,
     /// Length of an interval, s.
     length: f64,
-    regr: Vec<f64>,
     reads_present: bool,
     /// Numbers of variables and of stimuli of a material point, and of points.
     sizes: (usize, usize, usize),
@@ -41,8 +41,8 @@ struct Interval {
 struct LinearStage {
     /// Derivative of the stimuli by the strain.
     response: DMatrix<f64>,
-    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of each material point, the latter two at
-    /// the delayed variables.
+    /// ∂rates/∂y and ∂rates/∂x of each material point, and REGR times ∂gradient/∂y and ∂gradient/∂x at the delayed
+    /// variables.
     laws: Vec<[DMatrix<f64>; 4]>,
 }
 
@@ -67,7 +67,9 @@ impl Monodromy {
         let laws = |stage: &return_map::Stage, point: usize| {
             let [rates_y, rates_x, ..] = return_map.derivatives(point, stage, &stage.variables);
             let [.., gradient_y, gradient_x] = return_map.derivatives(point, stage, &stage.past);
-            [rates_y, rates_x, gradient_y, gradient_x]
+            let at = return_map.place(point, stage);
+            let regr = return_map.shoot.model.growth().regr(at.apex_distance, at.time);
+            [rates_y, rates_x, gradient_y * regr, gradient_x * regr]
         };
         let mut intervals = Vec::with_capacity(grid.intervals);
         for (n, stages) in path.stages.iter().enumerate() {
@@ -85,7 +87,6 @@ impl Monodromy {
             readings,
             grid: grid.clone(),
             length,
-            regr: return_map.regr.clone(),
             reads_present: return_map.laws.size().reads_present,
             sizes: return_map.sizes(),
             turn: return_map.turn.clone(),
@@ -142,15 +143,15 @@ impl Monodromy {
         let mut past = vec![0.0; v];
         for (i, stage) in interval.stages.iter().enumerate() {
             let stimuli = stimuli.get(i).filter(|_| self.reads_present);
-            for (point, [.., gradient_y, gradient_x]) in stage.laws.iter().enumerate() {
+            for (point, [.., strain_y, strain_x]) in stage.laws.iter().enumerate() {
                 for (a, reading) in self.readings.stages[i].iter().enumerate() {
                     past[a] = reading.as_ref().map_or(0.0, |reading| path.read(present, reading, point * v + a));
                 }
                 for c in 0..2 {
-                    let by_past = (0..v).map(|a| gradient_y[(c, a)] * past[a]).sum::<f64>();
+                    let by_past = (0..v).map(|a| strain_y[(c, a)] * past[a]).sum::<f64>();
                     let by_present =
-                        stimuli.map_or(0.0, |x| (0..m).map(|b| gradient_x[(c, b)] * x[point * m + b]).sum::<f64>());
-                    out[i][2 * point + c] = self.length * self.regr[point] * (by_past + by_present);
+                        stimuli.map_or(0.0, |x| (0..m).map(|b| strain_x[(c, b)] * x[point * m + b]).sum::<f64>());
+                    out[i][2 * point + c] = self.length * (by_past + by_present);
                 }
             }
         }

@@ -16,6 +16,7 @@ use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
 use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
 use crate::linearisation::{equilibrate, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::{Model, check_unsupported};
@@ -73,8 +74,6 @@ pub(crate) struct ReturnMap<'a, M: Model> {
     pub grid: TimeGrid,
     /// Material points of the growth zone.
     pub places: Vec<Growing>,
-    /// Their REGR, 1/s.
-    pub regr: Vec<f64>,
     /// Number of intervals of the past in a state.
     pub kept: usize,
     /// Stimuli and variables of a material point.
@@ -97,7 +96,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         if angle.is_some() {
             check_unsupported(&shoot.model)?;
         }
-        let (places, regr) = driven_points(shoot)?;
+        let (places, _) = driven_points(shoot)?;
         ParameterError::positive("period", period, "s")?;
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
         let declaration = Declaration::of(shoot.model.tropism());
@@ -105,7 +104,6 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         Ok(Self {
             shoot,
             places,
-            regr,
             kept: kept(declaration.longest_delay(), grid.intervals, period)?,
             grid,
             turn: angle.map(|angle| StateRotation::new(&declaration, angle)).transpose()?,
@@ -242,8 +240,9 @@ impl<'a, M: Model> ReturnMap<'a, M> {
                 }
                 let gradient = law.gradient(&at, &past[i].as_slice()[point * v..][..v], now);
                 gradients.push(gradient);
+                let regr = self.shoot.model.growth().regr(at.apex_distance, time);
                 for c in 0..2 {
-                    strain_slopes[i][2 * point + c] = length * self.regr[point] * gradient[c];
+                    strain_slopes[i][2 * point + c] = length * regr * gradient[c];
                 }
             }
         }
@@ -335,12 +334,17 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         out
     }
 
+    /// A point of the growth zone at the time of a stage.
+    pub fn place(&self, point: usize, stage: &Stage) -> Growing {
+        Growing { time: stage.force.environment().time, ..self.places[point] }
+    }
+
     /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, for given variables of
     /// all points.
     pub fn derivatives(&self, point: usize, stage: &Stage, variables: &DVector<f64>) -> [DMatrix<f64>; 4] {
         let (v, m, _) = self.sizes();
         let (y, x) = (&variables.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
-        law_matrices(self.shoot.model.tropism(), &self.places[point], y, x)
+        law_matrices(self.shoot.model.tropism(), &self.place(point, stage), y, x)
     }
 }
 
