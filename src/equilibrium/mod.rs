@@ -146,9 +146,9 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) shape: Option<&'a Rod>,
     /// The start of the increment in time: contacts are followed from there, and friction depends on the displacement.
     pub(crate) start: Option<&'a IncrementStart>,
-    /// Whether the descent to any equilibrium is omitted, which follows in contact where Newton's method and a descent
-    /// within 1e-3 of the length have failed.
-    pub(crate) nearby: bool,
+    /// Whether the descent to any equilibrium is omitted. In contact this descent follows a failure of Newton's method
+    /// and of a descent within 1e-3 of the length. A free rod ignores it.
+    pub(crate) omits_descent: bool,
 }
 
 impl Equilibrium {

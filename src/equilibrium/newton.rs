@@ -178,7 +178,7 @@ impl NewtonSolver {
             earlier: (&[], &[]),
             shape: None,
             start: None,
-            nearby: false,
+            omits_descent: false,
         })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
@@ -271,7 +271,7 @@ impl NewtonSolver {
         if let Some(free) = self.search_free(held, &mut spent)? {
             return Ok(free);
         }
-        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, start, nearby } = held;
+        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, start, omits_descent } = held;
         let mut force = InternalForce::of(rod, load, environment);
         check_finite(rod, &force)?;
         let (kind, bound) = ((self.stable_only, self.tolerance), self.max_iterations);
@@ -279,7 +279,7 @@ impl NewtonSolver {
         if let Some(start) = start {
             search.since(start, support.base());
         }
-        search.nearby = nearby;
+        search.omits_descent = omits_descent;
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
         let mut held = search.run(shape, bound)?;

@@ -36,7 +36,7 @@ pub(crate) fn equilibrate(
         earlier: (guess, &[]),
         shape: None,
         start: None,
-        nearby: false,
+        omits_descent: false,
     };
     let held = solver.hold(&held)?;
     let (name, contacts) = ("number of contacts with obstacles", held.patches.len());

@@ -32,7 +32,7 @@ pub(crate) const PRECISE: f64 = 1e-13;
 /// Largest number of fixed-point iterations over an interval that depends on values inside it, and of Newton
 /// iterations for variables.
 pub(crate) const PASSES: usize = 60;
-/// Largest relative change of a converged iteration: some tens of roundings.
+/// Largest relative change of a converged iteration: about 45 times the rounding unit.
 pub(crate) const CONVERGED: f64 = 1e-14;
 
 /// The shoot at a stage of an interval.

@@ -128,7 +128,7 @@ impl HeldSearch<'_> {
         if energy < course.lowest - self.rounding_of(energy) {
             (course.lowest, course.saddles) = (energy, 0);
         }
-        if course.saddles == SETTINGS.saddles.0 {
+        if course.saddles == SETTINGS.saddles {
             let negative = self.found.inertia.negative;
             let unstable = EquilibriumError::Unstable { negative };
             // An equilibrium without negative directions is neutral: the search has not converged.

@@ -14,7 +14,7 @@ pub(super) struct Candidate {
     /// contact segment.
     pub point: bool,
     /// Whether the place of the candidate moves along the rod so that the gap stays least.
-    pub slides: bool,
+    pub follows_gap: bool,
     /// Third derivative of the gap along the rod by the force on it, 1/m²: the force over the bending stiffness.
     pub flexibility: f64,
     /// Whether the candidate has been in contact during the search. Its node then remains, since a contact may exist on
@@ -50,7 +50,7 @@ impl Candidate {
             element,
             x,
             point,
-            slides: false,
+            follows_gap: false,
             flexibility: 0.0,
             touched: false,
             force: zero,

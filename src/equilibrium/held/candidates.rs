@@ -39,7 +39,7 @@ impl HeldSearch<'_> {
             at.bend = frame * rod.strain_within(at.element, at.x).cross(&Vector3::z());
             // At an edge inside an obstacle the gap has a kink, and the derivatives do not show the place of least gap.
             let (slope, bend) = at.approach();
-            at.slides = at.point && bend > SETTINGS.flat / self.length && slope.abs() <= bend * reach;
+            at.follows_gap = at.point && bend > SETTINGS.flat / self.length && slope.abs() <= bend * reach;
             if self.obstacles.contacts[at.obstacle].friction > 0.0 {
                 let material = rod.initial_apex_distance(at.element, at.x);
                 at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle));
@@ -77,7 +77,7 @@ impl HeldSearch<'_> {
         let mut changed = false;
         for (at, s) in new.into_iter().filter(|(_, s)| *s >= base) {
             // Contact points that stray, and open ones that slide, move to the new place.
-            let leaves = |own: &Candidate| self.strays(own) || own.slides && own.status == Status::Open;
+            let leaves = |own: &Candidate| self.strays(own) || own.follows_gap && own.status == Status::Open;
             let close = |own: &Candidate| {
                 let (same, distance) = (own.obstacle == at.obstacle, (own.arc_length - s).abs());
                 same && own.point && at.point && (distance < near || distance < element && leaves(own))
@@ -93,9 +93,9 @@ impl HeldSearch<'_> {
                 continue;
             };
             let own = &self.candidates[i];
-            // A contact point that slides, is open or strays moves to the new minimum: elements do not resolve two
-            // minima that are so close.
-            if own.slides || own.status == Status::Open || self.strays(own) {
+            // A contact point that follows the least gap, is open or strays moves to the new minimum. Elements do
+            // not resolve two minima that are so close.
+            if own.follows_gap || own.status == Status::Open || self.strays(own) {
                 let own = &mut self.candidates[i];
                 (own.element, own.x, own.arc_length) = (at.element, at.x, s);
             } else {
@@ -111,7 +111,7 @@ impl HeldSearch<'_> {
     /// slide to one.
     pub(super) fn strays(&self, at: &Candidate) -> bool {
         let inside = at.arc_length > self.length * SAME && at.arc_length < self.length * (1.0 - SAME);
-        at.point && !at.slides && inside && at.approach().0.abs() > SETTINGS.steep
+        at.point && !at.follows_gap && inside && at.approach().0.abs() > SETTINGS.steep
     }
 
     /// The smallest arc length of a candidate, m. A base that is not free does not move.
@@ -191,7 +191,7 @@ impl HeldSearch<'_> {
             let level = values[i] + SETTINGS.rounding * self.length;
             let known = near().any(|at| {
                 let distance = (at.arc_length - place.arc_length).abs();
-                distance <= close && !self.strays(at) || at.slides && at.gap.value <= level
+                distance <= close && !self.strays(at) || at.follows_gap && at.gap.value <= level
             });
             if known {
                 continue;
@@ -210,15 +210,15 @@ impl HeldSearch<'_> {
 
     /// Whether a candidate is in contact at a place where the rod follows the obstacle.
     fn follows(at: &Candidate) -> bool {
-        !at.slides && (!at.point || at.status != Status::Open) && at.approach().0.abs() <= SETTINGS.steep
+        !at.follows_gap && (!at.point || at.status != Status::Open) && at.approach().0.abs() <= SETTINGS.steep
     }
 
     /// Whether a candidate represents a local minimum of the gap between two neighbouring stations: the candidate
-    /// slides to it, or the rod follows the obstacle there.
+    /// moves to it, or the rod follows the obstacle there.
     fn represents(&self, at: &Candidate, least: &Sample, [from, to]: [&Sample; 2]) -> bool {
         let close = SETTINGS.near * self.element;
         let by = least.arc_length - at.arc_length;
-        if at.slides {
+        if at.follows_gap {
             let inside = at.arc_length >= from.arc_length && at.arc_length <= to.arc_length;
             let towards = by.abs() <= close || inside && at.approach().0 * by < 0.0;
             // An open contact does not stay beside a place that penetrates the obstacle.

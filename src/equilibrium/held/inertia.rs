@@ -79,7 +79,7 @@ impl HeldSearch<'_> {
         let loaded = |(_, at): &(usize, &Candidate)| at.status != Status::Open && at.normal() > 0.0;
         let mut order: Vec<(usize, &Candidate)> = self.candidates.iter().enumerate().filter(loaded).collect();
         order.sort_by(|a, b| a.1.obstacle.cmp(&b.1.obstacle).then(a.1.arc_length.total_cmp(&b.1.arc_length)));
-        let turning: Vec<bool> = linear.response.turning().skip(self.sites.len()).collect();
+        let following: Vec<bool> = linear.response.with_tangents().skip(self.sites.len()).collect();
         let mut previous: Vec<Previous> = Vec::new();
         for (i, at) in order {
             let (first, normal) = (linear.response.first(self.sites.len() + i), at.gap.normal);
@@ -123,7 +123,7 @@ impl HeldSearch<'_> {
                 }
             }
             let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward >= 0.0);
-            if inside && turning[i] && at.approach().1 > 0.0 {
+            if inside && following[i] && at.approach().1 > 0.0 {
                 // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
                 let factor = (push / at.approach().1).sqrt();
                 let turned = at.gap.curvature * at.tangent * factor;

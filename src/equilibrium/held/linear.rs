@@ -1,7 +1,17 @@
 //! The linear rod of an iteration: its response at holds, springs and candidates.
 //!
-//! The conditions of holds and springs are linear in the coordinates, y = T c + …, and their reactions are eliminated:
-//! what remains is the compliance of the rod between its candidates, with which the contact problem is posed.
+//! The coordinates y are the displacements at these places. With the forces f at the candidates and the reactions r of
+//! holds, springs and increased pivots they are y = y₀ + C (f + Tᵀ r). The compliance C includes shear and stretch, and
+//! y₀ are the displacements by the unbalanced couples. The conditions with the violations c are
+//!
+//! ```text
+//! T y + c = D r,      so that      (T C Tᵀ − D) r = −(c + T y₀ + T C f).
+//! ```
+//!
+//! D is zero for a hold and 1/k for a pivot that was increased by k. For a spring it is −1, or 1 if its stiffness is
+//! negative, and its row contains the square root of the magnitude. The reactions are eliminated. The contact problem is
+//! posed on the compliance that remains between the candidates. The inertia follows from the negative of the matrix,
+//! D − T C Tᵀ, which is the matrix S of `docs/supports.md`.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 

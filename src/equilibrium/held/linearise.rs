@@ -25,9 +25,9 @@ impl HeldSearch<'_> {
 
     /// The linear rod with the factorised tangent and the unbalanced couples in the system.
     pub(super) fn linearise(&mut self, rod: &Rod) -> Linear {
-        let spot = |element, x, turns| Spot { element, x, turns };
+        let spot = |element, x, with_tangent| Spot { element, x, with_tangent };
         let sites = self.sites.iter().map(|site| spot(site.element, site.x, false));
-        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.slides));
+        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.follows_gap));
         let spots: Vec<Spot> = sites.chain(candidates).collect();
         let mut response = LinearResponse::of(&mut *self.body, rod, &spots, &self.boosts);
         let first = 3 * self.sites.len();
@@ -52,7 +52,7 @@ impl HeldSearch<'_> {
             .map_or(0.0, |base| (system.base.norm() / (base.reach * base.stiffness)).clamp(base.least, LARGEST_SHARE));
         let stiffness = self.boosts.iter().map(|(_, increase)| *increase);
         for (k, increase) in stiffness.chain(base.iter().flat_map(|base| [base.stiffness; 3])).enumerate() {
-            // The unknown is scaled so that its diagonal entry is one.
+            // The reaction undoes the part 1 − `remains` of the increase.
             links.push([(first + size + k, 1.0)], 1.0 / (increase * (1.0 - remains)));
             roles.push(Role::Boost);
         }

@@ -68,8 +68,8 @@ impl HeldSearch<'_> {
             (system.turns, system.steps, system.base) = whole;
             let after = value(&reached, self.weight);
             let predicted = (slope - self.weight * merit.violation).min(0.0);
-            let falls = after <= before + SETTINGS.decrease.0 * fraction * predicted + slack;
-            let converges = reached.residual < merit.residual * (1.0 - SETTINGS.decrease.1 * fraction);
+            let falls = after <= before + SETTINGS.decrease * fraction * predicted + slack;
+            let converges = reached.residual < merit.residual * (1.0 - SETTINGS.residual_decrease * fraction);
             if after.is_finite() && (falls || converges || unchecked) {
                 self.found.energy = reached.energy;
                 return Some(fraction);

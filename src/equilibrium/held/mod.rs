@@ -5,6 +5,17 @@
 //! complete problem of unilateral contact with Coulomb friction is solved ([`reduced`]), with the exact shapes of the
 //! obstacles. Which contacts are open, stick or slide is part of the solution.
 //!
+//! | term | meaning |
+//! |---|---|
+//! | site | place with a hold or a spring |
+//! | candidate | place that may touch an obstacle: a point, where the gap is least, or a station of a segment |
+//! | segment | part of the rod that follows an obstacle; its stations are quadrature points with pressure |
+//! | patch | point or segment of contact in the result |
+//! | link | condition of a hold or a spring, or of a pivot of the tangent that was increased |
+//! | shift | number that is added to the diagonal of the tangent, N |
+//! | share, fraction | part of the residual that a step removes; part of the step by which the rod moves |
+//! | increment | part of the motion of holds, base and obstacles, and the time step to which it belongs |
+//!
 //! ```text
 //! run                              increments of holds, base and obstacles                     path
 //!   settle                         Newton's method, a descent nearby, a descent to any         path
@@ -20,9 +31,9 @@
 //!             leave_saddle         instead of steps that stagnate at a saddle                  saddle
 //!             fit                  a share of the residual whose step is in range              attempt
 //!               correct            return to the conditions, with the same factors             step
-//!             add_to               candidates that the step penetrates, and a new linear rod   attempt
+//!             add_to               candidates where the step penetrates; a new linear rod      attempt
 //!             descend              first fraction of the step that is an improvement           merit
-//!         ends                     after a whole step without a shift                          newton
+//!         has_finished             after a whole step without a shift                          newton
 //!           chord                  further steps with the same factors                         step
 //!           move_nodes             nodes to the contacts and to the ends of segments           newton, placement
 //!           find_inertia           number of negative directions that the supports permit      newton, inertia

@@ -33,8 +33,8 @@ const BALANCED: f64 = 1e-13;
 const CLOSE: (f64, f64) = (1e-6, 20.0);
 
 impl HeldSearch<'_> {
-    /// Finds an equilibrium for the present targets. If the iteration fails after nodes have moved to contacts, it
-    /// continues once from the shape before the last move, and nodes then stay.
+    /// Finds an equilibrium for the present targets. If the iteration fails after a motion of nodes, it continues once
+    /// from the shape before the last motion. The nodes then stay.
     pub(super) fn find(&mut self, rod: &mut Rod, reach: Reach) -> Result<(), EquilibriumError> {
         let line = if reach == Reach::Newton { Vec::new() } else { rod.centre_line_at(COMPARED) };
         let mut course = Course {
@@ -59,7 +59,7 @@ impl HeldSearch<'_> {
             (Err(error), Some(answer)) if error.is_recoverable() => {
                 self.restore(rod, &answer);
                 (course.last, course.shift, course.next) = (f64::INFINITY, 0.0, 0.0);
-                course.placements = SETTINGS.placements.0;
+                course.placements = SETTINGS.placements;
                 self.iterate(rod, &mut course)?;
                 self.found.error = self.found.error.max(course.distance);
                 Ok(())
@@ -72,8 +72,8 @@ impl HeldSearch<'_> {
     /// nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
-        let nearby = self.found.iterations + SETTINGS.iterations;
-        let end = if course.reach == Reach::Far { self.bound } else { self.bound.min(nearby) };
+        let usual = self.found.iterations + SETTINGS.iterations;
+        let end = if course.reach == Reach::Far { self.bound } else { self.bound.min(usual) };
         while self.found.iterations < end {
             self.found.iterations += 1;
             self.drop_candidates();
@@ -86,12 +86,12 @@ impl HeldSearch<'_> {
                 continue;
             };
             let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
-            let ends = step.fraction == 1.0 && step.shift == 0.0 && self.ends(rod, course, step)?;
-            let farthest = if course.reach == Reach::Near { SETTINGS.nearby } else { SETTINGS.away };
+            let finished = step.fraction == 1.0 && step.shift == 0.0 && self.has_finished(rod, course, step)?;
+            let farthest = if course.reach == Reach::Near { SETTINGS.near_motion } else { SETTINGS.far_motion };
             if course.is_guarded() && displacement(rod, &course.line) > farthest * self.length {
                 break;
             }
-            if ends {
+            if finished {
                 return Ok(());
             }
             stalls = if stalled { stalls + 1 } else { 0 };
@@ -111,14 +111,19 @@ impl HeldSearch<'_> {
 
     /// Whether the iteration ends after a whole Newton step: nodes are at the contacts, and the rod is in equilibrium.
     /// Steps with the same factors follow as long as each is much shorter than the one before.
-    fn ends(&mut self, rod: &mut Rod, course: &mut Course, mut step: Box<Step>) -> Result<bool, EquilibriumError> {
+    fn has_finished(
+        &mut self,
+        rod: &mut Rod,
+        course: &mut Course,
+        mut step: Box<Step>,
+    ) -> Result<bool, EquilibriumError> {
         let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
         let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
         let mut settled = !step.changed && turn < SETTINGS.settled_turn;
         // Newton's method does not converge quadratically for a contact point that has left its node, and steps with
-        // the same factors may increase its distance. If no point has left its node, nodes move after these steps,
-        // since the ends of segments are extrapolated more accurately from a converged shape.
-        let left = |at: &Candidate| at.slides && at.status != Status::Open && at.x.fract() != 0.0;
+        // the same factors may increase its distance. If no point has left its node, nodes move after these steps. A
+        // converged shape gives more accurate ends of segments.
+        let left = |at: &Candidate| at.follows_gap && at.status != Status::Open && at.x.fract() != 0.0;
         let is_close = settled || turn < SETTINGS.placing_turn;
         if is_close && self.candidates.iter().any(left) && self.move_nodes(rod, course) {
             return Ok(false);
@@ -161,7 +166,7 @@ impl HeldSearch<'_> {
         }
         let Some(Misplaced { patches, distance, ends }) = self.misplaced(rod, course) else { return false };
         course.distance = distance / self.length;
-        if course.placements >= SETTINGS.placements.0 {
+        if course.placements >= SETTINGS.placements {
             // An answer on these nodes has this error.
             self.found.error = self.found.error.max(course.distance);
             return false;
@@ -179,7 +184,7 @@ impl HeldSearch<'_> {
             self.restore(rod, &answer);
             self.apply(rod);
             self.found.error = self.found.error.max(course.distance);
-            course.placements = SETTINGS.placements.0;
+            course.placements = SETTINGS.placements;
             return false;
         }
         course.placements += 1;
@@ -193,7 +198,7 @@ impl HeldSearch<'_> {
         let (far, near) = (SETTINGS.far * self.length, SETTINGS.near * self.element);
         let mut kept: Vec<Candidate> = Vec::new();
         for at in std::mem::take(&mut self.candidates) {
-            let least = at.gap.value < far && (at.slides || self.end(&at).is_some());
+            let least = at.gap.value < far && (at.follows_gap || self.end(&at).is_some());
             if at.status == Status::Open && at.point && !least {
                 continue;
             }
@@ -221,7 +226,7 @@ impl HeldSearch<'_> {
     /// a shift in proportion to the residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15,
     /// 239–249, 2001). `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
-        let (first, factor) = SETTINGS.shift;
+        let (first, factor) = (SETTINGS.first_shift, SETTINGS.shift_factor);
         let least = SETTINGS.least_shift * self.force_scale();
         let mut shift = if self.is_loaded() && course.next > least { course.next } else { 0.0 };
         // Attempts with a shift may not evaluate the inertia. That of the step before does not belong to this one.
@@ -230,8 +235,8 @@ impl HeldSearch<'_> {
         loop {
             match self.attempt(rod, course, (shift, needed))? {
                 Attempt::Accepted(step) => {
-                    // In a descent without contact each step begins without a shift, and one that needs none keeps the
-                    // last.
+                    // In a descent without contact each step begins without a shift. A step without a shift does not
+                    // change the shift of the search.
                     if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
                         let rotations = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
                         let whole = step.fraction == 1.0;
@@ -294,7 +299,7 @@ impl HeldSearch<'_> {
         // A contact point is where the gap is least, or at an end of the rod.
         let skew = self.candidates.iter().any(|at| {
             let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward > 0.0);
-            let skew = at.slides && inside && at.approach().0.abs() > SETTINGS.tangential;
+            let skew = at.follows_gap && inside && at.approach().0.abs() > SETTINGS.tangential;
             at.status != Status::Open && (skew || self.strays(at))
         });
         // Conditions at places that move together are violated by rounding of their differences.

@@ -50,7 +50,7 @@ impl HeldSearch<'_> {
             self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
         let far = goals.iter().zip(&starts).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / self.length;
         let turned = self.frames.iter().map(|frame| frame.missing(rod).norm()).fold(0.0, f64::max);
-        let (largest_turn, largest_move) = SETTINGS.increment;
+        let (largest_turn, largest_move) = (SETTINGS.increment_turn, SETTINGS.increment_motion);
         let (turn, way) = followed.then(|| self.motion.as_ref().map(Motion::size)).flatten().unwrap_or_default();
         let (far, turned) = (far.max(way / self.length), turned.max(turn));
         let number = (far / largest_move).max(turned / largest_turn).ceil().max(1.0);
@@ -225,7 +225,7 @@ impl HeldSearch<'_> {
             result => return result,
         }
         match self.find_stable(rod, &guess, Reach::Near) {
-            Err(error) if !self.nearby && error.is_recoverable() => {}
+            Err(error) if !self.omits_descent && error.is_recoverable() => {}
             result => return result,
         }
         self.find_stable(rod, &guess, Reach::Far)?;

@@ -60,7 +60,7 @@ impl HeldSearch<'_> {
         let forces = self.forces_along();
         self.layer = self.bending_length(rod, &forces);
         // Contacts that have opened keep their nodes.
-        let opened = self.candidates.iter().filter(|at| at.touched && at.slides && at.status == Status::Open);
+        let opened = self.candidates.iter().filter(|at| at.touched && at.follows_gap && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
         // A point inside a contact segment is no station of it, and the last station of a segment is a point.
@@ -107,7 +107,7 @@ impl HeldSearch<'_> {
                 // Two places of least gap are two contacts.
                 Some((patch, members))
                     if patch.obstacle == at.obstacle
-                        && !(at.slides && members.last().is_some_and(|last| last.slides))
+                        && !(at.follows_gap && members.last().is_some_and(|last| last.follows_gap))
                         && !open(at.obstacle, patch.to, at.arc_length) =>
                 {
                     patch.to = at.arc_length;
@@ -156,7 +156,7 @@ impl HeldSearch<'_> {
                 let delta = outward * DIFFERENCE * element;
                 let bend = self.relative_bend(rod, obstacle, end);
                 let slope = (self.relative_bend(rod, obstacle, end + delta) - bend) / delta;
-                let longest = SETTINGS.placements.1 * element;
+                let longest = SETTINGS.placing_motion * element;
                 // The relative curvature increases beyond the end; otherwise the end moves by the largest step.
                 let by = if slope * outward > 0.0 { -bend / slope } else { outward * -bend.signum() * f64::INFINITY };
                 let by = by.clamp(-longest, longest);

@@ -19,7 +19,7 @@ pub(super) struct Spot {
     pub element: usize,
     pub x: f64,
     /// Whether the change of the tangent is required, too.
-    pub turns: bool,
+    pub with_tangent: bool,
 }
 
 /// A linear function with three components of the unknowns of one element, eliminated as the gradient.
@@ -100,10 +100,10 @@ impl LinearResponse {
                 false => response.chords[spot.element].part.clone(),
             };
             let tangent = spot
-                .turns
+                .with_tangent
                 .then(|| Part::new(body.system(), spot.element, body.tangent_rows(rod, spot.element, spot.x), points));
             response.places.push(SpotParts { element: spot.element, part, weights, tangent, first });
-            first += if spot.turns { 6 } else { 3 };
+            first += if spot.with_tangent { 6 } else { 3 };
         }
         response.compute(body.system_mut());
         response
@@ -139,7 +139,7 @@ impl LinearResponse {
     }
 
     /// Whether the tangent of each place is among the coordinates.
-    pub fn turning(&self) -> impl Iterator<Item = bool> + '_ {
+    pub fn with_tangents(&self) -> impl Iterator<Item = bool> + '_ {
         self.places.iter().map(|place| place.tangent.is_some())
     }
 

@@ -143,7 +143,7 @@ impl HeldSearch<'_> {
             turns.clone_from(&self.body.system().turns);
         }
         self.body.system_mut().start.keep(rod);
-        let fraction = SETTINGS.saddles.1 / self.body.system().largest_turn();
+        let fraction = SETTINGS.saddle_turn / self.body.system().largest_turn();
         // The supports may permit no motion.
         if !fraction.is_finite() {
             return;

@@ -46,7 +46,7 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     /// Whether the equilibrium has to be stable.
     pub(super) stable: bool,
     /// Whether the descent to any equilibrium is omitted.
-    pub(in crate::equilibrium) nearby: bool,
+    pub(in crate::equilibrium) omits_descent: bool,
     pub(super) tolerance: f64,
     pub(super) length: f64,
     /// Length of an element of the rod without additional nodes, m.
@@ -105,7 +105,7 @@ impl<'a> HeldSearch<'a> {
             line: Line::default(),
             layer: f64::INFINITY,
             stable,
-            nearby: false,
+            omits_descent: false,
             tolerance,
             length: rod.length(),
             element: rod.length() / rod.elements() as f64,
@@ -307,7 +307,7 @@ impl<'a> HeldSearch<'a> {
     fn least_gap(&self, at: &Candidate) -> f64 {
         let ((slope, bend), reach) = (at.approach(), 0.5 * self.element);
         let inside = self.end(at).is_none_or(|outward| slope * outward > 0.0);
-        let moved = if at.slides && inside { (-slope / bend).clamp(-reach, reach) } else { 0.0 };
+        let moved = if at.follows_gap && inside { (-slope / bend).clamp(-reach, reach) } else { 0.0 };
         at.gap.value + moved * (slope + 0.5 * bend * moved)
     }
 

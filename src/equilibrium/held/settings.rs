@@ -13,23 +13,26 @@ pub(super) struct Settings {
     pub iterations: usize,
     /// Largest displacement of the centre line from the initial guess in a descent nearby, relative to the length. It
     /// exceeds the motions that follow failures of Newton's method next to an equilibrium.
-    pub nearby: f64,
-    /// As `nearby`, in a descent to any equilibrium. A rod that nothing holds moves by about half of its length in each
-    /// step, without end.
-    pub away: f64,
+    pub near_motion: f64,
+    /// As `near_motion`, in a descent to any equilibrium. A rod that nothing holds moves by about half of its length
+    /// in each step, without end.
+    pub far_motion: f64,
     /// Number of halvings of a step before the tangent is shifted instead.
     pub halvings: usize,
-    /// First shift of the tangent, relative to the force in the rod, and the factor by which it increases after a
-    /// rejection. After a whole step it decreases by at least this factor.
-    pub shift: (f64, f64),
-    /// Smallest shift, relative to the force in the rod. Where a branch of equilibria ends, the steps past it are as
-    /// long as the shift is small.
+    /// First shift of the tangent, relative to the force in the rod.
+    pub first_shift: f64,
+    /// Factor by which the shift increases after a rejection. After a whole step it decreases by at least this factor.
+    pub shift_factor: f64,
+    /// Smallest shift, relative to the force in the rod. Beyond the end of a branch of equilibria, the length of a step
+    /// is inversely proportional to the shift.
     pub least_shift: f64,
     /// Largest shift, relative to the force in the rod or to that at which the rod buckles. Forces far from
     /// equilibrium may leave the bordered matrix indefinite at any shift.
     pub largest_shift: f64,
-    /// Decrease of the merit that a step must achieve, relative to the predicted one (Armijo), and of the residual.
-    pub decrease: (f64, f64),
+    /// Decrease of the merit that a step must achieve, relative to the predicted one (Armijo).
+    pub decrease: f64,
+    /// Relative decrease of the residual that a step must achieve otherwise.
+    pub residual_decrease: f64,
     /// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
     pub slow: f64,
     /// Rotation in a step below which the iteration may end, and the merit is not compared without friction, rad: its
@@ -49,9 +52,10 @@ pub(super) struct Settings {
     pub failures: usize,
     /// Violation of a condition that is attributed to rounding, relative to the length.
     pub rounding: f64,
-    /// Largest number of times that nodes move to contacts in a search, and largest motion of an end each time,
-    /// relative to an element. Afterwards the nodes stay.
-    pub placements: (usize, f64),
+    /// Largest number of times that nodes move to contacts in a search. Afterwards the nodes stay.
+    pub placements: usize,
+    /// Largest motion of the end of a segment each time, relative to an element.
+    pub placing_motion: f64,
     /// Rotation in a step below which nodes may move, rad.
     pub placing_turn: f64,
     /// As `placing_turn`, for a step in which the contacts keep their states.
@@ -78,16 +82,19 @@ pub(super) struct Settings {
     pub steep: f64,
     /// Gap of an open contact point that is no candidate any more, relative to the length.
     pub far: f64,
-    /// Largest number of saddles that are left from one with the least energy so far to the next one with less energy,
-    /// and the largest rotation by which each is left, rad: large against the rounding of the gradient, and small
-    /// enough for the quadratic model.
-    pub saddles: (usize, f64),
+    /// Largest number of saddles that are left from one with the least energy so far to the next one with less energy.
+    pub saddles: usize,
+    /// Largest rotation by which a saddle is left, rad: large against the rounding of the gradient, and small enough
+    /// for the quadratic model.
+    pub saddle_turn: f64,
     /// Number of inverse iterations for the softest direction.
     pub softenings: usize,
     /// Largest increase of the number of negative directions in a search for an unstable equilibrium.
     pub passed: usize,
-    /// Largest rotation (rad) and largest displacement, relative to the length, of a hold or the base in an increment.
-    pub increment: (f64, f64),
+    /// Largest rotation of a hold or the base in an increment, rad.
+    pub increment_turn: f64,
+    /// Largest displacement of a hold or the base in an increment, relative to the length.
+    pub increment_motion: f64,
     /// Smallest increment, as a share of the motion of the holds.
     pub smallest_increment: f64,
 }
@@ -96,13 +103,15 @@ pub(super) const SETTINGS: Settings = Settings {
     largest_turn: 0.5,
     approach: 0.5,
     iterations: 60,
-    nearby: 1e-3,
-    away: 1e2,
+    near_motion: 1e-3,
+    far_motion: 1e2,
     halvings: 5,
-    shift: (0.1, 4.0),
+    first_shift: 0.1,
+    shift_factor: 4.0,
     least_shift: 1e-6,
     largest_shift: 1e12,
-    decrease: (1e-4, 0.2),
+    decrease: 1e-4,
+    residual_decrease: 0.2,
     slow: 0.25,
     small_turn: 1e-4,
     corrections: 6,
@@ -111,7 +120,8 @@ pub(super) const SETTINGS: Settings = Settings {
     failures: 1,
     permitted: 1e-5,
     rounding: 1e-12,
-    placements: (12, 0.3),
+    placements: 12,
+    placing_motion: 0.3,
     placing_turn: 1e-3,
     settled_turn: 1e-2,
     chord_turn: 1e-3,
@@ -123,10 +133,12 @@ pub(super) const SETTINGS: Settings = Settings {
     tangential: 1e-6,
     steep: 0.05,
     far: 1e-2,
-    saddles: (4, 0.1),
+    saddles: 4,
+    saddle_turn: 0.1,
     softenings: 12,
     passed: 3,
-    increment: (0.3, 0.05),
+    increment_turn: 0.3,
+    increment_motion: 0.05,
     smallest_increment: 1e-6,
 };
 

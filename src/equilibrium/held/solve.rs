@@ -12,13 +12,13 @@ use super::law::Status;
 use super::reduced::{Evaluated, LinearContact, Reduced};
 
 /// Number of Newton iterations, and of fractions of a step that are tried in each. The residual must decrease in each
-/// step: if it only had to stay below the largest of the last three, more problems would be solved, but the coil of the
-/// test `statics::helix` would leave its branch of equilibria at the curvature 1.16 instead of the fold at 3.31.
+/// step. A comparison with the largest of the last three residuals solves more problems. With it the coil of the test
+/// `statics::helix` leaves its branch of equilibria at the curvature 1.16. The fold is at 3.31.
 const ITERATIONS: usize = 40;
 const FRACTIONS: usize = 4;
 /// The iteration ends unless the squared residual decreases by the factor (second) within this number of iterations
-/// (first), which include those that increase the proximal compliance. Without this limit the same of 3000 random
-/// scenes were solved, in 1.2 times the time.
+/// (first), which include those that increase the proximal compliance. Without this limit the same
+/// problems of 3000 random scenes were solved, and the time was 1.2 times as long.
 const PROGRESS: (usize, f64) = (8, 0.5);
 /// Largest number of times that the normal forces are determined before Newton's method begins again.
 const PRESSES: usize = 2;

@@ -67,7 +67,7 @@ impl HeldSearch<'_> {
             let first = linear.response.first(self.sites.len() + i) - linear.first;
             let place = at.position - yielded[at.obstacle];
             present.fixed_rows_mut::<3>(first).copy_from(&place);
-            let range = at.slides.then(|| {
+            let range = at.follows_gap.then(|| {
                 present.fixed_rows_mut::<3>(first + 3).copy_from(&at.tangent);
                 // Within this distance the force does not change the curvature by more than half of the relative one.
                 let resolved = (0.5 * at.approach().1 / at.flexibility).max(0.02 * self.element);
@@ -96,7 +96,7 @@ impl HeldSearch<'_> {
                 range,
                 bend: at.bend,
                 curve: at.approach().1,
-                turn_by_couple: if at.slides {
+                turn_by_couple: if at.follows_gap {
                     let by_couple = linear.compliance.fixed_view::<3, 3>(first + 3, first + 3);
                     at.gap.normal.dot(&(by_couple * at.gap.normal)).max(0.0)
                 } else {
@@ -280,9 +280,9 @@ impl HeldSearch<'_> {
         let zero = DVector::zeros(linear.response.size());
         let (mut turn, mut stretch) = (f64::INFINITY, 0.0);
         // The factors are not reused if the coordinates or the conditions have changed: for a new candidate, for one
-        // that no longer slides, and for other axes of a spring.
-        let turning: Vec<bool> = self.candidates.iter().map(|at| at.slides).collect();
-        let same = linear.response.turning().skip(self.sites.len()).eq(turning);
+        // that no longer follows the least gap, and for other axes of a spring.
+        let following: Vec<bool> = self.candidates.iter().map(|at| at.follows_gap).collect();
+        let same = linear.response.with_tangents().skip(self.sites.len()).eq(following);
         if same && residuals.len() == linear.residuals.len() {
             linear.residuals.copy_from_slice(&residuals);
             linear.free = linear.response.free(self.body.system_mut());

@@ -48,9 +48,9 @@ pub(super) struct Course {
     pub bowed: bool,
     /// Number of times that nodes have moved to the contacts.
     pub placements: usize,
-    /// The shape before the last time, which is almost in equilibrium on its nodes.
+    /// The shape before the last motion of nodes, which is almost in equilibrium on its nodes.
     pub answer: Option<Snapshot>,
-    /// Largest distance by which nodes moved then, relative to the length; infinite before.
+    /// Largest distance in this motion, relative to the length; infinite before the first one.
     pub distance: f64,
     /// The ends of contact segments in the last placement of nodes.
     pub ends: Vec<End>,

@@ -50,8 +50,8 @@ impl Stepper {
         self.undo(shoot, start, before);
         // The change is located up to this time. Its error then equals that of the first step after it: third order in
         // a step that is 64 times shorter, since the stimuli of this step are linear. With friction a step is of first
-        // order. A snap takes longer than its location to second order: 0.03 s in a step of 120 s. Times that differ by
-        // rounding are not divided.
+        // order. A snap is located to second order, to 0.03 s in a step of 120 s, which is shorter than the snap. Times
+        // that differ by rounding are not divided.
         let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
         let order = |snap: bool| match (rubs, snap) {
             (true, _) => 1,
@@ -61,8 +61,9 @@ impl Stepper {
         let rounding = 16.0 * f64::EPSILON * end.time.abs();
         let accuracy = |snap: bool| (FIRST_STEP.powi(order(snap)) * options.step).max(rounding);
         let mut shortest = accuracy(fails);
-        // `last` is the state at the end of the last part. `known` states that the contacts at the later time `high`
-        // differ from those at the start, and `skips` that no equilibrium was found shortly before `high`.
+        // Up to the state `last` the contacts are those at the start. If `known`, they differ at the later time
+        // `high`. If `skips`, no equilibrium was found shortly before `high`. A trial that `passes` ends at `high`,
+        // and a change in it is a discontinuity. `located` counts these trials.
         let (mut last, mut counts) = (start.clone(), before);
         let (mut high, mut known, mut skips, mut located) = (end.time, true, false, 0);
         loop {
@@ -114,9 +115,9 @@ impl Stepper {
         options: &RunOptions,
         passes: bool,
     ) -> Outcome<bool> {
-        self.nearby = !passes;
+        self.omits_descent = !passes;
         let step = self.step(shoot, solver, end, options);
-        self.nearby = false;
+        self.omits_descent = false;
         step?;
         let surface = |patch: &Patch| (patch.obstacle, patch.surface);
         // The patches are in the order of the surfaces. Contacts that merge or divide are no changes.

@@ -69,8 +69,8 @@ pub(super) struct Stepper {
     spare: Spare,
     /// The start of an increment; `None` without obstacles.
     increment_start: Option<IncrementStart>,
-    /// Whether the search for an equilibrium fails where a branch of equilibria ends, instead of a descent.
-    nearby: bool,
+    /// Whether the search omits the descent to any equilibrium. It then fails where a branch of equilibria ends.
+    omits_descent: bool,
     statistics: Statistics,
     /// Largest work of the call.
     max_work: usize,

@@ -175,8 +175,9 @@ impl Stepper {
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
         let (reactions, patches) = contact.predicted(rod.reactions(), environment.time);
         let earlier = (&reactions[..], &patches[..]);
-        let (shape, start, nearby) = (contact.shape.as_ref(), self.increment_start.as_ref(), self.nearby);
-        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, start, nearby });
+        let (shape, start, omits_descent) = (contact.shape.as_ref(), self.increment_start.as_ref(), self.omits_descent);
+        let held =
+            solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, start, omits_descent });
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
         self.force.update(&held.rod, load, environment);
         self.force.react(&held.rod, &held.reactions);

@@ -156,8 +156,8 @@ pub(in crate::integrator) fn permitted_step(
 /// Returns a bound on the step that makes the steps of compared runs differ, s. `interval` is the time between
 /// two discontinuities or breaking points, s.
 ///
-/// The bound has a reason: the steps after a discontinuity otherwise depend on the time since then only, and the
-/// difference of two runs does not contain their error. An interval as short as rounding has no bound, and is one step.
+/// Without this bound, the steps after a discontinuity depend only on the time since then. The difference of two runs
+/// then does not contain their error. An interval as short as rounding has no bound, and is one step.
 fn longest_to_compare(
     shoot: &Shoot<impl Model>,
     options: &RunOptions,
@@ -209,7 +209,10 @@ pub(in crate::integrator) fn next_discontinuity_ahead(
     Ok(if discontinuity > before(until) && discontinuity < after(until) { until } else { discontinuity })
 }
 
-/// Returns the end of the next step.
+/// Returns the end of the next step. The first target is the end of the run, a discontinuity or a breaking point, which
+/// a step does not pass. The length is the requested one, which these bounds reduce: steps that double after a
+/// discontinuity, steps that must differ in compared runs, growth in a step, and the step before a breaking point. The
+/// rest up to the target is then divided into equal steps.
 pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions) -> Outcome<StepEnd> {
     let (t, until, size) = (shoot.state.time, options.until, options.step);
     let discontinuity = next_discontinuity_ahead(shoot, until)?;

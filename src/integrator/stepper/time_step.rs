@@ -224,14 +224,16 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         if first {
             shoot.state.predictor.extrapolate(&mut shoot.state.rod, moments, step.from, step.to);
         }
-        // A shoot snaps from its last equilibrium, so that the first search, from an extrapolated shape, stays nearby.
-        let trial = stepper.nearby;
-        stepper.nearby |= first;
+        // The first search starts from an extrapolated shape and does not descend to a distant equilibrium, since a
+        // snap starts from the last one.
+        let omitted = stepper.omits_descent;
+        stepper.omits_descent |= first;
         let found = stepper.solve_equilibrium(shoot, *solver, time);
-        stepper.nearby = trial;
+        stepper.omits_descent = omitted;
         let found = match found {
-            // The last equilibrium is a safer initial guess. A trial is divided instead.
-            Err(error) if error.is_recoverable() && first && !trial => {
+            // The last equilibrium is a safer initial guess. A step that locates a change of contact is divided
+            // instead.
+            Err(error) if error.is_recoverable() && first && !omitted => {
                 shoot.state.predictor.take_last(&mut shoot.state.rod);
                 stepper.solve_equilibrium(shoot, *solver, time)?
             }
