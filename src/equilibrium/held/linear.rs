@@ -9,9 +9,9 @@
 //! ```
 //!
 //! D is zero for a hold and 1/k for a pivot that was increased by k. For a spring it is −1, or 1 if its stiffness is
-//! negative, and its row contains the square root of the magnitude. The reactions are eliminated. The contact problem is
-//! posed on the compliance that remains between the candidates. The inertia follows from the negative of the matrix,
-//! D − T C Tᵀ, which is the matrix S of `docs/supports.md`.
+//! negative, and its row contains the square root of the magnitude. The reactions are eliminated. The contact problem
+//! is posed on the compliance that remains between the candidates. The inertia follows from the negative of the
+//! matrix, D − T C Tᵀ, which is the matrix S of `docs/supports.md`.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
