@@ -85,6 +85,8 @@ fn spring_at_the_middle_matches_reference_numbers() {
         assert_close("tip z", held.rod.tip().z, z, ACCURACY);
         assert_close("tip x", held.rod.tip().x, x, ACCURACY);
         assert_eq!(held.signs(), (0, 0));
+        // A spring removes no direction. Each element has four rotations with three components.
+        assert_eq!(held.found.inertia.positive, 3 * 4 * 8);
     }
 }
 

@@ -55,7 +55,8 @@ impl HeldSearch<'_> {
         let eigenvalues = if n > 0 { scaled.symmetric_eigenvalues() } else { DVector::zeros(0) };
         // The bordered matrix has one negative eigenvalue for every condition and every spring of positive stiffness.
         let expected = diagonal.iter().filter(|d| **d <= 0.0).count();
-        let positive = n - expected;
+        // A condition and a spring of negative stiffness each have one positive eigenvalue.
+        let positive = diagonal.iter().filter(|d| **d >= 0.0).count();
         let (mut negative, mut above) = (inertia.negative, inertia.positive);
         inertia.margin = inertia.margin.abs();
         for value in eigenvalues.iter() {
@@ -70,7 +71,7 @@ impl HeldSearch<'_> {
         }
         let confined = self.body.system().joints.confined_directions();
         inertia.negative = negative.saturating_sub(expected);
-        inertia.positive = above.saturating_sub(positive + confined + expected);
+        inertia.positive = above.saturating_sub(positive + confined);
         inertia
     }
 

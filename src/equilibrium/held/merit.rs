@@ -1,4 +1,7 @@
 //! Merit and residual, which decide whether a step is accepted.
+//!
+//! The merit is the energy, plus the violated distances times a weight of at least twice the largest reaction, plus the
+//! work of friction. A fraction of a step is accepted if it decreases the merit or the residual sufficiently.
 
 use super::search::HeldSearch;
 use super::settings::SETTINGS;

@@ -12,7 +12,8 @@
 //! | segment | part of the rod that follows an obstacle; its stations are quadrature points with pressure |
 //! | patch | point or segment of contact in the result |
 //! | link | condition of a hold or a spring, or of a pivot of the tangent that was increased |
-//! | shift | number that is added to the diagonal of the tangent, N |
+//! | shift | force that, times the length that belongs to a frame, is added to the diagonal of the tangent, N |
+//! | descent | the iteration with a shift that makes the tangent positive in permitted directions before each step |
 //! | share, fraction | part of the residual that a step removes; part of the step by which the rod moves |
 //! | increment | part of the motion of holds, base and obstacles, and the time step to which it belongs |
 //!
@@ -41,7 +42,7 @@
 //!
 //! In a search for a stable equilibrium, an attempt that is not accepted has one of these outcomes. In contact,
 //! Newton's method does not test the tangent before a step, since it may be negative on the way to a stable
-//! equilibrium. With a shift its attempts are rejected where those of the first column are lost.
+//! equilibrium. With a shift it does not test the tangent at all, and the other two losses are rejections.
 //!
 //! | what is found | Newton's method in contact, without a shift | a descent, or a rod without contact |
 //! |---|---|---|

@@ -1,7 +1,9 @@
 //! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of
-//! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape at
-//! the start of the step. Increments become shorter, down to a smallest one, until neither the base nor a held frame
-//! moves the rod past an obstacle.
+//! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape
+//! at the start of the step. Increments become shorter, down to a smallest one, until neither the base nor a held
+//! frame moves the rod past an obstacle. An increment is halved after a search in which Newton's method and the
+//! descents fail, and does not grow again. Where a branch of equilibria ends, the rod therefore jumps, or, if the
+//! descent to any equilibrium is omitted, approaches the end until the smallest increment fails.
 
 use nalgebra::Vector3;
 
