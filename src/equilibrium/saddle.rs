@@ -17,8 +17,8 @@ const PUSH: f64 = 0.1;
 
 impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
     /// Whether the gradient vanishes at a saddle. While steps become much shorter, the remaining gradient may give a
-    /// neutral direction a negative pivot. A shift that is
-    /// larger than necessary makes steps short far from a saddle, too.
+    /// neutral direction a negative pivot. A shift that is larger than necessary makes steps short
+    /// far from a saddle, too.
     pub(super) fn is_at_saddle(&self) -> bool {
         let negligible = self.turn < NEGLIGIBLE_TURN && (self.shift_is_needed || self.has_only_rounding());
         self.stable && self.shift > 0.0 && negligible && self.stagnates

@@ -185,7 +185,7 @@ fn heavy_rod_between_held_ends_hangs_as_in_the_reference() {
     assert_close("couple", base, -4.342_168_670_503_857, ACCURACY);
     for held in [&pinned, &clamped] {
         assert_eq!(held.signs(), (0, 0));
-        // By symmetry, either end bears half of the weight.
+        // Each end bears half of the weight by symmetry.
         assert_close("vertical force", held.reaction().0.z, -0.5 * default_weight().z * length, ACCURACY);
     }
 }

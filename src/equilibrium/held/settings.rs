@@ -23,8 +23,8 @@ pub(super) struct Settings {
     pub first_shift: f64,
     /// Factor by which the shift increases after a rejection. After a whole step it decreases by at least this factor.
     pub shift_factor: f64,
-    /// Smallest shift, relative to the force in the rod. Beyond the end of a branch of equilibria, the length of a step
-    /// is inversely proportional to the shift.
+    /// Smallest shift, relative to the force in the rod. The steps past the end of a branch of equilibria are longer
+    /// for a smaller shift.
     pub least_shift: f64,
     /// Largest shift, relative to the force in the rod or to that at which the rod buckles. Forces far from
     /// equilibrium may leave the bordered matrix indefinite at any shift.

@@ -61,8 +61,8 @@ impl Stepper {
         let rounding = 16.0 * f64::EPSILON * end.time.abs();
         let accuracy = |snap: bool| (FIRST_STEP.powi(order(snap)) * options.step).max(rounding);
         let mut shortest = accuracy(fails);
-        // Up to the state `last` the contacts are those at the start. If `known`, they differ at the later time
-        // `high`. If `skips`, no equilibrium was found shortly before `high`. A trial that `passes` ends at `high`,
+        // The contacts up to the state `last` are those at the start. They differ at the later time `high` if
+        // `known`, and no equilibrium was found shortly before `high` if `skips`. A trial that `passes` ends at `high`,
         // and a change in it is a discontinuity. `located` counts these trials.
         let (mut last, mut counts) = (start.clone(), before);
         let (mut high, mut known, mut skips, mut located) = (end.time, true, false, 0);

@@ -156,8 +156,8 @@ pub(in crate::integrator) fn permitted_step(
 /// Returns a bound on the step that makes the steps of compared runs differ, s. `interval` is the time between
 /// two discontinuities or breaking points, s.
 ///
-/// Without this bound, the steps after a discontinuity depend only on the time since then. The difference of two runs
-/// then does not contain their error. An interval as short as rounding has no bound, and is one step.
+/// The steps after a discontinuity would depend only on the time since then without this bound, and the difference of
+/// two runs would not contain their error. An interval as short as rounding has no bound, and is one step.
 fn longest_to_compare(
     shoot: &Shoot<impl Model>,
     options: &RunOptions,
