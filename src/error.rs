@@ -44,6 +44,11 @@ impl fmt::Display for ParameterError {
 
 impl std::error::Error for ParameterError {}
 
+/// Returns an error unless `ok`.
+pub(crate) fn ensure<E>(ok: bool, error: E) -> Result<(), E> {
+    if ok { Ok(()) } else { Err(error) }
+}
+
 /// A number in a message, with ten significant digits or as many as the precision of the format. Very small and very
 /// large ones are written with an exponent, and those that are not finite in words.
 pub(crate) struct Number(pub f64);
@@ -106,15 +111,11 @@ impl ParameterError {
         Self { name, value, requirement, unit: "", place: None, missing: false, needed: None }
     }
 
-    /// Returns an error unless a number of things is the needed one, which the requirement describes.
-    pub(crate) fn count(
-        name: &'static str,
-        [found, needed]: [usize; 2],
-        requirement: &'static str,
-    ) -> Result<(), Self> {
-        let needed = needed as f64;
-        Self::unless(found as f64 == needed, name, found as f64, requirement)
-            .map_err(|error| Self { needed: Some(needed), ..error })
+    /// Returns an error unless a number of things is the needed one, which the requirement describes. `numbers` are the
+    /// found one and the needed one.
+    pub(crate) fn count(name: &'static str, numbers: [usize; 2], requirement: &'static str) -> Result<(), Self> {
+        let [found, needed] = numbers.map(|number| number as f64);
+        Self::unless(found == needed, name, found, requirement).map_err(|error| Self { needed: Some(needed), ..error })
     }
 
     /// Returns an error unless a norm is one up to [`UNIT`].

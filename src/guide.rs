@@ -1,64 +1,14 @@
 //! Chapters: recipes, laws and methods of your own, and the method with its accuracy, run time and limits.
 
 // The chapters end with definitions of their links for readers of the files. Of several definitions of a label the
-// first counts, so that those of `definitions` lead to the pages of the documentation. `tests/project/links.rs` checks
+// first counts, so that those of `links.md` lead to the pages of the documentation. `tests/project/links.rs` checks
 // both.
 
-/// Concatenates a definition for each label: first those of chapters, then those of items, which are code.
-macro_rules! definitions {
-    ($($label:literal: $chapter:literal,)* $([$module:literal: $($item:literal)*])*) => {
-        concat!(
-            "\n\n",
-            $("[", $label, "]: crate::guide::", $chapter, "\n",)*
-            $($("[`", $item, "`]: ", $module, "::", $item, "\n",)*)*
-            "\n"
-        )
-    };
-}
-
-/// Text of a chapter with the definitions of its links.
+/// Text of a chapter after the definitions of links in `links.md`: first those of chapters, then those of items, which
+/// are code.
 macro_rules! chapter {
     ($file:literal) => {
-        concat!(
-            definitions! {
-                "accuracy": "accuracy",
-                "cycles": "cycles",
-                "fit": "fit",
-                "laws": "laws",
-                "method": "method",
-                "own laws": "own_laws",
-                "own methods": "own_methods",
-                "performance": "performance",
-                "stability": "stability",
-                "supports": "supports",
-                ["crate": "DynLaws" "Scene" "Shoot::check_laws" "Shoot::growth_power" "Shoot::reactions"
-                    "Shoot::with_model" "ShootBuilder::nodes" "ShootBuilder::support" "Turned" "check" "cycle"
-                    "ensemble::run" "fit" "stability"]
-                ["crate::constitutive": "Constitutive" "Constitutive::line_response" "Graded" "Timoshenko"]
-                ["crate::cycle": "Bifurcation" "Continuation" "Disturbances" "Eigenvalue::residual"
-                    "Multipliers::radius" "Multipliers::trivial" "PeriodicOrbit::enter" "PeriodicOrbit::error"
-                    "PeriodicSolver" "PeriodicSolver::forced" "RotatingWaveSolver" "WaveRoots::line"]
-                ["crate::equilibrium": "EquilibriumSolver" "EquilibriumSolver::hold" "EquilibriumSolver::is_trusted"
-                    "NewtonSolver" "NewtonSolver::solve_held" "RodEnergy" "Unloaded"]
-                ["crate::fit": "Estimates::compare" "Estimates::resolved_periods" "Estimates::singular_values"
-                    "Estimates::warnings" "Fit::dependences" "Fit::max_work" "Fit::profile" "Fit::run_showing"
-                    "Fit::scan_oscillator" "Fit::starts" "Fit::widest" "Scan::periods" "Series" "Warning::NotConverged"]
-                ["crate::growth": "GrowthLaw" "Ongoing"]
-                ["crate::integrator": "Adaptive" "MethodOfSteps" "MethodOfSteps::retries" "Simulation" "TimeStepper"]
-                ["crate::load": "InternalForce" "Load::force" "Weight::GREENHILL"]
-                ["crate::rod": "Rod::node_arc_lengths" "Rod::node_frames" "Rod::set_shape"]
-                ["crate::stability": "Crossing::with_error" "Linearisation::refined" "Linearisation::resolved"
-                    "Linearisation::unstable" "Refinement" "Root::with_error" "boundary" "onset"
-                    "solve_steady_state"]
-                ["crate::support": "Capsule" "Contact" "ConvexPolyhedron" "Cuboid" "Cylinder" "Elastic" "HalfSpace"
-                    "Hold" "Joint" "Moving" "Obstacle" "Potential" "Reaction" "Sphere" "Union"]
-                ["crate::tropism": "AtApex" "Declaration::oscillations" "DirectionalTropism" "During" "Light"
-                    "LightSource" "LineLight" "Localised" "MemoryKernel" "MemoryKernel::fit" "ParallelLight"
-                    "Perception" "Phototropism" "PointLight" "RandomDrive" "Response" "Rotation" "Statoliths"
-                    "Thigmotropism" "Touch" "TropismLaw"]
-            },
-            include_str!(concat!("../", $file))
-        )
+        concat!("\n", include_str!("links.md"), "\n", include_str!(concat!("../", $file)))
     };
 }
 

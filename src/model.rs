@@ -3,14 +3,14 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
-use crate::growth::{GrowthLaw, check_speed};
-use crate::load::Load;
+use crate::growth::check_speed;
 use crate::pointers::forward_pointers;
-use crate::scene::{Scene, Still};
-use crate::support::Support;
-use crate::tropism::{Declaration, TropismLaw};
+use crate::scene::Still;
+use crate::tropism::Declaration;
+// The traits of the six laws, for modules that use a model.
+pub(crate) use crate::{constitutive::Constitutive, growth::GrowthLaw, load::Load};
+pub(crate) use crate::{scene::Scene, support::Support, tropism::TropismLaw};
 
 /// The laws of a shoot: growth, tropism, elasticity, load, scene and support.
 ///
@@ -87,7 +87,9 @@ pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterErro
     model.constitutive().check()?;
     model.load().check()?;
     model.scene().check()?;
-    check_support(model.support())
+    check_support(model.support())?;
+    let zone = model.growth().zone_length();
+    ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")
 }
 
 /// Returns an error for a parameter out of range, and for a support that is absent and has conditions, which would have
@@ -121,6 +123,7 @@ forward_pointers!(Model {
 /// The usual [`Model`]: a struct of its laws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
 pub struct Laws<C, G = (), T = (), L = (), S = Still, U = ()> {
     /// The elastic law.
     pub constitutive: C,
@@ -138,44 +141,36 @@ pub struct Laws<C, G = (), T = (), L = (), S = Still, U = ()> {
 
 impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {
     /// Replaces the elastic law.
-    #[must_use]
     pub fn with_constitutive<N: Constitutive>(self, constitutive: N) -> Laws<N, G, T, L, S, U> {
         let Self { growth, tropism, load, scene, support, .. } = self;
         Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the growth law.
-    #[must_use]
     pub fn with_growth<N: GrowthLaw>(self, growth: N) -> Laws<C, N, T, L, S, U> {
         let Self { constitutive, tropism, load, scene, support, .. } = self;
         Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the tropism law by a law or a tuple of laws.
-    #[must_use]
     pub fn with_tropism<N: TropismLaw>(self, tropism: N) -> Laws<C, G, N, L, S, U> {
         let Self { constitutive, growth, load, scene, support, .. } = self;
         Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the load by a load or a tuple of loads.
-    #[must_use]
     pub fn with_load<N: Load>(self, load: N) -> Laws<C, G, T, N, S, U> {
         let Self { constitutive, growth, tropism, scene, support, .. } = self;
         Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the scene.
-    #[must_use]
     pub fn with_scene<N: Scene>(self, scene: N) -> Laws<C, G, T, L, N, U> {
         let Self { constitutive, growth, tropism, load, support, .. } = self;
         Laws { constitutive, growth, tropism, load, scene, support }
     }
-}
 
-impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {
     /// Replaces the support by a support or a tuple of supports.
-    #[must_use]
     pub fn with_support<N: Support>(self, support: N) -> Laws<C, G, T, L, S, N> {
         let Self { constitutive, growth, tropism, load, scene, .. } = self;
         Laws { constitutive, growth, tropism, load, scene, support }
@@ -218,16 +213,14 @@ where
     U: Support + Send + Sync + 'static,
 {
     /// Converts the laws to the common type [`DynLaws`], for collections of shoots with different laws.
-    #[must_use]
     pub fn into_dyn(self) -> DynLaws {
-        let Self { constitutive, growth, tropism, load, scene, support } = self;
         Laws {
-            constitutive: Arc::new(constitutive),
-            growth: Arc::new(growth),
-            tropism: Arc::new(tropism),
-            load: Arc::new(load),
-            scene: Arc::new(scene),
-            support: Arc::new(support),
+            constitutive: Arc::new(self.constitutive),
+            growth: Arc::new(self.growth),
+            tropism: Arc::new(self.tropism),
+            load: Arc::new(self.load),
+            scene: Arc::new(self.scene),
+            support: Arc::new(self.support),
         }
     }
 }

@@ -5,7 +5,7 @@
 macro_rules! forward_methods {
     ($self:ident, $Trait:ident of $part:expr => $(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $answer:ty)?;)*) => {
         $(
-            #[inline]
+            #[inline(always)]
             fn $name(&$self $(, $arg: $ty)*) $(-> $answer)? {
                 $Trait::$name(&$part $(, $arg)*)
             }

@@ -147,22 +147,15 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let (zero, elements) = (Vector3::zeros(), rod.elements());
         let apex = Beyond { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
         let (length, ends) = (rod.length(), vec![apex; elements + 1]);
-        let mut force = InternalForce::default();
-        if !rod.reactions().is_empty() {
-            force.update(rod, load, &environment);
-            force.react(rod, rod.reactions());
-        }
+        let mut force = InternalForce::of(rod, load, &environment);
+        force.react(rod, rod.reactions());
         let reactions = force.reactions_in_elements(rod);
         let mut profile = Self { rod, material, load, growth, environment, length, ends, reactions };
         for e in (0..=elements).rev() {
             if e < elements {
                 profile.ends[e] = profile.beyond(e, 0.0);
             }
-            for (node, couple) in force.couples() {
-                if *node == e {
-                    profile.ends[e].couple += couple;
-                }
-            }
+            force.couples_at(e).for_each(|couple| profile.ends[e].couple += couple);
         }
         profile
     }

@@ -48,7 +48,7 @@ impl Order {
 }
 
 /// Quadrature and interpolation in an element of a given order, on [0, 1].
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct ReferenceElement {
     /// Number of Gauss points p; the rotations have p + 1 nodes, the first with rotation zero.
     pub p: usize,
@@ -72,6 +72,10 @@ pub(crate) struct ReferenceElement {
     pub weights_at_points: AtPoints,
     /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is one at point j.
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
+    /// `point_powers[j][k]`: coefficient of xᵏ in the polynomial through the Gauss points that is one at point j.
+    pub point_powers: [[f64; MAX_POINTS]; MAX_POINTS],
+    /// `node_powers[j][k]`: coefficient of xᵏ in the polynomial of node j + 1.
+    pub node_powers: [[f64; MAX_POINTS + 1]; MAX_POINTS],
     /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through the Gauss points
     /// that is one at point j.
     integrals: [[f64; MAX_POINTS]; MAX_POINTS],
@@ -116,16 +120,9 @@ impl ReferenceElement {
             p,
             denominators: (denominators(&points), denominators(&nodes)),
             nodes,
-            shape: [[0.0; MAX_POINTS]; MAX_POINTS],
-            slope: [[0.0; MAX_POINTS]; MAX_POINTS],
-            shape_at_points: [AtPoints::ZERO; MAX_POINTS],
-            slope_at_points: [AtPoints::ZERO; MAX_POINTS],
-            weights_at_points: AtPoints::ZERO,
-            upto: [[0.0; MAX_POINTS]; MAX_POINTS],
-            integrals: [[0.0; MAX_POINTS]; MAX_POINTS],
-            stations: Vec::new(),
             points,
             weights,
+            ..Self::default()
         };
         for g in 0..p {
             let x = reference.points[g];
@@ -141,9 +138,10 @@ impl ReferenceElement {
         let weight = |g: usize| reference.weights.get(g).copied().unwrap_or(0.0);
         reference.weights_at_points = AtPoints::from(std::array::from_fn(weight));
         for j in 0..p {
-            let powers = lagrange_powers::<MAX_POINTS>(&reference.points, j);
-            for (k, coefficient) in powers.into_iter().enumerate().take(p) {
-                reference.integrals[j][k] = coefficient / (k + 1) as f64;
+            reference.point_powers[j] = lagrange_powers(&reference.points, j);
+            reference.node_powers[j] = lagrange_powers(&reference.nodes, j + 1);
+            for k in 0..p {
+                reference.integrals[j][k] = reference.point_powers[j][k] / (k + 1) as f64;
             }
         }
         let stations = if p < 2 { vec![1.0] } else { lobatto(p - 1)[1..].to_vec() };

@@ -113,6 +113,7 @@ pub(crate) fn after(time: f64) -> f64 {
 /// Constant gravity and a fixed base at the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
 pub struct Still {
     /// Acceleration of gravity in the fixed frame, m/s².
     pub gravity: Vector3<f64>,
@@ -122,20 +123,17 @@ pub struct Still {
 
 impl Still {
     /// Gravity of 9.81 m/s² along −e3, as in the paper of the model, and an upright base: dj = ej.
-    #[must_use]
     pub fn upright() -> Self {
         Self { gravity: Vector3::new(0.0, 0.0, -9.81), base: UnitQuaternion::identity() }
     }
 
     /// An upright base rotated by `angle` (rad) about e2, so that its tangent d3 leans towards +e1.
     /// At π/2 the base is horizontal: d1 = −e3, d2 = e2, d3 = e1.
-    #[must_use]
     pub fn tilted(angle: f64) -> Self {
         Self { base: UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle), ..Self::upright() }
     }
 
     /// An upright base without gravity.
-    #[must_use]
     pub fn weightless() -> Self {
         Self { gravity: Vector3::zeros(), base: UnitQuaternion::identity() }
     }

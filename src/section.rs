@@ -15,6 +15,7 @@ use crate::error::ParameterError;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
 pub struct Section {
     /// Semi-axis a1 along d1, m.
     pub along_d1: f64,
@@ -24,13 +25,11 @@ pub struct Section {
 
 impl Section {
     /// A circle of the given radius, m.
-    #[must_use]
     pub fn circle(radius: f64) -> Self {
         Self::ellipse(radius, radius)
     }
 
     /// An ellipse with the given semi-axes along d1 and d2, m.
-    #[must_use]
     pub fn ellipse(along_d1: f64, along_d2: f64) -> Self {
         Self { along_d1, along_d2 }
     }

@@ -19,29 +19,30 @@ pub(crate) fn visit_stimuli(
     stimuli: &mut [f64],
     mut visit: impl FnMut(usize, &Site, &[f64]),
 ) {
-    let each = |i: usize, site: &Site| {
+    let mut each = |i: usize, site: &Site| {
         // A stimulus that the law does not write is an error, not that of the point before.
         stimuli.fill(f64::NAN);
         law.sense(site, stimuli);
         visit(i, site, stimuli);
     };
     match shape {
-        None => visit_sites(rod, material, force, with_position, each),
-        Some(shape) => visit_sites_on(shape, rod, material, force, each),
+        None => visit_sites(rod, material, force, with_position, &mut each),
+        Some(shape) => visit_sites_on(shape, rod, material, force, &mut each),
     }
 }
 
 /// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from
 /// the apex towards the base. Positions are NaN unless `with_position`.
 ///
-/// The couple is integrated from the free apex, and the strain follows from it. The strain is of order p + 2, while
-/// differentiation of the rotations gives p + 1 and rounding errors in short elements.
+/// `visit` has no type parameter, so that the function is compiled once for each elastic law. The couple is integrated
+/// from the free apex, and the strain follows from it. The strain is of order p + 2, while differentiation of the
+/// rotations gives p + 1 and rounding errors in short elements.
 pub(crate) fn visit_sites(
     rod: &Rod,
     material: &impl Constitutive,
     force: &InternalForce,
     with_position: bool,
-    mut visit: impl FnMut(usize, &Site),
+    visit: &mut dyn FnMut(usize, &Site),
 ) {
     let reference = rod.reference();
     let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);
@@ -95,15 +96,12 @@ pub(crate) fn visit_sites_on(
     rod: &Rod,
     material: &impl Constitutive,
     force: &InternalForce,
-    mut visit: impl FnMut(usize, &Site),
+    visit: &mut dyn FnMut(usize, &Site),
 ) {
     let reference = shape.reference();
     let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);
     let (line, length) = (shape.centre_line(), shape.length());
-    let mut starts = vec![0.0; rod.elements() + 1];
-    for e in 0..rod.elements() {
-        starts[e + 1] = starts[e] + rod.length_of(e);
-    }
+    let starts = rod.ends();
     let arc_length = |i: usize| {
         let upto = rod.element_points(i / p).iter().zip(&reference.upto[i % p]);
         starts[i / p] + upto.map(|(point, w)| w * point.jacobian).sum::<f64>()
@@ -159,11 +157,7 @@ fn visit_elements(
 ) {
     let reference = rod.reference();
     let (p, time) = (reference.p, force.environment().time);
-    let couple_at = |node: usize| {
-        let at_node = force.couples().iter().filter(move |(at, _)| *at == node);
-        at_node.fold(Vector3::zeros(), |sum: Vector3<f64>, (_, couple)| sum + couple)
-    };
-    let mut couple = couple_at(rod.elements());
+    let mut couple: Vector3<f64> = force.couples_at(rod.elements()).sum();
     for e in (from..rod.elements()).rev() {
         let points = rod.element_points(e);
         let frames = std::array::from_fn(|g| rod.frame_at_point(e, g.min(p - 1)));
@@ -177,6 +171,6 @@ fn visit_elements(
         for j in 0..p {
             couple += couples[j] * (reference.weights[j] * points[j].jacobian);
         }
-        couple += couple_at(e);
+        couple += force.couples_at(e).sum::<Vector3<f64>>();
     }
 }

@@ -61,7 +61,7 @@ pub(crate) fn s_functions<T: Real>(x: T) -> [T; 8] {
 }
 
 /// The coefficients c1, c2 of a map F(θ) (see the module's head) with their first two derivatives in x = |θ|².
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Form<T = f64> {
     c1: [T; 3],
     c2: [T; 3],

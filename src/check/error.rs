@@ -7,138 +7,131 @@ use nalgebra::Vector3;
 use crate::error::{Number, debug_by_display};
 
 /// Quantity of a law. Components and indices are counted from zero.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Quantity {
     /// Number of points, sites or places at which a law is checked.
+    #[error("number of points")]
     Points,
     /// Distance (m) or time (s) of a point at which a growth law is checked.
+    #[error("distance (m) or time (s) of a point")]
     Point,
     /// Time over which the motion of points is checked, s.
+    #[error("span (s)")]
     Span,
     /// Elastic energy per length at zero strain, J/m.
+    #[error("elastic energy (J/m)")]
     Energy,
     /// Derivative of the elastic energy by a component of the strain, N m.
+    #[error("derivative of the elastic energy by the strain u{} (N m)", .0 + 1)]
     EnergySlope(usize),
     /// Component of the couple, N m.
+    #[error("couple m{} (N m)", .0 + 1)]
     Couple(usize),
     /// Derivative of a component of the couple by the same component of the strain, N m².
+    #[error("derivative of the couple m{i} by the strain u{i} (N m²)", i = .0 + 1)]
     CoupleSlope(usize),
     /// Entry of the tangent: row and column, N m².
+    #[error("tangent ∂m{}/∂u{} (N m²)", .0 + 1, .1 + 1)]
     Tangent(usize, usize),
     /// Component of the strain of the centre line.
+    #[error("strain v{} of the centre line", .0 + 1)]
     LineStrain(usize),
     /// Derivative of a component of the strain of the centre line by a component of the force, 1/N.
+    #[error("derivative of the strain v{} of the centre line by the force n{} (1/N)", .0 + 1, .1 + 1)]
     LineStrainSlope(usize, usize),
     /// Energy of shear and stretch per length without force, J/m.
+    #[error("energy of shear and stretch (J/m)")]
     LineEnergy,
     /// Derivative of the energy of shear and stretch by a component of the force, J/(m N).
+    #[error("derivative of the energy of shear and stretch by the force n{} (J/(m N))", .0 + 1)]
     LineEnergySlope(usize),
     /// Entry of the compliance of the centre line: row and column, 1/N.
+    #[error("compliance ∂v{}/∂n{} (1/N)", .0 + 1, .1 + 1)]
     Compliance(usize, usize),
     /// Relative elemental growth rate, 1/s.
+    #[error("REGR (1/s)")]
     Regr,
     /// Speed of the apex relative to a point, m/s.
+    #[error("apical speed (m/s)")]
     ApicalSpeed,
     /// Derivative of this speed by the distance from the apex, 1/s.
+    #[error("derivative of the apical speed by the distance from the apex (1/s)")]
     ApicalSpeedSlope,
     /// Distance from the apex to which growth moves a point, m.
+    #[error("distance of `flow` (m)")]
     Distance,
     /// Stretch of the tissue at a point.
+    #[error("stretch of `flow`")]
     Stretch,
     /// Time at which a point leaves the growth zone, s.
+    #[error("exit time (s)")]
     ExitTime,
     /// Length of a shoot, m.
+    #[error("length (m)")]
     Length,
     /// Number of declared stimuli.
+    #[error("number of stimuli")]
     Stimuli,
     /// Number of declared variables.
+    #[error("number of variables")]
     Variables,
     /// Declared rotation of a stimulus.
+    #[error("index of the partner of stimulus {0} under rotations")]
     StimulusRotation(usize),
     /// Declared rotation of a variable.
+    #[error("index of the partner of variable {0} under rotations")]
     VariableRotation(usize),
     /// Stimulus.
+    #[error("stimulus {0}")]
     Stimulus(usize),
     /// Component of the signal of a perception.
+    #[error("component {0} of the signal")]
     Signal(usize),
     /// Steady value of a variable.
+    #[error("rate of variable {0} in the steady state (its unit per second)")]
     Steady(usize),
     /// Value of a variable at t = 0.
+    #[error("initial variable {0}")]
     Initial(usize),
     /// Rate of a variable.
+    #[error("rate of variable {0} (its unit per second)")]
     Rate(usize),
     /// Rate of a variable that `coupled_rates` writes.
+    #[error("rate of variable {0} by `coupled_rates` (its unit per second)")]
     CoupledRate(usize),
     /// Component of the growth gradient, 1/m.
+    #[error("component of the growth gradient along d{} (1/m)", .0 + 1)]
     Gradient(usize),
     /// Signed distance of a place from an obstacle, m.
+    #[error("signed distance from the obstacle (m)")]
     Clearance,
     /// Norm of the normal of an obstacle.
+    #[error("norm of the normal")]
     NormalLength,
     /// Component of the normal of an obstacle.
+    #[error("component {} of the normal", ["x", "y", "z"].get(*.0).unwrap_or(&"?"))]
     Normal(usize),
     /// Entry of the curvature of an obstacle: row and column, 1/m.
+    #[error("entry {}, {} of the curvature (1/m)", .0 + 1, .1 + 1)]
     Curvature(usize, usize),
 }
 
-impl fmt::Display for Quantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Points => write!(f, "number of points"),
-            Self::Point => write!(f, "distance (m) or time (s) of a point"),
-            Self::Span => write!(f, "span (s)"),
-            Self::Energy => write!(f, "elastic energy (J/m)"),
-            Self::EnergySlope(i) => write!(f, "derivative of the elastic energy by the strain u{} (N m)", i + 1),
-            Self::Couple(i) => write!(f, "couple m{} (N m)", i + 1),
-            Self::CoupleSlope(i) => write!(f, "derivative of the couple m{0} by the strain u{0} (N m²)", i + 1),
-            Self::Tangent(i, j) => write!(f, "tangent ∂m{}/∂u{} (N m²)", i + 1, j + 1),
-            Self::LineStrain(i) => write!(f, "strain v{} of the centre line", i + 1),
-            Self::LineStrainSlope(i, j) => {
-                write!(f, "derivative of the strain v{} of the centre line by the force n{} (1/N)", i + 1, j + 1)
-            }
-            Self::LineEnergy => write!(f, "energy of shear and stretch (J/m)"),
-            Self::LineEnergySlope(i) => {
-                write!(f, "derivative of the energy of shear and stretch by the force n{} (J/(m N))", i + 1)
-            }
-            Self::Compliance(i, j) => write!(f, "compliance ∂v{}/∂n{} (1/N)", i + 1, j + 1),
-            Self::Regr => write!(f, "REGR (1/s)"),
-            Self::ApicalSpeed => write!(f, "apical speed (m/s)"),
-            Self::ApicalSpeedSlope => write!(f, "derivative of the apical speed by the distance from the apex (1/s)"),
-            Self::Distance => write!(f, "distance of `flow` (m)"),
-            Self::Stretch => write!(f, "stretch of `flow`"),
-            Self::ExitTime => write!(f, "exit time (s)"),
-            Self::Length => write!(f, "length (m)"),
-            Self::Stimuli => write!(f, "number of stimuli"),
-            Self::Variables => write!(f, "number of variables"),
-            Self::StimulusRotation(k) => write!(f, "index of the partner of stimulus {k} under rotations"),
-            Self::VariableRotation(k) => write!(f, "index of the partner of variable {k} under rotations"),
-            Self::Stimulus(k) => write!(f, "stimulus {k}"),
-            Self::Signal(k) => write!(f, "component {k} of the signal"),
-            Self::Steady(k) => write!(f, "rate of variable {k} in the steady state (its unit per second)"),
-            Self::Initial(k) => write!(f, "initial variable {k}"),
-            Self::Rate(k) => write!(f, "rate of variable {k} (its unit per second)"),
-            Self::CoupledRate(k) => write!(f, "rate of variable {k} by `coupled_rates` (its unit per second)"),
-            Self::Clearance => write!(f, "signed distance from the obstacle (m)"),
-            Self::NormalLength => write!(f, "norm of the normal"),
-            Self::Normal(i) => write!(f, "component {} of the normal", ["x", "y", "z"].get(i).unwrap_or(&"?")),
-            Self::Curvature(i, j) => write!(f, "entry {}, {} of the curvature (1/m)", i + 1, j + 1),
-            Self::Gradient(i) => write!(f, "component of the growth gradient along d{} (1/m)", i + 1),
-        }
-    }
-}
-
 /// Place at which a law was evaluated.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Where {
     /// Arguments of the check.
+    #[error("in the arguments of the check")]
     Arguments,
     /// Elastic strain, components along the directors, 1/m.
+    #[error("at the elastic strain {} 1/m", Components(.0))]
     Strain(Vector3<f64>),
     /// Force in the rod, components along the directors, N.
+    #[error("under the force {} N", Components(.0))]
     Force(Vector3<f64>),
     /// Distance from the apex (m) and time (s).
+    #[error("at {:.5} m from the apex and {} s", Number(*sigma), Number(*time))]
     Growing {
         /// Distance from the apex, m.
         sigma: f64,
@@ -146,6 +139,7 @@ pub enum Where {
         time: f64,
     },
     /// Place beside an obstacle.
+    #[error("at {} m beside surface {surface}", Components(place))]
     Place {
         /// Place in the fixed frame, m.
         place: Vector3<f64>,
@@ -153,31 +147,13 @@ pub enum Where {
         surface: usize,
     },
     /// Site of a tropism law.
+    #[error("at site {index}, {:.5} m from the base", Number(*arc_length))]
     Site {
         /// Index of the site among those given.
         index: usize,
         /// Arc length of the site from the base, m.
         arc_length: f64,
     },
-}
-
-impl fmt::Display for Where {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Arguments => write!(f, "in the arguments of the check"),
-            Self::Strain(u) => write!(f, "at the elastic strain {} 1/m", Components(u)),
-            Self::Force(n) => write!(f, "under the force {} N", Components(n)),
-            Self::Growing { sigma, time } => {
-                write!(f, "at {:.5} m from the apex and {} s", Number(*sigma), Number(*time))
-            }
-            Self::Place { place: p, surface } => {
-                write!(f, "at {} m beside surface {surface}", Components(p))
-            }
-            Self::Site { index, arc_length } => {
-                write!(f, "at site {index}, {:.5} m from the base", Number(*arc_length))
-            }
-        }
-    }
 }
 
 /// Components of a vector in a message.
@@ -233,6 +209,9 @@ impl std::error::Error for LawError {}
 
 debug_by_display!(LawError);
 
+/// Result of a check.
+pub(super) type Checked = Result<(), LawError>;
+
 /// A law and a place at which its quantities are compared.
 #[derive(Clone, Copy)]
 pub(super) struct At {
@@ -247,7 +226,7 @@ impl At {
     }
 
     /// Returns an error for a check of a law of type `L` at no point.
-    pub fn of_points<L: ?Sized>(number: usize) -> Result<(), LawError> {
+    pub fn of_points<L: ?Sized>(number: usize) -> Checked {
         let at = Self::of::<L>(Where::Arguments);
         if number > 0 { Ok(()) } else { Err(at.error(Quantity::Points, [0.0, f64::NAN], "at least 1")) }
     }
@@ -259,18 +238,12 @@ impl At {
     }
 
     /// Returns an error for a value that is not finite.
-    pub fn finite(self, quantity: Quantity, value: f64) -> Result<(), LawError> {
+    pub fn finite(self, quantity: Quantity, value: f64) -> Checked {
         if value.is_finite() { Ok(()) } else { Err(self.error(quantity, [value, f64::NAN], "finite")) }
     }
 
     /// Returns an error unless the two values differ by at most a tolerance; NaN is an error.
-    pub fn equal(
-        self,
-        quantity: Quantity,
-        values: [f64; 2],
-        tolerance: f64,
-        requirement: &'static str,
-    ) -> Result<(), LawError> {
+    pub fn equal(self, quantity: Quantity, values: [f64; 2], tolerance: f64, requirement: &'static str) -> Checked {
         let equal = (values[0] - values[1]).abs() <= tolerance;
         if equal { Ok(()) } else { Err(self.error(quantity, values, requirement)) }
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{SVector, Vector1, Vector2};
 
-use super::error::{At, LawError, Quantity, Where};
+use super::error::{At, Checked, LawError, Quantity, Where};
 use super::{ROUNDING, STEP, WRONG, slope};
 use crate::growth::{GrowthLaw, integrated_flow, length};
 use crate::scene::before;
@@ -57,7 +57,7 @@ struct FollowedPoint<'a, G> {
 
 impl<G: GrowthLaw> FollowedPoint<'_, G> {
     /// Compares the speed, the REGR and the rates of the motion with each other.
-    fn check_rates(&self) -> Result<(), LawError> {
+    fn check_rates(&self) -> Checked {
         let Self { law, at, sigma, time, .. } = *self;
         let (regr, speed) = (law.regr(sigma, time), law.apical_speed(sigma, time));
         at.finite(Quantity::Regr, regr)?;
@@ -75,13 +75,11 @@ impl<G: GrowthLaw> FollowedPoint<'_, G> {
         }
         // The motion tells whether the speed or the REGR is wrong.
         let step = STEP / rate;
-        let (moves, error) = slope(
-            |x| {
-                let (distance, stretch) = law.flow(sigma, time, time + x);
-                Vector2::new(distance, stretch.ln())
-            },
-            step,
-        );
+        let moved = |x| {
+            let (distance, stretch) = law.flow(sigma, time, time + x);
+            Vector2::new(distance, stretch.ln())
+        };
+        let (moves, error) = slope(moved, step);
         let size: SVector<f64, 2> = Vector2::new(sigma, 1.0);
         let agrees = |k: usize, expected: f64| {
             (moves[k] - expected).abs() <= tolerance(error[k], rate * size[k], step * rate) + ROUNDING * time.abs()
@@ -93,7 +91,7 @@ impl<G: GrowthLaw> FollowedPoint<'_, G> {
     }
 
     /// Compares the motion with that by numerical integration.
-    fn check_motion(&self) -> Result<(), LawError> {
+    fn check_motion(&self) -> Checked {
         let Self { law, at, sigma, time, until } = *self;
         let (distance, stretch) = law.flow(sigma, time, until);
         let expected = integrated_flow(law, sigma, time, until);
@@ -108,7 +106,7 @@ impl<G: GrowthLaw> FollowedPoint<'_, G> {
     }
 
     /// Compares the exit time with the motion.
-    fn check_exit(&self) -> Result<(), LawError> {
+    fn check_exit(&self) -> Checked {
         let Self { law, at, sigma, time, until } = *self;
         let zone = law.zone_length();
         if sigma >= zone {
@@ -136,7 +134,7 @@ impl<G: GrowthLaw> FollowedPoint<'_, G> {
     }
 
     /// Compares the length of shoots that begin with this distance, and with twice the zone, with the speed.
-    fn check_length(&self) -> Result<(), LawError> {
+    fn check_length(&self) -> Checked {
         let Self { law, at, sigma, time, until } = *self;
         let zone = law.zone_length();
         let long = if zone.is_finite() { 2.0 * zone } else { sigma };
@@ -150,7 +148,7 @@ impl<G: GrowthLaw> FollowedPoint<'_, G> {
     }
 
     /// Checks that points keep their places.
-    fn check_fixed(&self) -> Result<(), LawError> {
+    fn check_fixed(&self) -> Checked {
         let Self { law, at, sigma, time, until } = *self;
         at.finite(Quantity::Regr, law.regr(sigma.min(law.zone_length()), time))?;
         let (distance, stretch) = law.flow(sigma, time, until);

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::error::{At, LawError, Quantity};
+use super::error::{At, Checked, LawError, Quantity};
 use crate::tropism::{Declaration, Growing, Site, Source, TropismLaw, Variable, rates_in_steady_state};
 
 /// Largest rate of a variable in its steady state relative to the terms that cancel in it. It allows for laws that
@@ -42,12 +42,8 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
     pub fn new(law: &'a T, declaration: &'a Declaration, at: At, site: &Site) -> Result<Self, LawError> {
         let (size, counted) = (declaration.size(), law.size());
         let requirement = "the number that is declared";
-        for (quantity, count, declared) in [
-            (Quantity::Stimuli, counted.stimuli, size.stimuli),
-            (Quantity::Variables, counted.variables, size.variables),
-        ] {
-            at.equal(quantity, [count as f64, declared as f64], 0.0, requirement)?;
-        }
+        at.equal(Quantity::Stimuli, [counted.stimuli, size.stimuli].map(|n| n as f64), 0.0, requirement)?;
+        at.equal(Quantity::Variables, [counted.variables, size.variables].map(|n| n as f64), 0.0, requirement)?;
         let mut site = *site;
         if !declaration.reads_position() {
             site.position = Vector3::repeat(f64::NAN);
@@ -80,7 +76,7 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
     }
 
     /// Compares the methods of the law with each other.
-    pub fn check(&self) -> Result<(), LawError> {
+    pub fn check(&self) -> Checked {
         for state in &self.states {
             let rates = self.rates(state)?;
             self.check_memories(state, &rates)?;
@@ -90,7 +86,7 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
         self.check_steady()
     }
 
-    fn check_steady(&self) -> Result<(), LawError> {
+    fn check_steady(&self) -> Checked {
         let rates = |y: &[f64]| rates_in_steady_state(self.law, &self.place, y, &self.stimuli);
         let vanishes = |(rate, terms): &(f64, f64)| rate.abs() <= STEADY * terms;
         let found = rates(&self.steady);
@@ -110,7 +106,7 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
         Err(self.at.error(Quantity::Steady(k), [found[k].0, 0.0], requirement))
     }
 
-    fn check_memories(&self, state: &[f64], rates: &[f64]) -> Result<(), LawError> {
+    fn check_memories(&self, state: &[f64], rates: &[f64]) -> Checked {
         for (k, variable) in self.declaration.variables().iter().enumerate() {
             variable.check_rate(k, rates[k], state, &self.stimuli).map_err(|expected| {
                 let requirement = "that of the declared memory, (x − y)/τ";
@@ -120,7 +116,7 @@ impl<'a, T: TropismLaw> Sensed<'a, T> {
         Ok(())
     }
 
-    fn check_coupled(&self, state: &[f64], rates: &[f64]) -> Result<(), LawError> {
+    fn check_coupled(&self, state: &[f64], rates: &[f64]) -> Checked {
         let variables = self.declaration.variables();
         // Memories of a memory are integrated together with it.
         let reads = |k: usize| variables.iter().any(|other| other.remembers == Source::Variable(k));

@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::error::{At, LawError, Quantity};
+use super::error::{At, Checked, LawError, Quantity};
 use super::sensed::{SAME, Sensed};
 use crate::section::Section;
 use crate::tropism::{Declaration, Rotation, Site, Source, TropismLaw};
@@ -14,12 +14,7 @@ const OTHER_ANGLE: f64 = 2.0;
 
 /// Checks that declared rotations of stimuli are those of the law, and that its rates and its gradient rotate if all
 /// rotations are declared.
-pub(super) fn check_rotation<T: TropismLaw>(
-    law: &T,
-    declaration: &Declaration,
-    at: At,
-    site: &Site,
-) -> Result<(), LawError> {
+pub(super) fn check_rotation<T: TropismLaw>(law: &T, declaration: &Declaration, at: At, site: &Site) -> Checked {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), ANGLE);
     let back = turn.inverse();
     // Only a circle is the same in all directions.
@@ -40,7 +35,7 @@ pub(super) fn check_rotation<T: TropismLaw>(
     check_pairs(&variables, at, Quantity::VariableRotation)?;
     let values: Vec<_> = sensed.iter().map(|sensed| sensed.stimuli.clone()).collect();
     let requirement = "that of the site with other d1 and d2, transformed as declared";
-    compare(&values, &stimuli, |k, values| at.equal_to(Quantity::Stimulus(k), values, requirement))?;
+    compare(&values, &stimuli, at, Quantity::Stimulus, requirement)?;
     if stimuli.iter().chain(&variables).any(|rotation| *rotation == Rotation::Undeclared) {
         return Ok(());
     }
@@ -51,7 +46,7 @@ pub(super) fn check_rotation<T: TropismLaw>(
         let each = || sensed.iter().zip(&states);
         let rates = each().map(|(sensed, state)| sensed.rates(state)).collect::<Result<Vec<_>, _>>()?;
         let requirement = "that of the site with other d1 and d2, transformed as declared";
-        compare(&rates, &variables, |k, values| at.equal_to(Quantity::Rate(k), values, requirement))?;
+        compare(&rates, &variables, at, Quantity::Rate, requirement)?;
         let gradients = each().map(|(sensed, state)| {
             let other_state = rotated(state, &variables, OTHER_ANGLE);
             let other = sensed.gradient(&other_state, &rotated(&sensed.stimuli, &stimuli, OTHER_ANGLE))?;
@@ -61,25 +56,13 @@ pub(super) fn check_rotation<T: TropismLaw>(
         let gradients = gradients.collect::<Result<Vec<_>, LawError>>()?;
         let vector = [Rotation::First, Rotation::Second, Rotation::Invariant];
         let requirement = "rotated with d1 and d2, as its stimuli and variables are";
-        compare(&gradients, &vector, |k, values| at.equal_to(Quantity::Gradient(k), values, requirement))?;
+        compare(&gradients, &vector, at, Quantity::Gradient, requirement)?;
     }
     Ok(())
 }
 
-impl At {
-    /// Returns an error unless a value and an expected one agree up to the rounding of values of a size.
-    fn equal_to(
-        self,
-        quantity: Quantity,
-        [value, expected, size]: [f64; 3],
-        what: &'static str,
-    ) -> Result<(), LawError> {
-        self.equal(quantity, [value, expected], SAME * size, what)
-    }
-}
-
 /// Returns an error for a component along d1 or d2 without the other one.
-fn check_pairs(rotations: &[Rotation], at: At, quantity: impl Fn(usize) -> Quantity) -> Result<(), LawError> {
+fn check_pairs(rotations: &[Rotation], at: At, quantity: impl Fn(usize) -> Quantity) -> Checked {
     let missing =
         (0..rotations.len()).find_map(|k| Rotation::missing_partner(rotations, k).map(|partner| (k, partner)));
     missing.map_or(Ok(()), |(k, partner)| {
@@ -97,13 +80,15 @@ fn rotated(values: &[f64], rotations: &[Rotation], angle: f64) -> Vec<f64> {
     out
 }
 
-/// Calls `check` with the index of each number whose rotation is declared, and with three values: that at the rotated
-/// site, which is the second one, the one that is expected there, and their size.
+/// Returns an error unless the numbers at the rotated site, which is the second one, are those that are expected there,
+/// up to the rounding of their size. Numbers without a declared rotation are not compared.
 fn compare(
     values: &[Vec<f64>],
     rotations: &[Rotation],
-    mut check: impl FnMut(usize, [f64; 3]) -> Result<(), LawError>,
-) -> Result<(), LawError> {
+    at: At,
+    quantity: fn(usize) -> Quantity,
+    requirement: &'static str,
+) -> Checked {
     let (found, expected) = (&values[1], rotated(&values[0], rotations, -ANGLE));
     let largest = |k: usize| values.iter().map(|values| values[k].abs()).fold(0.0, f64::max);
     for (k, rotation) in rotations.iter().enumerate() {
@@ -113,7 +98,7 @@ fn compare(
             Rotation::First => largest(k) + largest(k + 1),
             Rotation::Second => largest(k - 1) + largest(k),
         };
-        check(k, [found[k], expected[k], size])?;
+        at.equal(quantity(k), [found[k], expected[k]], SAME * size, requirement)?;
     }
     Ok(())
 }

@@ -134,16 +134,6 @@ pub(crate) fn strain_near(
     if residual.norm_squared() <= ROUNDING * ROUNDING * couple.norm_squared() { strain } else { from(&near()) }
 }
 
-/// The elastic strain at which a law returns the given couple, see [`strain_near`].
-pub(crate) fn strain_under(
-    law: &impl Constitutive,
-    tissue: &Tissue,
-    near: &Vector3<f64>,
-    couple: &Vector3<f64>,
-) -> Vector3<f64> {
-    strain_near(law, tissue, || *near, couple)
-}
-
 /// The derivative ∂p/∂s of the centre line at a place with the given frame and force (N, fixed frame),
 /// components along the directors.
 #[inline]

@@ -79,11 +79,9 @@ impl<C: Constitutive> Constitutive for Timoshenko<C> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.law.check()?;
-        for (name, modulus) in
-            [("Young's modulus of stretch", self.youngs_modulus), ("shear modulus", self.shear_modulus)]
-        {
-            ParameterError::unless(modulus > 0.0, name, modulus, "positive (Pa)")?;
-        }
+        let (stretch, shear) = (self.youngs_modulus, self.shear_modulus);
+        ParameterError::unless(stretch > 0.0, "Young's modulus of stretch", stretch, "positive (Pa)")?;
+        ParameterError::unless(shear > 0.0, "shear modulus", shear, "positive (Pa)")?;
         ParameterError::positive("shear factor", self.shear_factor, "")
     }
 }

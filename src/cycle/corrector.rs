@@ -14,8 +14,8 @@ use nalgebra::DVector;
 
 use super::equations::{Effort, Equations, EvaluatedEquations};
 use super::error::CycleError;
-use super::extended::{Border, BorderedSystem, Difference, ExtraConditions, OrbitUnknowns};
-use crate::error::ParameterError;
+use super::extended::{Border, BorderedSystem, ExtraConditions, OrbitUnknowns};
+use crate::error::{ParameterError, ensure};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -76,18 +76,17 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
             here.check()?;
         }
         let (residual, size) = here.residual();
-        if size <= newton.tolerance && (iterations > 0 || conditions.hold(&at, newton.tolerance)) {
+        // The pseudo-arclength condition must hold if there was no iteration.
+        let on_branch = || conditions.residuals(0, &at).iter().all(|residual| residual.abs() <= newton.tolerance);
+        if size <= newton.tolerance && (iterations > 0 || on_branch()) {
             let effort = Effort { iterations, equilibria: *equilibria, residual: size };
-            let (orbit, symmetry_tangents) = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
+            let symmetry_tangents = here.symmetry_tangents();
+            let orbit = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
             return Ok(Corrected { orbit, unknowns: at, symmetry_tangents, shoot });
         }
         let failed = || CycleError::not_converged(iterations, size);
-        if iterations == newton.max_iterations || !size.is_finite() {
-            return Err(failed());
-        }
-        if *equilibria >= newton.max_work {
-            return Err(CycleError::WorkLimit { work: *equilibria, residual: size });
-        }
+        ensure(iterations < newton.max_iterations && size.is_finite(), failed())?;
+        ensure(*equilibria < newton.max_work, CycleError::WorkLimit { work: *equilibria, residual: size })?;
         let bordered = match kept.take().filter(|(_, before)| size <= newton.keep * before) {
             Some((bordered, _)) => bordered,
             None => {
@@ -112,9 +111,9 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
         let values = conditions.residuals(bordered.symmetries, &at);
         let update = bordered.update(&at, &residual, &values)?.ok_or_else(failed)?;
         at = at.along(&update, if deflated { deflated_share(&at, &update) } else { 1.0 });
-        if deflated && at.start.strain.amax() * shoot.borrow().rod().length() < STATIONARY {
-            return Err(CycleError::Stationary { strain: at.start.strain.amax() });
-        }
+        let strain = at.start.strain.amax();
+        let stationary = deflated && strain * shoot.borrow().rod().length() < STATIONARY;
+        ensure(!stationary, CycleError::Stationary { strain })?;
         rods = here.rods();
         kept = Some((bordered, size));
         (iterations, last) = (iterations + 1, size);
@@ -132,9 +131,7 @@ pub fn correct_resolved<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     loop {
         let found = correct(equations, family, guess, conditions, &mut equilibria)?;
         let Err(error) = equations.check_resolution(&found.orbit) else { return Ok(found) };
-        let refined = equations.refined().ok_or(error)?;
-        guess = equations.on_finer_grid(found.unknowns);
-        *equations = refined;
+        [guess] = equations.refine([found.unknowns]).ok_or(error)?;
     }
 }
 
@@ -151,14 +148,14 @@ pub fn solve<S: Equations>(
 /// Share of an update that is added with deflation. Newton's method for the residual over the norm of the strain
 /// has an update in the same direction, whose length follows from the change of the norm. The strain changes at
 /// most by its norm.
-fn deflated_share(at: &OrbitUnknowns, update: &Difference) -> f64 {
+fn deflated_share(at: &OrbitUnknowns, update: &OrbitUnknowns) -> f64 {
     let strain = &at.start.strain;
-    let (size, change) = (strain.norm(), update.state.rows(0, strain.len()));
+    let (size, change) = (strain.norm(), &update.start.strain);
     if !(size > 0.0) {
         return 1.0;
     }
     let towards_zero = -change.dot(strain) / strain.norm_squared();
-    let most = (size / change.norm()).min(STRETCH / (update.clock / at.clock).abs());
+    let most = (size / change.norm()).min(STRETCH / (update.period_or_rate / at.period_or_rate).abs());
     (1.0 - towards_zero).recip().clamp(-most, most)
 }
 

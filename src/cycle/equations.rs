@@ -16,7 +16,6 @@ use crate::stability::Root;
 pub const OBSERVED: usize = 2;
 
 /// Settings of Newton's method.
-#[derive(Debug, Clone, Copy)]
 pub struct Newton {
     /// Largest relative residual of a solution.
     pub tolerance: f64,
@@ -29,7 +28,6 @@ pub struct Newton {
 }
 
 /// Cost and accuracy of a converged iteration.
-#[derive(Debug, Clone, Copy)]
 pub struct Effort {
     /// Number of Newton iterations.
     pub iterations: usize,
@@ -40,7 +38,6 @@ pub struct Effort {
 }
 
 /// Stability and size of an orbit.
-#[derive(Debug, Clone)]
 pub struct Observation {
     /// Largest distance of the tip from the axis, m.
     pub excursion: f64,
@@ -88,22 +85,15 @@ pub trait Equations: Clone {
         Ok(())
     }
 
-    /// The solver on a finer grid in time, if any.
-    fn refined(&self) -> Option<Self> {
+    /// Refines the grid in time, and returns the given unknowns or differences on it. `None`, without a change, if
+    /// there is no finer grid.
+    fn refine<const N: usize>(&mut self, _states: [OrbitUnknowns; N]) -> Option<[OrbitUnknowns; N]> {
         None
-    }
-
-    /// The same unknowns on the finer grid.
-    fn on_finer_grid(&self, at: OrbitUnknowns) -> OrbitUnknowns {
-        at
     }
 }
 
 /// The equations of a shoot at some unknowns, or the reason why they are not evaluated.
 pub type Computed<'a, E, M> = Result<<E as Equations>::Evaluation<'a, M>, CycleError>;
-
-/// A Jacobian and the symmetries of the equations.
-pub type WithSymmetries<J> = (J, Vec<Symmetry>);
 
 /// The equations of an orbit at some unknowns.
 pub trait EvaluatedEquations<E: Equations> {
@@ -121,13 +111,11 @@ pub trait EvaluatedEquations<E: Equations> {
 
     /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown of its own.
     /// None if the laws are singular.
-    fn linearise(&mut self) -> Result<Option<WithSymmetries<E::Jacobian>>, CycleError>;
+    fn linearise(&mut self) -> Result<Option<(E::Jacobian, Vec<Symmetry>)>, CycleError>;
 
-    /// The orbit at converged unknowns, and the tangents of its symmetries. The linearisation at nearby unknowns
-    /// may be known.
-    fn into_orbit(
-        self,
-        known: Option<BorderedSystem<E::Jacobian>>,
-        effort: Effort,
-    ) -> Result<(E::Orbit, Vec<DVector<f64>>), CycleError>;
+    /// The tangents of the symmetries.
+    fn symmetry_tangents(&self) -> Vec<DVector<f64>>;
+
+    /// The orbit at converged unknowns. The linearisation at nearby unknowns may be known.
+    fn into_orbit(self, known: Option<BorderedSystem<E::Jacobian>>, effort: Effort) -> Result<E::Orbit, CycleError>;
 }

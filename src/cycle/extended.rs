@@ -1,10 +1,10 @@
 //! Extended systems: the equations of an orbit with its scalar unknowns and their conditions.
 //!
-//! The unknowns are a state x, the logarithm of the period T or of the rate of rotation ν, the angle of a relative
-//! periodic orbit, and the parameter of a branch. The strain in a state is components 1 and 2 of u* at the material
-//! points. [`OrbitUnknowns`] and [`Difference`] contain T or ν itself and its change. Each scalar unknown is
-//! determined by a linear condition: a phase condition for time, one for rotation, and the pseudo-arclength condition
-//! for the parameter. Newton's method solves the bordered system
+//! The unknowns are a state x and scalars: the logarithm of the period T or of the rate of rotation ν, the angle of a
+//! relative periodic orbit, and the parameter of a branch. The strain in a state is components 1 and 2 of u* at the
+//! material points. [`OrbitUnknowns`] contain T or ν itself; a difference contains its change. Each scalar
+//! unknown is determined by a linear condition: a phase condition for time, one for rotation, and the pseudo-arclength
+//! condition for the parameter. Newton's method solves the bordered system
 //!
 //! ```text
 //! J δx + Σ columns δs = −residual,     rows · δx + corners δs = residuals of the conditions.
@@ -23,13 +23,14 @@ use super::map::PhaseState;
 /// error of 1e-15 divided by it.
 pub(super) const DIFFERENCE: f64 = 1e-5;
 
-/// Unknowns of the extended system.
+/// Unknowns of the extended system, or a difference of two: an update of Newton's method, or a secant or tangent of a
+/// branch.
 #[derive(Debug, Clone)]
 pub struct OrbitUnknowns {
     /// State of the shoot at t = 0.
     pub(in crate::cycle) start: PhaseState,
     /// Period (s), or rate of rotation (rad/s, counterclockwise positive).
-    pub clock: f64,
+    pub period_or_rate: f64,
     /// Whether the period is that of the forcing, and not an unknown.
     pub forced: bool,
     /// Rotation of the shoot over a period, rad, counterclockwise positive.
@@ -40,10 +41,10 @@ pub struct OrbitUnknowns {
 
 impl OrbitUnknowns {
     /// The unknowns at a distance along a difference.
-    pub fn along(&self, difference: &Difference, distance: f64) -> Self {
+    pub fn along(&self, difference: &Self, distance: f64) -> Self {
         Self {
-            start: self.start.with_values(&(self.start.flat() + &difference.state * distance)),
-            clock: self.clock + difference.clock * distance,
+            start: self.start.with_values(&(self.start.flat() + difference.start.flat() * distance)),
+            period_or_rate: self.period_or_rate + difference.period_or_rate * distance,
             forced: self.forced,
             angle: self.angle + difference.angle * distance,
             parameter: self.parameter + difference.parameter * distance,
@@ -51,14 +52,14 @@ impl OrbitUnknowns {
     }
 
     /// The difference to other unknowns with a past of the same length.
-    pub fn to(&self, other: &Self) -> Difference {
-        Difference {
-            state: other.start.flat() - self.start.flat(),
-            present: self.start.present().len(),
-            clock: other.clock - self.clock,
-            angle: other.angle - self.angle,
-            parameter: other.parameter - self.parameter,
-        }
+    pub fn to(&self, other: &Self) -> Self {
+        other.along(self, -1.0)
+    }
+
+    /// The difference multiplied by a number.
+    pub fn scaled(&self, by: f64) -> Self {
+        let (period_or_rate, angle, parameter) = (self.period_or_rate * by, self.angle * by, self.parameter * by);
+        Self { start: self.start.with_values(&(self.start.flat() * by)), period_or_rate, angle, parameter, ..*self }
     }
 
     /// The same unknowns with a past as long as that of others.
@@ -68,36 +69,7 @@ impl OrbitUnknowns {
     }
 }
 
-/// A difference of unknowns: an update of Newton's method, or a secant or tangent of a branch.
-#[derive(Debug, Clone)]
-pub struct Difference {
-    /// Change of the state.
-    pub state: DVector<f64>,
-    /// Number of leading components of the state that are strain and variables.
-    pub present: usize,
-    /// Change of the period (s) or of the rate (rad/s).
-    pub clock: f64,
-    /// Change of the angle, rad.
-    pub angle: f64,
-    /// Change of the parameter.
-    pub parameter: f64,
-}
-
-impl Difference {
-    /// Change of strain and variables.
-    pub fn present(&self) -> DVector<f64> {
-        self.state.rows(0, self.present).clone_owned()
-    }
-
-    /// The difference multiplied by a number.
-    pub fn scaled(&self, by: f64) -> Self {
-        let (clock, angle, parameter) = (self.clock * by, self.angle * by, self.parameter * by);
-        Self { state: &self.state * by, present: self.present, clock, angle, parameter }
-    }
-}
-
 /// A linear condition on strain, variables and parameter.
-#[derive(Debug, Clone)]
 pub struct Condition {
     /// Coefficients of strain and variables.
     pub state: DVector<f64>,
@@ -120,7 +92,6 @@ impl Condition {
 }
 
 /// The pseudo-arclength condition of a branch.
-#[derive(Debug, Clone)]
 pub struct Arclength {
     /// The condition.
     pub condition: Condition,
@@ -140,7 +111,7 @@ impl Arclength {
 }
 
 /// The conditions that close the extended system.
-#[derive(Debug, Clone, Default)]
+#[derive(Default)]
 pub struct ExtraConditions {
     /// Phase conditions in time and in rotation. Where none is given, an update has no component along the tangent
     /// of the symmetry.
@@ -153,31 +124,26 @@ pub struct ExtraConditions {
 
 impl ExtraConditions {
     /// Adds phase conditions: the difference to a reference is orthogonal to the tangents of its symmetries.
-    pub fn with_phases_of(
-        mut self,
-        reference: &OrbitUnknowns,
-        symmetry_tangents: &[DVector<f64>],
-        weights: &DVector<f64>,
-    ) -> Self {
+    pub fn with_phases_of(mut self, reference: &OrbitUnknowns, symmetry_tangents: &[DVector<f64>]) -> Self {
+        let weights = self.weights_at(reference);
         let phase = |tangent: &DVector<f64>| Condition::through(weights.component_mul(tangent), 0.0, reference);
         self.phases = symmetry_tangents.iter().map(phase).collect();
         self
     }
 
-    /// Whether the pseudo-arclength condition holds.
-    pub fn hold(&self, at: &OrbitUnknowns, tolerance: f64) -> bool {
-        self.arclength.as_ref().is_none_or(|arclength| arclength.condition.residual(at).abs() <= tolerance)
+    /// Weights of the phase conditions at some unknowns.
+    fn weights_at(&self, at: &OrbitUnknowns) -> DVector<f64> {
+        self.weights.clone().unwrap_or_else(|| at.start.weights())
     }
 
-    /// Residuals of `phases` phase conditions and of the pseudo-arclength condition.
-    pub fn residuals(&self, phases: usize, at: &OrbitUnknowns) -> Vec<f64> {
-        let phases = (0..phases).map(|k| self.phases.get(k).map_or(0.0, |phase| phase.residual(at)));
+    /// Residuals of a number of phase conditions and of the pseudo-arclength condition.
+    pub fn residuals(&self, number: usize, at: &OrbitUnknowns) -> Vec<f64> {
+        let phases = (0..number).map(|k| self.phases.get(k).map_or(0.0, |phase| phase.residual(at)));
         phases.chain(self.arclength.iter().map(|arclength| arclength.condition.residual(at))).collect()
     }
 }
 
 /// A scalar unknown of the extended system, with its condition: log T or log ν, the angle, or the parameter.
-#[derive(Debug, Clone)]
 pub struct Border {
     /// Derivative of the residual by the unknown.
     pub column: DVector<f64>,
@@ -220,7 +186,7 @@ impl<J: StateJacobian> BorderedSystem<J> {
         conditions: &ExtraConditions,
         at: &OrbitUnknowns,
     ) -> Self {
-        let (number, weights) = (symmetries.len(), conditions.weights.clone().unwrap_or_else(|| at.start.weights()));
+        let (number, weights) = (symmetries.len(), conditions.weights_at(at));
         let phases = symmetries.into_iter().enumerate().map(|(k, Symmetry { tangent, column })| {
             let given = conditions.phases.get(k).map(|phase| phase.state.clone());
             Border { column, row: given.unwrap_or_else(|| weights.component_mul(&tangent)), corner: 0.0 }
@@ -235,22 +201,22 @@ impl<J: StateJacobian> BorderedSystem<J> {
         at: &OrbitUnknowns,
         residual: &DVector<f64>,
         conditions: &[f64],
-    ) -> Result<Option<Difference>, CycleError> {
+    ) -> Result<Option<OrbitUnknowns>, CycleError> {
         let n = residual.len();
         let mut residuals = residual.clone().resize_vertically(n + self.border.len(), 0.0);
         residuals.iter_mut().skip(n).zip(conditions).for_each(|(to, condition)| *to = *condition);
         let Some(found) = self.jacobian.solve(&self.border, &residuals)? else { return Ok(None) };
         let scalars = &found.as_slice()[n..];
         let symmetry = |k: usize| if k < self.symmetries { scalars[k] } else { 0.0 };
-        let update = Difference {
-            state: found.rows(0, n).clone_owned(),
-            present: at.start.present().len(),
+        let update = OrbitUnknowns {
+            start: at.start.with_values(&found.rows(0, n).clone_owned()),
+            forced: at.forced,
             // The unknown is the logarithm of the period or rate.
-            clock: symmetry(0) * at.clock,
+            period_or_rate: symmetry(0) * at.period_or_rate,
             angle: symmetry(1),
             parameter: scalars.get(self.symmetries).copied().unwrap_or(0.0),
         };
-        let finite = found.iter().chain([&update.clock]).all(|x| x.is_finite());
+        let finite = found.iter().chain([&update.period_or_rate]).all(|x| x.is_finite());
         Ok(finite.then_some(update))
     }
 }

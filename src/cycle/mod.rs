@@ -15,7 +15,9 @@
 //! | `harmonic` | periodic variables by harmonic balance, for rotating waves and for guesses from modes |
 //! | `symmetry` | checks that a shoot is autonomous or periodic, and symmetric about its axis |
 //! | `extended` | unknowns, phase conditions and bordered linear systems |
-//! | `corrector` | Newton's method for any kind of orbit that implements `Equations` |
+//! | `equations` | interface of the solver of a kind of orbit |
+//! | `corrector` | Newton's method for any kind of orbit whose solver implements `Equations` |
+//! | `spectrum` | leading eigenvalues of a linear map by Arnoldi's method |
 //! | `periodic` | fixed points of the return map, and their Floquet multipliers |
 //! | `rotating_wave` | relative equilibria in the corotating frame, and their characteristic roots |
 //! | `continuation` | pseudo-arclength continuation with the secant as predictor, and bifurcations |

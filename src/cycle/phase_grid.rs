@@ -10,7 +10,6 @@ use nalgebra::DMatrix;
 pub(super) const WAVES: usize = 3;
 
 /// An odd number n of phases 2πj/n. With even n the sine of the highest wave vanishes at all phases.
-#[derive(Debug, Clone)]
 pub(super) struct PhaseGrid {
     /// Phases, rad.
     pub angles: Vec<f64>,

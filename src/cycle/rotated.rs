@@ -11,9 +11,9 @@ pub(super) fn rotated(rod: &Rod, angle: f64) -> Rod {
     let base = rod.frames()[0];
     let in_space = base * along_directors * base.inverse();
     let mut out = rod.with_turned_directors(&along_directors.inverse());
-    out.shape_mut().0.iter_mut().for_each(|frame| *frame = in_space * *frame);
+    out.frames.iter_mut().for_each(|frame| *frame = in_space * *frame);
     // Removes the rounding error of the clamped base.
-    out.shape_mut().0[0] = base;
+    out.frames[0] = base;
     out
 }
 

@@ -6,10 +6,9 @@ use super::error::CycleError;
 use super::rotated::rotated;
 use crate::linearisation::{visit_bends, visit_stimuli};
 use crate::load::InternalForce;
-use crate::model::Model;
+use crate::model::{Model, TropismLaw};
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::tropism::{Site, TropismLaw};
 
 /// Largest relative effect of the truncation and rounding errors of differences of equilibria on symmetries: on the
 /// multiplier 1 of a rotation, on the root 0 of a rotating wave, and on the direction of a planar orbit.
@@ -30,15 +29,11 @@ pub(super) fn stimuli_by_strain(
     let mut out = DMatrix::zeros(zone.len() * phases.len() * m, n);
     visit_bends(shoot, rod, statics, force, (0..n).map(|k| (k / 2, k % 2)), |k, weight, bent, force| {
         for (j, phase) in phases.iter().enumerate() {
-            let mut add = |i: usize, _: &Site, x: &[f64]| {
+            let turned = (*phase != 0.0).then(|| rotated(bent, *phase));
+            visit_stimuli(shoot, turned.as_ref().unwrap_or(bent), force, |i, _, x| {
                 let rows = out.column_mut(k).data.into_slice_mut()[(i * phases.len() + j) * m..][..m].iter_mut();
                 rows.zip(x).for_each(|(sum, x)| *sum += weight * x);
-            };
-            if *phase == 0.0 {
-                visit_stimuli(shoot, bent, force, &mut add);
-            } else {
-                visit_stimuli(shoot, &rotated(bent, *phase), force, &mut add);
-            }
+            });
         }
     })?;
     Ok(out)

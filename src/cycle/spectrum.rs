@@ -10,7 +10,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::CycleError;
 use super::map::CONVERGED;
+use crate::error::ensure;
 use crate::numerics::krylov::{Krylov, Ritz, orthogonalise, ritz_values};
+use crate::numerics::scalar::sort_by_value;
 use crate::stability::StabilityError;
 
 /// Largest dimension of a Krylov subspace, several times that needed for the leading eigenvalues of return maps.
@@ -73,7 +75,7 @@ impl LeadingSpectrum {
     pub fn of(
         size: usize,
         count: usize,
-        mut apply: impl FnMut(&DVector<f64>) -> Result<DVector<f64>, CycleError>,
+        apply: &mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, CycleError>,
     ) -> Result<Self, CycleError> {
         let mut out = Self { values: Vec::new(), radius: 0.0 };
         let mut locked: Vec<DVector<f64>> = Vec::new();
@@ -89,9 +91,8 @@ impl LeadingSpectrum {
             let missing = count.saturating_sub(out.values.len());
             let deflated = |x: &DVector<f64>| {
                 let mut next = apply(x)?;
-                if !next.iter().all(|x| x.is_finite()) {
-                    return Err(StabilityError::NotFinite { what: "linearised map" }.into());
-                }
+                let finite = next.iter().all(|x| x.is_finite());
+                ensure(finite, StabilityError::NotFinite { what: "linearised map" })?;
                 orthogonalise(&locked, &mut next, |_, _| ());
                 Ok::<_, CycleError>(next)
             };
@@ -112,16 +113,22 @@ impl LeadingSpectrum {
                         lock(&mut locked, &krylov, &one.weights);
                         out.values.push(Eigenvalue { value: one.value, residual: one.residual });
                     }
-                    out.values.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()));
+                    sort_by_value(&mut out.values, |one| -one.value.norm());
                 }
-                None => {
-                    return Err(CycleError::Incomplete { found: out.values.len(), wanted: count });
-                }
+                None => return Err(CycleError::Incomplete { found: out.values.len(), wanted: count }),
             }
         }
         out.values.retain(|one| one.value.norm() > out.radius);
         Ok(out)
     }
+}
+
+/// Removes the eigenvalue nearest to a number from a list, if their distance is below a limit. Returns the distance.
+pub(super) fn remove_nearest(list: &mut Vec<Eigenvalue>, to: Complex<f64>, within: f64) -> Option<f64> {
+    let distances = list.iter().map(|one| (one.value - to).norm()).enumerate();
+    let (nearest, distance) = distances.filter(|(_, d)| *d < within).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    list.remove(nearest);
+    Some(distance)
 }
 
 /// Returns the leading eigenvalues if `missing` of them have converged, a bound on all eigenvalues if it is smaller
@@ -175,7 +182,7 @@ mod tests {
 
     fn diagonal(values: &[f64], count: usize) -> Result<LeadingSpectrum, CycleError> {
         let values = DVector::from_column_slice(values);
-        LeadingSpectrum::of(values.len(), count, |x| Ok(values.component_mul(x)))
+        LeadingSpectrum::of(values.len(), count, &mut |x| Ok(values.component_mul(x)))
     }
 
     fn moduli(found: &LeadingSpectrum) -> DVector<f64> {
@@ -217,13 +224,13 @@ mod tests {
     #[test]
     fn eigenvalues_that_do_not_converge_are_an_error() {
         let size = 2 * MOST;
-        let found = LeadingSpectrum::of(size, 1, |x| Ok(DVector::from_fn(size, |k, _| x[(k + 1) % size])));
+        let found = LeadingSpectrum::of(size, 1, &mut |x| Ok(DVector::from_fn(size, |k, _| x[(k + 1) % size])));
         assert!(matches!(found, Err(CycleError::Incomplete { found: 0, wanted: 1 })), "{found:?}");
     }
 
     #[test]
     fn an_operator_that_is_zero_has_no_eigenvalues_outside_its_radius() {
-        let found = LeadingSpectrum::of(20, 3, |x| Ok(x * 0.0)).unwrap();
+        let found = LeadingSpectrum::of(20, 3, &mut |x| Ok(x * 0.0)).unwrap();
         assert!(found.values.is_empty() && found.radius <= SMALLEST, "{found:?}");
     }
 }

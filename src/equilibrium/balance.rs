@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::error::Outcome;
 use super::{EquilibriumError, EquilibriumSolver, LARGEST_TOLERANCE, NewtonSolver, RodEnergy};
 use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
@@ -12,12 +13,7 @@ use crate::rod::{Rod, Tissue};
 ///
 /// The rotation that the unbalanced couples cause by the bending stiffness alone is an estimate that costs one
 /// evaluation of the energy. It is too large for a rod under tension. Therefore Newton's method decides if it is large.
-pub(crate) fn check_balance(
-    rod: &Rod,
-    material: &impl Constitutive,
-    force: &InternalForce,
-    reported: f64,
-) -> Result<(), EquilibriumError> {
+pub(crate) fn check_balance(rod: &Rod, material: &impl Constitutive, force: &InternalForce, reported: f64) -> Outcome {
     let permitted = reported.max(LARGEST_TOLERANCE);
     if estimate(rod, material, force)? <= permitted {
         return Ok(());
@@ -33,7 +29,7 @@ pub(crate) fn check_balance(
 }
 
 /// The rotation of the apex that the unbalanced couples cause by the stiffness of the rod, rad: an upper bound.
-fn estimate(rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> Result<f64, EquilibriumError> {
+fn estimate(rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> Outcome<f64> {
     let (_, couples) = RodEnergy::new(material, force).couples(rod)?;
     let (frames, p, time) = (rod.node_frames(), rod.order().points(), force.environment().time);
     let (mut beyond, mut rotation) = (Vector3::zeros(), 0.0);

@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::EquilibriumError;
+use super::error::Outcome;
 use super::unloaded::check_turns;
+use super::{EquilibriumError, RodEnergy};
 use crate::check::{self, LawError};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
@@ -21,7 +22,7 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
     let at_base = rod.points().first().map_or(0, |point| responds(&Tissue::of(point, time)));
     for point in rod.points() {
         let tissue = Tissue::of(point, time);
-        let at = |error: ParameterError| error.at(rod.initial_length() - point.initial_apex_distance);
+        let at = |error: ParameterError| error.at(rod.initial_length - point.initial_apex_distance);
         let response = material.respond(&tissue, &zero);
         let stiffness = response.tangent.diagonal();
         for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
@@ -41,12 +42,10 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         ParameterError::count(name, counts, requirement).map_err(at)?;
         let Some(line) = material.line_response(&tissue, &zero) else { continue };
         let compliance = line.compliance.diagonal();
-        for (i, name) in ["compliance to shear along d1", "compliance to shear along d2", "compliance to stretch"]
-            .into_iter()
-            .enumerate()
-        {
-            let sound = compliance[i] >= 0.0 && compliance[i].is_finite();
-            ParameterError::unless(sound, name, compliance[i], "zero or positive, and finite (1/N)").map_err(at)?;
+        let names = ["compliance to shear along d1", "compliance to shear along d2", "compliance to stretch"];
+        for (name, value) in names.into_iter().zip(&compliance) {
+            let sound = *value >= 0.0 && value.is_finite();
+            ParameterError::unless(sound, name, *value, "zero or positive, and finite (1/N)").map_err(at)?;
         }
         let strained = (line.strain - centre_line_tangent()).norm();
         let name = "shear or stretch without force";
@@ -67,31 +66,22 @@ pub(crate) fn check_law(rod: &Rod, material: &impl Constitutive, force: &Interna
 }
 
 /// Returns an error for an intrinsic strain, a gravity or a force of the load that is not finite.
-pub(super) fn check_finite(rod: &Rod, force: &InternalForce) -> Result<(), EquilibriumError> {
+pub(super) fn check_finite(rod: &Rod, force: &InternalForce) -> Outcome {
     let strained = rod.points().iter().all(|point| point.intrinsic.sum().is_finite());
-    let known = [
-        ("intrinsic strain", strained),
-        ("gravity", force.environment().gravity.sum().is_finite()),
-        ("force of the load on the rod", force.largest().is_finite()),
-    ];
-    let undefined = known.into_iter().find(|(_, finite)| !finite);
-    undefined.map_or(Ok(()), |(what, _)| Err(EquilibriumError::NotFinite { what }))
+    EquilibriumError::finite(strained, "intrinsic strain")?;
+    EquilibriumError::finite(force.environment().gravity.sum().is_finite(), "gravity")?;
+    EquilibriumError::finite(force.largest().is_finite(), "force of the load on the rod")
 }
 
 /// Returns the most likely reason of a search without convergence: a law without stiffness or with a wrong tangent, or
 /// long elements. Other errors are returned as they are.
-pub(super) fn explained(
-    error: EquilibriumError,
-    rod: &Rod,
-    material: &impl Constitutive,
-    force: &InternalForce,
-) -> EquilibriumError {
+pub(super) fn explained(error: EquilibriumError, rod: &Rod, body: &RodEnergy<impl Constitutive>) -> EquilibriumError {
     if !matches!(error, EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) {
         return error;
     }
     let reason = || {
-        check_stiffness(rod, material, force.environment().time)?;
-        check_law(rod, material, force)?;
+        check_stiffness(rod, body.material, body.force.environment().time)?;
+        check_law(rod, body.material, body.force)?;
         check_turns(rod)
     };
     reason().err().unwrap_or(error)

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::RodEnergy;
 use super::search::NewtonSearch;
 use crate::constitutive::Constitutive;
 use crate::reference_element::MAX_POINTS;
@@ -20,18 +21,20 @@ const ITERATIONS: usize = 16;
 /// unstable, which [`Equilibrium::jump`](super::Equilibrium::jump) has to report.
 const RESISTANCE: f64 = 0.3;
 
-impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
+impl<C: Constitutive> NewtonSearch<'_, C> {
     /// Gives a straight rod the shape of its equilibrium on a coarser mesh, if it bends and all shapes of the search
     /// are far from instability. Returns whether the shape has changed.
     pub(super) fn guess_on_coarse_mesh(&mut self, rod: &mut Rod) -> bool {
+        let p = rod.order().points();
         // A coarse mesh of a lower order is too inaccurate: unstable straight shapes were stable on it.
-        if !self.stable || P < MAX_POINTS || rod.elements() < SMALLEST || !self.bends_straight(rod) {
+        if !self.stable || p < MAX_POINTS || rod.elements() < SMALLEST || !self.bends_straight(rod) {
             return false;
         }
         let Some((mut coarse, places)) = rod.coarsened(RATIO) else { return false };
-        let force = self.force.interpolated(P, &places);
+        let force = self.body.force.interpolated(p, &places);
+        let body = RodEnergy::new(self.body.material, &force);
         let mut system = self.system.coarse.take().unwrap_or_default();
-        let mut search = NewtonSearch::<_, P>::new(&mut system, &coarse, self.material, &force, true, TOLERANCE);
+        let mut search = NewtonSearch::new(&mut system, &coarse, &body, true, TOLERANCE);
         search.least_resistance = RESISTANCE;
         let found = search.run(&mut coarse, ITERATIONS);
         self.system.coarse = Some(system);
@@ -46,8 +49,8 @@ impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
     /// Whether a rod is straight, and bends under its intrinsic strain or a force across it.
     fn bends_straight(&self, rod: &Rod) -> bool {
         let tangent = rod.frames()[0] * Vector3::z();
-        rod.rotations().iter().all(|theta| *theta == Vector3::zeros())
-            && (self.force.at_points().iter().any(|force| tangent.cross(force) != Vector3::zeros())
+        rod.rotations.iter().all(|theta| *theta == Vector3::zeros())
+            && (self.body.force.at_points().iter().any(|force| tangent.cross(force) != Vector3::zeros())
                 || rod.points().iter().any(|point| point.intrinsic != Vector3::zeros()))
     }
 }

@@ -10,16 +10,18 @@ use nalgebra::{Matrix3, SimdComplexField, SimdPartialOrd, SimdValue, UnitQuatern
 
 use super::Inertia;
 use super::elimination::{Elimination, Row, vector_at};
-use super::line::LineYields;
+use super::line::line_yields;
 use super::points::{Responses, at_points, vectors_at_points};
 use crate::constitutive::{Constitutive, Tissue};
-use crate::load::PointReaction;
+use crate::load::{InternalForce, PointReaction};
 use crate::reference_element::{AtPoints, ChordPoint, MAX_POINTS, ReferenceElement, interpolated, total};
-use crate::rod::{MaterialPoint, centre_line_tangent, weighted, weighted_jacobian};
+use crate::rod::{MaterialPoint, Rod, centre_line_tangent, weighted, weighted_jacobian};
 use crate::so3::{Form, Real, s_functions};
 
 /// Data on which the equilibrium of an element depends.
 pub(super) struct ElementData<'a> {
+    /// Quadrature and interpolation.
+    pub reference: &'static ReferenceElement,
     pub frame: &'a UnitQuaternion<f64>,
     pub rotations: &'a [Vector3<f64>],
     pub points: &'a [MaterialPoint],
@@ -35,12 +37,12 @@ pub(super) struct ElementData<'a> {
 ///
 /// The unknowns are the rotation vectors of the nodes 1 … p and the rotation φ of the whole element, in this
 /// order. The first 3 (p − 1) are interior; [`condense`](Self::condense) eliminates them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct ElementSystem {
     gradient: [Vector3<f64>; MAX_POINTS + 1],
     /// Components of the gradient after the elimination.
     pub condensed: Row,
-    hessian: Elimination,
+    pub hessian: Elimination,
     /// Jr(θ)⁻¹ at the last node: the change of its rotation vector by a rotation of the last frame.
     inverse: Form,
     chain: Matrix3<f64>,
@@ -60,32 +62,17 @@ pub(super) struct Condensed {
     pub h00: Matrix3<f64>,
 }
 
-impl Default for ElementSystem {
-    fn default() -> Self {
-        Self {
-            gradient: [Vector3::zeros(); MAX_POINTS + 1],
-            condensed: Row::default(),
-            hessian: Elimination::default(),
-            inverse: Form::inverse_right_jacobian(&s_functions(0.0)),
-            chain: Matrix3::identity(),
-            compliance: 0.0,
-            yielding: 0.0,
-        }
-    }
-}
-
 impl ElementSystem {
     /// Evaluates the energy and its gradient, and the Hessian if requested. Returns the energy, J.
     pub fn evaluate<const P: usize, const HESSIAN: bool>(
         &mut self,
-        reference: &ReferenceElement,
         material: &impl Constitutive,
         data: &ElementData,
     ) -> f64 {
         let rotate = data.frame.to_rotation_matrix().into_inner();
-        let (shape, slopes) = (&reference.shape_at_points, &reference.slope_at_points);
+        let (shape, slopes) = (&data.reference.shape_at_points, &data.reference.slope_at_points);
         let inverse = AtPoints::ONE / at_points::<P>(1.0, |g| data.points[g].jacobian);
-        let weight = reference.weights_at_points * at_points::<P>(1.0, |g| data.points[g].jacobian);
+        let weight = data.reference.weights_at_points * at_points::<P>(1.0, |g| data.points[g].jacobian);
         let theta = interpolated(data.rotations, shape);
         let slope = interpolated(data.rotations, slopes) * inverse;
         let s = s_functions(theta.dot(&theta));
@@ -121,12 +108,13 @@ impl ElementSystem {
             let (mut theta_turn, mut turn_turn) = turn_hessians(&load, &turned, &turned_theta);
             self.yielding = 0.0;
             if let Some(compliance) = &response.line {
-                let yields = LineYields::of(&(compliance * weight), &exp, &theta, &force);
+                let [theta_yields, mixed_yields, turn_yields] =
+                    line_yields(&(compliance * weight), &exp, &theta, &force);
                 let size = |m: &Matrix3<AtPoints>| m.component_mul(m).sum().simd_sqrt();
                 self.yielding = (size(compliance) * force.dot(&force).simd_sqrt()).simd_horizontal_max();
-                a -= yields.theta_theta;
-                theta_turn -= yields.theta_turn;
-                turn_turn -= yields.turn_turn;
+                a -= theta_yields;
+                theta_turn -= mixed_yields;
+                turn_turn -= turn_yields;
             }
             self.hessian.clear();
             let bt = b.transpose();
@@ -141,7 +129,7 @@ impl ElementSystem {
             self.hessian.set_block(3 * P, 3 * P, &turn_turn.map(total));
         }
         if !data.inside.is_empty() {
-            energy -= self.add_inside::<P, HESSIAN>(reference, data);
+            energy -= self.add_inside::<P, HESSIAN>(data);
         }
         // The gradient by the current frames requires this factor even without a Hessian.
         let theta = data.rotations[P - 1];
@@ -153,15 +141,11 @@ impl ElementSystem {
     /// Adds the derivatives of the energy by the reactions inside the element, for a rod without shear and stretch.
     /// Returns their work, J.
     #[inline(never)]
-    fn add_inside<const P: usize, const HESSIAN: bool>(
-        &mut self,
-        reference: &ReferenceElement,
-        data: &ElementData,
-    ) -> f64 {
+    fn add_inside<const P: usize, const HESSIAN: bool>(&mut self, data: &ElementData) -> f64 {
         let (rotate, along) = (data.frame.to_rotation_matrix().into_inner(), centre_line_tangent());
         let mut work = 0.0;
         for (reaction, k) in data.inside.iter().flat_map(|reaction| (0..P).map(move |k| (reaction, k))) {
-            let (shape, length) = data.part_of_chord(reference, reaction.x, k);
+            let (shape, length) = data.part_of_chord(reaction.x, k);
             let (theta, load) = (weighted(data.rotations, &shape), rotate.tr_mul(&reaction.force) * length);
             let exp = Form::exp(&s_functions(theta.norm_squared()));
             let turned = exp.apply(&theta, &along);
@@ -187,23 +171,17 @@ impl ElementSystem {
     /// The derivatives of the chord from the start of the element to coordinate `x` by its unknowns: one row for each
     /// component in the fixed frame, eliminated as the gradient. With shear or stretch, the chord inside the element is
     /// that of the polynomial through the tangents at the Gauss points.
-    pub fn chord_rows<const P: usize>(
-        &self,
-        reference: &ReferenceElement,
-        material: &impl Constitutive,
-        data: &ElementData,
-        x: f64,
-    ) -> [Row; 3] {
+    pub fn chord_rows<const P: usize>(&self, material: &impl Constitutive, data: &ElementData, x: f64) -> [Row; 3] {
         let rotate = data.frame.to_rotation_matrix().into_inner();
         let line_at =
             |g: usize, along: &Vector3<f64>| material.line_response(&Tissue::of(&data.points[g], data.time), along);
-        let (exact, upto) = (x < 1.0 && line_at(0, &Vector3::zeros()).is_none(), reference.within(x));
+        let (exact, upto) = (x < 1.0 && line_at(0, &Vector3::zeros()).is_none(), data.reference.within(x));
         let mut rows = [Row::default(); 3];
         for g in 0..P {
             let (shape, length) = if exact {
-                data.part_of_chord(reference, x, g)
+                data.part_of_chord(x, g)
             } else {
-                (reference.shape[g], upto[g] * data.points[g].jacobian)
+                (data.reference.shape[g], upto[g] * data.points[g].jacobian)
             };
             let theta = weighted(data.rotations, &shape);
             let exp = Form::exp(&s_functions(theta.norm_squared()));
@@ -220,15 +198,7 @@ impl ElementSystem {
                     by_theta += exp.gradient(&theta, &force, &more);
                     by_turn += exp.apply(&theta, &more).cross(&force);
                 }
-                let row = row.as_flattened_mut();
-                for n in 0..P {
-                    for i in 0..3 {
-                        row[3 * n + i] += by_theta[i] * shape[n];
-                    }
-                }
-                for i in 0..3 {
-                    row[3 * P + i] += by_turn[i];
-                }
+                add_derivatives::<P>(row, &shape, [by_theta, by_turn]);
             }
         }
         for row in &mut rows {
@@ -239,9 +209,9 @@ impl ElementSystem {
 
     /// The derivatives of the tangent d3 at coordinate `x` by the unknowns of the element, as
     /// [`chord_rows`](Self::chord_rows).
-    pub fn tangent_rows<const P: usize>(&self, reference: &ReferenceElement, data: &ElementData, x: f64) -> [Row; 3] {
+    pub fn tangent_rows<const P: usize>(&self, data: &ElementData, x: f64) -> [Row; 3] {
         let rotate = data.frame.to_rotation_matrix().into_inner();
-        let shape = reference.at_nodes(x);
+        let shape = data.reference.at_nodes(x);
         let theta = weighted(data.rotations, &shape);
         let exp = Form::exp(&s_functions(theta.norm_squared()));
         let mut rows = [Row::default(); 3];
@@ -249,21 +219,10 @@ impl ElementSystem {
             let (unit, strain) = (rotate.row(k).transpose(), centre_line_tangent());
             let by_theta = exp.gradient(&theta, &unit, &strain);
             let by_turn = exp.apply(&theta, &strain).cross(&unit);
-            let flat = row.as_flattened_mut();
-            for n in 0..P {
-                for i in 0..3 {
-                    flat[3 * n + i] = by_theta[i] * shape[n];
-                }
-            }
-            flat[3 * P..3 * P + 3].copy_from_slice(by_turn.as_slice());
+            add_derivatives::<P>(row, &shape, [by_theta, by_turn]);
             self.hessian.reduce::<P>(row);
         }
         rows
-    }
-
-    /// One over the pivots of the interior; zero for one that is zero.
-    pub fn inverse_pivots(&self) -> &[f64] {
-        self.hessian.inverse_pivots()
     }
 
     /// The parts of an eliminated row that belong to the rotations of the last and of the first frame, with `points`
@@ -335,12 +294,36 @@ impl ElementSystem {
     }
 }
 
-impl ElementData<'_> {
+impl<'a> ElementData<'a> {
+    /// The data of element `e` of a rod under a force.
+    pub fn of(rod: &'a Rod, force: &'a InternalForce, e: usize) -> Self {
+        let (forces, inside) = force.on_element(e, rod.order().points());
+        Self {
+            reference: rod.reference(),
+            frame: &rod.frames[e],
+            rotations: rod.element_rotations(e),
+            points: rod.element_points(e),
+            forces,
+            inside,
+            time: force.environment().time,
+        }
+    }
+
     /// The values of the nodal polynomials at point k of the Gauss rule from the start of the element to `x`, and the
     /// weight of the point, m.
-    fn part_of_chord(&self, reference: &ReferenceElement, x: f64, k: usize) -> ([f64; MAX_POINTS], f64) {
-        let ChordPoint { weight, points, nodes } = reference.chord_point(k, x);
+    fn part_of_chord(&self, x: f64, k: usize) -> ([f64; MAX_POINTS], f64) {
+        let ChordPoint { weight, points, nodes } = self.reference.chord_point(k, x);
         (nodes, weight * weighted_jacobian(self.points, &points))
+    }
+}
+
+/// Adds the derivatives at a place to a row: `by[0]`, by the rotation vector at the place, times the values `shape` of
+/// the nodal polynomials there, and `by[1]`, by the rotation of the whole element.
+fn add_derivatives<const P: usize>(row: &mut Row, shape: &[f64; MAX_POINTS], by: [Vector3<f64>; 2]) {
+    let row = row.as_flattened_mut();
+    for i in 0..3 {
+        (0..P).for_each(|n| row[3 * n + i] += by[0][i] * shape[n]);
+        row[3 * P + i] += by[1][i];
     }
 }
 

@@ -20,18 +20,12 @@ pub(super) type Row = [[f64; LANES]; MAX.div_ceil(LANES)];
 /// A symmetric matrix by its upper triangle, then the factors of its interior part.
 ///
 /// Rows are processed in whole groups of columns, so some entries left of the diagonal are computed as well.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Elimination {
     /// After the elimination the interior rows hold D Lᵀ.
     pub rows: [Row; MAX],
     /// One over the interior pivots; zero for one that is zero.
-    inverse: [f64; MAX],
-}
-
-impl Default for Elimination {
-    fn default() -> Self {
-        Self { rows: [Row::default(); MAX], inverse: [0.0; MAX] }
-    }
+    pub inverse: [f64; MAX],
 }
 
 /// Adds multiples of other rows to `row`, from the group of column `col` on.
@@ -64,20 +58,14 @@ impl Elimination {
     /// The 3 × 3 block with its corner at a place right of the diagonal.
     #[inline]
     pub fn block(&self, row: usize, col: usize) -> Matrix3<f64> {
-        let [x, y, z] = [0, 1, 2].map(|i| {
-            let row = self.rows[row + i].as_flattened();
-            [row[col], row[col + 1], row[col + 2]]
-        });
-        Matrix3::new(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
+        Matrix3::from_fn(|i, j| self.rows[row + i].as_flattened()[col + j])
     }
 
     /// The 3 × 3 block with its corner at a place on the diagonal.
     #[inline]
     pub fn diagonal_block(&self, at: usize) -> Matrix3<f64> {
         let mut block = self.block(at, at);
-        for (i, j) in [(1, 0), (2, 0), (2, 1)] {
-            block[(i, j)] = block[(j, i)];
-        }
+        block.fill_lower_triangle_with_upper_triangle();
         block
     }
 
@@ -147,11 +135,6 @@ impl Elimination {
                 vector.as_flattened_mut()[col] += factor * self.rows[k].as_flattened()[col];
             }
         }
-    }
-
-    /// One over the interior pivots; zero for one that is zero.
-    pub fn inverse_pivots(&self) -> &[f64] {
-        &self.inverse
     }
 
     /// Solves for the interior unknowns, given the reduced vector and the outer unknowns, which follow the

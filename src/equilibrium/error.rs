@@ -10,6 +10,9 @@ use crate::rod::RodError;
 
 /// Rotation of a frame (rad) below which a step of a search is rounding: that of the sums over some hundreds of nodes.
 const ROUNDING: f64 = 1e-13;
+/// Causes of a step that is rounding.
+const HINT: &str = "; this step is rounding: perhaps the tolerance is too small, or the rod, which does not stretch, \
+                    is held at places that are as far apart as the part between them is long";
 /// Causes of a contact whose condition is violated.
 const CAUSES: &str = ", perhaps since the search began inside the obstacle, or since a hold is too far around it";
 
@@ -28,12 +31,8 @@ pub struct ContactViolation {
 impl std::fmt::Display for ContactViolation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { obstacle, arc_length, violation } = self;
-        write!(
-            f,
-            "the contact with obstacle {obstacle} at {:.4} m from the base is violated by ",
-            Number(*arc_length)
-        )?;
-        write!(f, "{:.2} m", Number(*violation))
+        let (place, by) = (Number(*arc_length), Number(*violation));
+        write!(f, "the contact with obstacle {obstacle} at {place:.4} m from the base is violated by {by:.2} m")
     }
 }
 
@@ -142,6 +141,9 @@ pub enum EquilibriumError {
 
 debug_by_display!(EquilibriumError);
 
+/// The result of a part of a search.
+pub(super) type Outcome<T = ()> = Result<T, EquilibriumError>;
+
 /// Describes the end of a search: the largest rotation of its last step (rad), which is infinite or zero without a
 /// step, the largest unbalanced couple (N m), which is zero before an evaluation, and the largest force (N).
 fn describe_search(step: f64, couple: f64, force: f64) -> String {
@@ -158,16 +160,16 @@ fn describe_search(step: f64, couple: f64, force: f64) -> String {
     }
     let [couple, force] = [couple, force].map(Number);
     let balance = format!("the largest unbalanced couple is {couple:.4} N m, and the largest force {force:.4} N");
-    let hint = "this step is rounding: perhaps the tolerance is too small, or the rod, which does not stretch, is held \
-                at places that are as far apart as the part between them is long";
-    if (f64::MIN_POSITIVE..ROUNDING).contains(&step) {
-        format!("{moved}, {balance}; {hint}")
-    } else {
-        format!("{moved}, {balance}")
-    }
+    let hint = if (f64::MIN_POSITIVE..ROUNDING).contains(&step) { HINT } else { "" };
+    format!("{moved}, {balance}{hint}")
 }
 
 impl EquilibriumError {
+    /// Returns an error for a quantity that is not finite.
+    pub(super) fn finite(ok: bool, what: &'static str) -> Outcome {
+        if ok { Ok(()) } else { Err(Self::NotFinite { what }) }
+    }
+
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {

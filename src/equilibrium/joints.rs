@@ -5,20 +5,13 @@ use nalgebra::{Matrix3, Vector3};
 use super::tangent::Tangent;
 
 /// An elastic joint in the present configuration.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ElasticJoint {
     pub node: usize,
     /// Couple on the rod, along the directors, N m.
     pub couple: Vector3<f64>,
     /// Second derivative of the energy by a rotation of the frame, along the directors, N m; symmetric.
     pub stiffness: Matrix3<f64>,
-}
-
-impl ElasticJoint {
-    /// A joint at a node, not evaluated yet.
-    pub fn at(node: usize) -> Self {
-        Self { node, couple: Vector3::zeros(), stiffness: Matrix3::zeros() }
-    }
 }
 
 /// A base whose position is unknown. A spring, whose force is zero at the start of each step, makes the tangent
@@ -37,7 +30,7 @@ pub(super) struct FreeBase {
     pub exact: bool,
 }
 
-/// Joints of a rod at the ends of its elements.
+/// Joints of a rod at the ends of its elements. By default there are none, and the base is clamped.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Joints {
     /// Whether the frame of the base is unknown.
@@ -55,15 +48,6 @@ impl Joints {
     /// The first node whose frame is unknown.
     pub fn first_free(&self) -> usize {
         usize::from(!self.base_rotates)
-    }
-
-    /// Removes all joints; the base is clamped then.
-    pub fn clear(&mut self) {
-        self.base_rotates = false;
-        self.free_base = None;
-        self.confined.clear();
-        self.elastic.clear();
-        self.held.clear();
     }
 
     /// Adds the elastic joints to a tangent and confines its rotations.

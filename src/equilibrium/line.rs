@@ -9,30 +9,31 @@ use crate::reference_element::AtPoints;
 use crate::rod::{Rod, Tissue};
 use crate::so3::Form;
 
-/// Writes the strains of the centre line at the frames of a rod; none for a law without shear and stretch.
+/// The strains of the centre line at the frames of a rod; none for a law without shear and stretch. They replace the
+/// content of `strains`, whose memory is reused.
 pub(super) fn strain_line(
-    strains: &mut Vec<Vector3<f64>>,
+    mut strains: Vec<Vector3<f64>>,
     rod: &Rod,
     material: &impl Constitutive,
     force: &InternalForce,
-) {
+) -> Vec<Vector3<f64>> {
     strains.clear();
     let (time, p) = (force.environment().time, rod.order().points());
     let yields = |tissue: &Tissue| material.line_response(tissue, &Vector3::zeros()).is_some();
-    if rod.points().first().is_some_and(|point| yields(&Tissue::of(point, time))) {
-        let strain = |(i, (point, force)): (usize, (_, _))| {
-            line_strain_under(material, &Tissue::of(point, time), &rod.frame_at_point(i / p, i % p), force)
-        };
-        strains.extend(rod.points().iter().zip(force.at_points()).enumerate().map(strain));
+    if !rod.points().first().is_some_and(|point| yields(&Tissue::of(point, time))) {
+        return strains;
     }
+    let strain = |(i, (point, force)): (usize, (_, _))| {
+        line_strain_under(material, &Tissue::of(point, time), &rod.frame_at_point(i / p, i % p), force)
+    };
+    strains.extend(rod.points().iter().zip(force.at_points()).enumerate().map(strain));
+    strains
 }
 
 /// Returns an error for a rod that is compressed to length zero at some place.
 pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Result<(), EquilibriumError> {
     for (v, cut) in strains.iter().zip(force.cuts()) {
-        if !v.norm_squared().is_finite() {
-            return Err(EquilibriumError::NotFinite { what: "strain of the centre line" });
-        }
+        EquilibriumError::finite(v.norm_squared().is_finite(), "strain of the centre line")?;
         if v.z <= 0.0 {
             return Err(EquilibriumError::Crushed { stretch: v.z, arc_length: cut.arc_length });
         }
@@ -40,34 +41,22 @@ pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Res
     Ok(())
 }
 
-/// Decrease of the second derivatives of the energy at a point by shear and stretch: ∂Fᵀ C ∂F, with the force
-/// along the directors F = exp(θ̂)ᵀ N and the compliance C.
-pub(super) struct LineYields {
-    pub theta_theta: Matrix3<AtPoints>,
-    pub theta_turn: Matrix3<AtPoints>,
-    pub turn_turn: Matrix3<AtPoints>,
-}
-
-impl LineYields {
-    /// `compliance` is C times the weights of the points, `force` is N.
-    #[inline]
-    pub fn of(
-        compliance: &Matrix3<AtPoints>,
-        exp: &Form<AtPoints>,
-        theta: &Vector3<AtPoints>,
-        force: &Vector3<AtPoints>,
-    ) -> Self {
-        let by_theta = exp.transpose().jacobian(theta, force);
-        // A rotation φ of the first frame changes N to N + N × φ.
-        let by_turn = exp.matrix(theta).transpose() * force.cross_matrix();
-        let (theta_line, turn_line) = (compliance * by_theta, compliance * by_turn);
-        let (by_theta_t, by_turn_t) = (by_theta.transpose(), by_turn.transpose());
-        Self {
-            theta_theta: by_theta_t * theta_line,
-            theta_turn: by_theta_t * turn_line,
-            turn_turn: by_turn_t * turn_line,
-        }
-    }
+/// Returns the parts by which shear and stretch decrease the second derivatives of the energy at a point, ∂Fᵀ C ∂F,
+/// with the force along the directors F = exp(θ̂)ᵀ N and the compliance C: by θ twice, by θ and the rotation φ of the
+/// element, and by φ twice. `compliance` is C times the weights of the points, `force` is N.
+#[inline]
+pub(super) fn line_yields(
+    compliance: &Matrix3<AtPoints>,
+    exp: &Form<AtPoints>,
+    theta: &Vector3<AtPoints>,
+    force: &Vector3<AtPoints>,
+) -> [Matrix3<AtPoints>; 3] {
+    let by_theta = exp.transpose().jacobian(theta, force);
+    // A rotation φ of the first frame changes N to N + N × φ.
+    let by_turn = exp.matrix(theta).transpose() * force.cross_matrix();
+    let (theta_line, turn_line) = (compliance * by_theta, compliance * by_turn);
+    let by_theta_t = by_theta.transpose();
+    [by_theta_t * theta_line, by_theta_t * turn_line, by_turn.transpose() * turn_line]
 }
 
 /// Laws for the unit tests of an element.

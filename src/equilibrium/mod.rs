@@ -140,15 +140,22 @@ pub struct HeldRod<'a, C, L, U> {
     pub support: &'a U,
     /// Time and gravity.
     pub environment: &'a Environment,
+    /// What the search takes from earlier equilibria.
+    pub(crate) past: Past<'a>,
+}
+
+/// What a search takes from earlier equilibria, and whether it omits the last descent; nothing, and no, by default.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Past<'a> {
     /// Reactions and contacts of the last equilibrium.
-    pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
+    pub earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
-    pub(crate) shape: Option<&'a Rod>,
+    pub shape: Option<&'a Rod>,
     /// The start of the increment in time: contacts are followed from there, and friction depends on the displacement.
-    pub(crate) start: Option<&'a IncrementStart>,
+    pub start: Option<&'a IncrementStart>,
     /// Whether the descent to any equilibrium is omitted. In contact this descent follows a failure of Newton's method
     /// and of a descent within 1e-3 of the length. A free rod ignores it.
-    pub(crate) omits_descent: bool,
+    pub omits_descent: bool,
 }
 
 impl Equilibrium {

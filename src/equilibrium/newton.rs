@@ -3,31 +3,20 @@
 use nalgebra::Vector3;
 
 use super::checks::{check_finite, explained};
-use super::held::{HeldSearch, body_of};
+use super::error::Outcome;
+use super::held::{Body, HeldSearch};
 use super::line::{check_line, strain_line};
 use super::search::NewtonSearch;
 use super::system::System;
-use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria};
+use super::{
+    Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria, Past, RodEnergy,
+};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
 use crate::scene::Environment;
 use crate::support::{Reaction, Support};
-
-/// Calls a method that is generic over the number of Gauss points in an element.
-macro_rules! with_points {
-    ($rod:expr, $object:expr, $method:ident $arguments:tt) => {
-        match $rod.order().points() {
-            1 => $object.$method::<1> $arguments,
-            2 => $object.$method::<2> $arguments,
-            3 => $object.$method::<3> $arguments,
-            _ => $object.$method::<4> $arguments,
-        }
-    };
-}
-
-pub(super) use with_points;
 
 /// Newton's method for equations (9) to (12), with faer's sparse LDLᵀ factorisation.
 ///
@@ -61,7 +50,7 @@ pub struct NewtonSolver {
 #[derive(Debug, Default)]
 pub struct NewtonWorkspace {
     system: System,
-    /// Strain of the centre line of an equilibrium before it is accepted.
+    /// Memory for strains of the centre line.
     line_strains: Vec<Vector3<f64>>,
 }
 
@@ -102,7 +91,8 @@ impl NewtonSolver {
         environment: &Environment,
     ) -> Result<Inertia, EquilibriumError> {
         material.check()?;
-        self.factorise(rod, material, &InternalForce::of(rod, load, environment))
+        let force = InternalForce::of(rod, load, environment);
+        Ok(self.workspace.system.assemble(rod, &RodEnergy::new(material, &force), 0.0)?.1)
     }
 
     /// Factorises the tangent at an equilibrium under a load and with a support. `force` is the force in the rod, with
@@ -118,8 +108,9 @@ impl NewtonSolver {
         force: &'a mut InternalForce,
     ) -> Result<Box<dyn NearbyEquilibria + 'a>, EquilibriumError> {
         if support.is_absent() {
-            self.factorise(rod, material, force)?;
-            return Ok(Box::new(FactorisedTangent { system: &mut self.workspace.system, material, force }));
+            let body = RodEnergy::new(material, force);
+            self.workspace.system.assemble(rod, &body, 0.0)?;
+            return Ok(Box::new(FactorisedTangent { system: &mut self.workspace.system, body }));
         }
         let reactions = force.reactions().to_vec();
         let mut search = self.held(rod, (material, load), force, support, (false, 1.0))?;
@@ -137,16 +128,7 @@ impl NewtonSolver {
         kind: (bool, f64),
     ) -> Result<HeldSearch<'a>, EquilibriumError> {
         let system = &mut self.workspace.system;
-        HeldSearch::new(body_of(rod, (material, load), force, system), rod, support, kind)
-    }
-
-    fn factorise(
-        &mut self,
-        rod: &Rod,
-        material: &impl Constitutive,
-        force: &InternalForce,
-    ) -> Result<Inertia, EquilibriumError> {
-        with_points!(rod, self.workspace.system, assemble(rod, material, force, 0.0)).map(|(_, inertia)| inertia)
+        HeldSearch::new(Box::new(Body { system, material, load, force }), rod, support, kind)
     }
 
     /// Moves the frames of `rod` to an equilibrium under a load and with supports.
@@ -169,17 +151,7 @@ impl NewtonSolver {
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
         material.check()?;
-        let held = self.hold(&HeldRod {
-            rod,
-            material,
-            load,
-            support,
-            environment,
-            earlier: (&[], &[]),
-            shape: None,
-            start: None,
-            omits_descent: false,
-        })?;
+        let held = self.hold(&HeldRod { rod, material, load, support, environment, past: Past::default() })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
         } else {
@@ -240,9 +212,9 @@ impl NewtonSolver {
         held: &HeldRod<C, L, U>,
         spent: &mut Equilibrium,
     ) -> Result<Option<Held>, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, earlier, start, .. } = held;
-        let Some(start) = start.filter(|start| start.reactions.is_empty()) else { return Ok(None) };
-        let touches = !earlier.1.is_empty() || support.base().is_some() || support.contacts().is_empty();
+        let &HeldRod { rod, material, load, support, environment, past } = held;
+        let Some(start) = past.start.filter(|start| start.reactions.is_empty()) else { return Ok(None) };
+        let touches = !past.earlier.1.is_empty() || support.base().is_some() || support.contacts().is_empty();
         if touches || !support.holds(environment.time).is_empty() || !support.potentials().is_empty() {
             return Ok(None);
         }
@@ -263,46 +235,30 @@ impl NewtonSolver {
         Ok(search.stays_clear(&held.rod)?.then_some(held))
     }
 
-    fn search_held<C: Constitutive, L: Load, U: Support>(
-        &mut self,
-        held: &HeldRod<C, L, U>,
-    ) -> Result<Held, EquilibriumError> {
+    fn search_held<C: Constitutive, L: Load, U: Support>(&mut self, held: &HeldRod<C, L, U>) -> Outcome<Held> {
         let mut spent = Equilibrium::default();
         if let Some(free) = self.search_free(held, &mut spent)? {
             return Ok(free);
         }
-        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, start, omits_descent } = held;
+        let &HeldRod { rod, material, load, support, environment, past } = held;
         let mut force = InternalForce::of(rod, load, environment);
         check_finite(rod, &force)?;
         let (kind, bound) = ((self.stable_only, self.tolerance), self.max_iterations);
         let mut search = self.held(rod, (material, load), &mut force, support, kind)?;
-        if let Some(start) = start {
+        if let Some(start) = past.start {
             search.since(start, support.base());
         }
-        search.omits_descent = omits_descent;
+        search.omits_descent = past.omits_descent;
         let mut shape = rod.clone();
-        search.guess(&mut shape, earlier, last);
+        search.guess(&mut shape, past.earlier, past.shape);
         let mut held = search.run(shape, bound)?;
         held.equilibrium.iterations += spent.iterations;
         held.equilibrium.factorisations += spent.factorisations;
         held.equilibrium.evaluations += spent.evaluations;
-        let mut strains = Vec::new();
-        strain_line(&mut strains, &held.rod, material, &force);
-        check_line(&strains, &force)?;
-        *held.rod.line_strains_mut() = strains;
-        held.rod.reactions_mut().clone_from(&held.reactions);
+        held.rod.line_strains = strain_line(Vec::new(), &held.rod, material, &force);
+        check_line(&held.rod.line_strains, &force)?;
+        held.rod.reactions.clone_from(&held.reactions);
         Ok(held)
-    }
-
-    fn search<const P: usize>(
-        &mut self,
-        rod: &mut Rod,
-        material: &impl Constitutive,
-        force: &InternalForce,
-    ) -> Result<Equilibrium, EquilibriumError> {
-        let system = &mut self.workspace.system;
-        NewtonSearch::<_, P>::new(system, rod, material, force, self.stable_only, self.tolerance)
-            .run(rod, self.max_iterations)
     }
 }
 
@@ -320,15 +276,15 @@ impl EquilibriumSolver for NewtonSolver {
         true
     }
 
-    fn hold<C: Constitutive, L: Load, U: Support>(
-        &mut self,
-        held: &HeldRod<C, L, U>,
-    ) -> Result<Held, EquilibriumError> {
+    fn hold<C: Constitutive, L: Load, U: Support>(&mut self, held: &HeldRod<C, L, U>) -> Outcome<Held> {
         check_tolerance("tolerance of the equilibrium", self.tolerance)?;
         held.support.check()?;
         let &HeldRod { rod, material, load, environment, .. } = held;
-        self.search_held(held)
-            .map_err(|error| explained(error, rod, material, &InternalForce::of(rod, load, environment)))
+        let with_reason = |error| {
+            let force = InternalForce::of(rod, load, environment);
+            explained(error, rod, &RodEnergy::new(material, &force))
+        };
+        self.search_held(held).map_err(with_reason)
     }
 
     fn equilibrate(
@@ -343,38 +299,42 @@ impl EquilibriumSolver for NewtonSolver {
             check_finite(rod, force)?;
         }
         self.workspace.system.initial.keep(rod);
-        let answer = with_points!(rod, self, search(rod, material, force)).and_then(|found| {
-            let strains = &mut self.workspace.line_strains;
-            strain_line(strains, rod, material, force);
-            check_line(strains, force)?;
-            std::mem::swap(rod.line_strains_mut(), strains);
-            rod.reactions_mut().clear();
+        let (body, system) = (RodEnergy::new(material, force), &mut self.workspace.system);
+        let search = NewtonSearch::new(system, rod, &body, self.stable_only, self.tolerance);
+        let answer = search.run(rod, self.max_iterations).and_then(|found| {
+            let strains = strain_line(std::mem::take(&mut self.workspace.line_strains), rod, material, force);
+            check_line(&strains, force)?;
+            self.workspace.line_strains = std::mem::replace(&mut rod.line_strains, strains);
+            rod.reactions.clear();
             Ok(found)
         });
         if answer.is_err() {
             self.workspace.system.initial.restore(rod);
             check_finite(rod, force)?;
         }
-        answer.map_err(|error| explained(error, rod, material, force))
+        answer.map_err(|error| explained(error, rod, &body))
     }
 }
 
 /// The factorised tangent at an equilibrium of a free rod.
 struct FactorisedTangent<'a, C> {
     system: &'a mut System,
-    material: &'a C,
-    force: &'a InternalForce,
+    body: RodEnergy<'a, C>,
 }
 
 impl<C: Constitutive> NearbyEquilibria for FactorisedTangent<'_, C> {
     fn follow(&mut self, rod: &mut Rod) {
-        with_points!(rod, self.system, follow(rod, self.material, self.force));
-        let mut strains = std::mem::take(rod.line_strains_mut());
-        strain_line(&mut strains, rod, self.material, self.force);
-        *rod.line_strains_mut() = strains;
+        // The rod moves by a Newton step with the factorised tangent and the gradient at its frames.
+        self.system.evaluate(rod, &self.body);
+        self.system.balance();
+        self.system.solve();
+        self.system.start.keep(rod);
+        self.system.advance(rod, 1.0);
+        let strains = std::mem::take(&mut rod.line_strains);
+        rod.line_strains = strain_line(strains, rod, self.body.material, self.body.force);
     }
 
     fn force(&self) -> &InternalForce {
-        self.force
+        self.body.force
     }
 }

@@ -6,6 +6,24 @@ use crate::constitutive::{Constitutive, LineResponse, Tissue};
 use crate::reference_element::AtPoints;
 use crate::rod::{MaterialPoint, centre_line_tangent};
 
+/// Evaluates an expression in which `P` is a constant, the number of Gauss points in an element.
+macro_rules! with_points {
+    (const $number:literal, $body:expr) => {{
+        const P: usize = $number;
+        $body
+    }};
+    ($points:expr, $body:expr) => {
+        match $points {
+            1 => with_points!(const 1, $body),
+            2 => with_points!(const 2, $body),
+            3 => with_points!(const 3, $body),
+            _ => with_points!(const 4, $body),
+        }
+    };
+}
+
+pub(super) use with_points;
+
 /// A number at each of the first `P` points, and `idle` in the other lanes.
 #[inline]
 pub(super) fn at_points<const P: usize>(idle: f64, value: impl Fn(usize) -> f64) -> AtPoints {

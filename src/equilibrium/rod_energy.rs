@@ -3,10 +3,9 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::EquilibriumError;
-use super::element::ElementSystem;
+use super::element::{ElementData, ElementSystem};
 use super::line::{check_line, strain_line};
-use super::newton::with_points;
-use super::system::System;
+use super::points::with_points;
 use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
 use crate::rod::Rod;
@@ -44,8 +43,8 @@ use crate::rod::Rod;
 /// ```
 #[derive(Debug)]
 pub struct RodEnergy<'a, C> {
-    material: &'a C,
-    force: &'a InternalForce,
+    pub(super) material: &'a C,
+    pub(super) force: &'a InternalForce,
 }
 
 impl<'a, C: Constitutive> RodEnergy<'a, C> {
@@ -75,15 +74,11 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
     /// [`Parameter`](EquilibriumError::Parameter).
     pub fn couples(&self, rod: &Rod) -> Result<(f64, Vec<Vector3<f64>>), EquilibriumError> {
         self.force.check(rod)?;
-        let (energy, mut gradient) = with_points!(rod, self, gradient(rod));
-        if !energy.is_finite() {
-            return Err(EquilibriumError::NotFinite { what: "energy of the elastic law" });
-        }
+        let (energy, mut gradient) = with_points!(rod.order().points(), self.gradient::<P>(rod));
+        EquilibriumError::finite(energy.is_finite(), "energy of the elastic law")?;
         for slope in &mut gradient {
             *slope = -*slope;
-            if !slope.norm_squared().is_finite() {
-                return Err(EquilibriumError::NotFinite { what: "couple on a node" });
-            }
+            EquilibriumError::finite(slope.norm_squared().is_finite(), "couple on a node")?;
         }
         Ok((energy, gradient))
     }
@@ -98,9 +93,9 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
     /// [`Parameter`](EquilibriumError::Parameter).
     pub fn tangent(&self, rod: &Rod) -> Result<NodeTangent, EquilibriumError> {
         self.force.check(rod)?;
-        let tangent = with_points!(rod, self, hessian(rod));
-        let finite = tangent.blocks.iter().all(|(.., block)| block.sum().is_finite());
-        if finite { Ok(tangent) } else { Err(EquilibriumError::NotFinite { what: "tangent" }) }
+        let tangent = with_points!(rod.order().points(), self.hessian::<P>(rod));
+        EquilibriumError::finite(tangent.blocks.iter().all(|(.., block)| block.sum().is_finite()), "tangent")?;
+        Ok(tangent)
     }
 
     /// The strain v of the centre line at the material points that minimises the energy at the frames of a rod, along
@@ -112,8 +107,7 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
     /// [`Parameter`](EquilibriumError::Parameter).
     pub fn line_strains(&self, rod: &Rod) -> Result<Vec<Vector3<f64>>, EquilibriumError> {
         self.force.check(rod)?;
-        let mut strains = Vec::new();
-        strain_line(&mut strains, rod, self.material, self.force);
+        let strains = strain_line(Vec::new(), rod, self.material, self.force);
         check_line(&strains, self.force)?;
         Ok(strains)
     }
@@ -122,8 +116,8 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
         let (mut energy, mut element) = (0.0, ElementSystem::default());
         let mut gradient = vec![Vector3::zeros(); rod.nodes()];
         for e in 0..rod.elements() {
-            let data = System::data::<P>(rod, self.force, e);
-            energy += element.evaluate::<P, false>(rod.reference(), self.material, &data);
+            let data = ElementData::of(rod, self.force, e);
+            energy += element.evaluate::<P, false>(self.material, &data);
             element.add_node_gradient::<P>(&data, &mut gradient[e * P..=(e + 1) * P]);
         }
         (energy, gradient)
@@ -133,8 +127,8 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
         let mut element = ElementSystem::default();
         let mut blocks: Vec<(usize, usize, Matrix3<f64>)> = Vec::new();
         for e in 0..rod.elements() {
-            let data = System::data::<P>(rod, self.force, e);
-            element.evaluate::<P, true>(rod.reference(), self.material, &data);
+            let data = ElementData::of(rod, self.force, e);
+            element.evaluate::<P, true>(self.material, &data);
             let of_nodes = element.node_hessian::<P>(&data);
             // The last block of the element before has the same node.
             if let Some((.., last)) = blocks.last_mut() {

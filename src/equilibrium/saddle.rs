@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::EquilibriumError;
+use super::error::Outcome;
 use super::search::{NEGLIGIBLE_TURN, NewtonSearch};
 use crate::constitutive::Constitutive;
 use crate::rod::Rod;
@@ -15,7 +16,7 @@ const PASSES: usize = 8;
 /// enough for the quadratic model of the energy.
 const PUSH: f64 = 0.1;
 
-impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
+impl<C: Constitutive> NewtonSearch<'_, C> {
     /// Whether the gradient vanishes at a saddle. While steps become much shorter, the remaining gradient may give a
     /// neutral direction a negative pivot. A shift that is larger than necessary makes steps short
     /// far from a saddle, too.
@@ -26,7 +27,7 @@ impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
 
     /// Bends the rod in the direction of steepest decrease of the energy among rotations about one axis. The axis
     /// changes with each saddle.
-    pub(super) fn leave_saddle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
+    pub(super) fn leave_saddle(&mut self, rod: &mut Rod) -> Outcome {
         if self.saddles == SADDLES {
             self.shift = 0.0;
             return Err(EquilibriumError::Unstable { negative: self.assemble(rod)?.1.negative });
@@ -35,9 +36,9 @@ impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
         self.saddles += 1;
         self.system.start.keep(rod);
         self.system.tangent.fix_neutral();
-        self.system.soften::<P>(rod, &axis, PASSES);
+        self.system.soften(rod, &axis, PASSES);
         self.longest_turn = self.longest_turn.max(PUSH);
-        self.system.advance::<P>(rod, PUSH / self.system.largest_turn());
+        self.system.advance(rod, PUSH / self.system.largest_turn());
         Ok(())
     }
 }

@@ -3,11 +3,11 @@
 
 use nalgebra::Vector3;
 
+use super::error::Outcome;
 use super::system::System;
 use super::unloaded::take_intrinsic_shape;
-use super::{Equilibrium, EquilibriumError, Inertia};
+use super::{Equilibrium, EquilibriumError, Inertia, RodEnergy};
 use crate::constitutive::Constitutive;
-use crate::load::InternalForce;
 use crate::rod::{LARGEST_ROTATION, Rod};
 
 /// Largest rotation of a frame in a step, rad. The quadratic model does not hold beyond it.
@@ -17,8 +17,9 @@ const SMALL_TURN: f64 = 1e-4;
 /// Negligible rotation in a step, rad. After a Newton step of this size only rounding remains, since Newton's method
 /// squares the error. A line search fails and a saddle is reached at steps of this size.
 pub(super) const NEGLIGIBLE_TURN: f64 = 1e-7;
-/// Number of successive steps below [`SMALL_TURN`] after which only rounding remains, if none of them is shorter than
-/// half of the one before the first. A ratio of 2/3, as at a bifurcation, halves a step in two iterations.
+/// Number of successive steps below [`SMALL_TURN`] that end the search as rounding, if each is at least half as long as
+/// the step before the first of them. At a bifurcation the ratio of successive steps is 2/3, so that two iterations
+/// halve a step.
 const ROUNDING_STEPS: usize = 4;
 /// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes
 /// estimate the error.
@@ -40,10 +41,9 @@ const CONTINUES: f64 = 0.2;
 const BALANCED: f64 = 1e-14;
 
 /// A search for an equilibrium, with the quantities that an iteration passes to the next one.
-pub(super) struct NewtonSearch<'a, C, const P: usize> {
+pub(super) struct NewtonSearch<'a, C> {
     pub(super) system: &'a mut System,
-    pub(super) material: &'a C,
-    pub(super) force: &'a InternalForce,
+    pub(super) body: &'a RodEnergy<'a, C>,
     /// Whether the equilibrium has to be stable.
     pub(super) stable: bool,
     /// The largest acceptable error of a frame, rad.
@@ -85,23 +85,15 @@ pub(super) struct NewtonSearch<'a, C, const P: usize> {
     pub(super) found: Equilibrium,
 }
 
-impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
-    pub fn new(
-        system: &'a mut System,
-        rod: &Rod,
-        material: &'a C,
-        force: &'a InternalForce,
-        stable: bool,
-        tolerance: f64,
-    ) -> Self {
+impl<'a, C: Constitutive> NewtonSearch<'a, C> {
+    pub fn new(system: &'a mut System, rod: &Rod, body: &'a RodEnergy<'a, C>, stable: bool, tolerance: f64) -> Self {
         Self {
             system,
-            material,
-            force,
+            body,
             stable,
             tolerance,
             length: rod.length(),
-            largest_force: force.largest(),
+            largest_force: body.force.largest(),
             shift: 0.0,
             shift_is_needed: false,
             last_shift: 0.0,
@@ -120,7 +112,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     }
 
     /// Moves the rod to an equilibrium in at most `bound` Newton iterations: tangent, step, line search, chord steps.
-    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Equilibrium, EquilibriumError> {
+    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Outcome<Equilibrium> {
         let (mut first, mut guessed) = (true, self.guess_on_coarse_mesh(rod));
         for iteration in 1..=bound {
             self.found.iterations = iteration;
@@ -151,14 +143,14 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
                 }
             }
         }
-        Err(self.not_found(bound))
+        Err(self.not_found())
     }
 
     /// The error of a search without convergence.
-    fn not_found(&mut self, iterations: usize) -> EquilibriumError {
-        self.system.balance::<P>();
+    fn not_found(&mut self) -> EquilibriumError {
+        self.system.balance();
         let (step, residual, force) = (self.turn, self.system.unbalanced, self.largest_force);
-        EquilibriumError::NoConvergence { iterations, step, residual, force, contact: None }
+        EquilibriumError::NoConvergence { iterations: self.found.iterations, step, residual, force, contact: None }
     }
 
     /// The result of the search, with the displacement of the tip since stability was lost.
@@ -183,11 +175,10 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     fn continues_from_guess(&mut self, rod: &mut Rod) -> bool {
         self.system.start.keep(rod);
         self.system.initial.restore(rod);
-        self.system.evaluate::<P>(rod, self.material, self.force);
-        self.found.evaluations += 1;
-        self.system.balance::<P>();
+        self.evaluate(rod);
+        self.system.balance();
         self.system.tangent.fix_neutral();
-        self.system.solve::<P>();
+        self.system.solve();
         let predicted = self.system.largest_turn();
         let (guess, end) = (&self.system.initial, &self.system.start);
         let rotation = guess.largest_turn_to(end);
@@ -195,8 +186,15 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         predicted > CONTINUES * rotation
     }
 
-    pub(super) fn assemble(&mut self, rod: &Rod) -> Result<(f64, Inertia), EquilibriumError> {
-        self.system.assemble::<P>(rod, self.material, self.force, self.shift)
+    pub(super) fn assemble(&mut self, rod: &Rod) -> Outcome<(f64, Inertia)> {
+        self.found.factorisations += 1;
+        self.system.assemble(rod, self.body, self.shift)
+    }
+
+    /// Evaluates the energy and its gradient without a tangent. Returns the energy, J.
+    pub(super) fn evaluate(&mut self, rod: &Rod) -> f64 {
+        self.found.evaluations += 1;
+        self.system.evaluate(rod, self.body)
     }
 
     /// Magnitude of the force in the rod, N: without load the strain energy per length.
@@ -206,12 +204,11 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
 
     /// Assembles and factorises the tangent. For a stable equilibrium the shift is increased until no pivot is
     /// negative.
-    fn find_tangent(&mut self, rod: &Rod) -> Result<(), EquilibriumError> {
+    fn find_tangent(&mut self, rod: &Rod) -> Outcome {
         (self.shift, self.shift_is_needed) = (0.0, false);
         let mut negative = None;
         loop {
             (self.found.energy, self.found.inertia) = self.assemble(rod)?;
-            self.found.factorisations += 1;
             if self.system.resistance < self.least_resistance {
                 return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
             }
@@ -229,9 +226,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
                 // A shift of the magnitude of the force makes the energy of a rod in tension convex.
                 0.1 * self.force_scale()
             };
-            if !self.shift.is_finite() {
-                return Err(EquilibriumError::NotFinite { what: "tangent" });
-            }
+            EquilibriumError::finite(self.shift.is_finite(), "tangent")?;
         }
         if self.shift > 0.0 {
             self.last_shift = self.shift;
@@ -242,9 +237,9 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     }
 
     /// Solves for the Newton step, and records its size.
-    fn find_step(&mut self) -> Result<(), EquilibriumError> {
+    fn find_step(&mut self) -> Outcome {
         self.system.tangent.release_unbalanced();
-        self.system.solve::<P>();
+        self.system.solve();
         let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
         self.stagnates = !(self.turn < 0.5 * last);
         if self.shift > 0.0 || self.turn >= SMALL_TURN || self.turn < 0.5 * self.compared {
@@ -255,7 +250,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         if self.lost.is_some() {
             self.longest_turn = self.longest_turn.max(self.turn);
         }
-        if self.turn.is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "Newton step" }) }
+        EquilibriumError::finite(self.turn.is_finite(), "Newton step")
     }
 
     /// Whether an equilibrium is within the reach of the quadratic model.
@@ -266,7 +261,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     /// Whether the initial guess is a straight rod far from a minimum, where the tangent is not positive definite or
     /// the step too long. A bent initial guess selects a branch and is kept.
     fn is_far(&self, rod: &Rod) -> bool {
-        self.stable && !self.is_close() && rod.rotations().iter().all(|theta| *theta == Vector3::zeros())
+        self.stable && !self.is_close() && rod.rotations.iter().all(|theta| *theta == Vector3::zeros())
     }
 
     /// Gives the rod its shape without load if the energy of that shape is lower: far from a minimum it is the better
@@ -274,8 +269,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     fn moves_to_intrinsic_shape(&mut self, rod: &mut Rod) -> bool {
         self.system.start.keep(rod);
         if take_intrinsic_shape(rod).is_ok() {
-            let trial = self.system.evaluate::<P>(rod, self.material, self.force);
-            self.found.evaluations += 1;
+            let trial = self.evaluate(rod);
             if trial < self.found.energy {
                 return true;
             }
@@ -284,8 +278,9 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         false
     }
 
-    /// Whether couples balance to rounding of the largest, or small steps do not become shorter. In an almost neutral
-    /// direction rounding still rotates the frames by the current step, which is the error then.
+    /// Whether only rounding is left: couples balance to rounding of the largest one, or several small steps have not
+    /// become shorter. In an almost neutral direction rounding still causes a step, whose size is reported as the
+    /// error.
     fn is_balanced_to_rounding(&self) -> bool {
         let balanced = self.shift == 0.0 && self.stagnates && self.turn < CHORD_TURN && self.has_only_rounding();
         balanced || self.rounding_steps >= ROUNDING_STEPS
@@ -298,18 +293,17 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
 
     /// Moves the rod by a fraction of the step with which the energy decreases sufficiently, possibly after
     /// corrections. Returns the fraction.
-    fn search_line(&mut self, rod: &mut Rod) -> Result<f64, EquilibriumError> {
+    fn search_line(&mut self, rod: &mut Rod) -> Outcome<f64> {
         let mut fraction = (LARGEST_TURN / self.turn).min(1.0);
-        let slope = self.system.slope::<P>();
+        let slope = self.system.slope();
         let energy = self.found.energy;
         // Rounding of the energy.
         let slack = 64.0 * f64::EPSILON * energy.abs();
         let longest = largest_rotation(rod).0.max(LARGEST_ROTATION);
         self.system.start.keep(rod);
         loop {
-            self.system.advance::<P>(rod, fraction);
-            let trial = self.system.evaluate::<P>(rod, self.material, self.force);
-            self.found.evaluations += 1;
+            self.system.advance(rod, fraction);
+            let trial = self.evaluate(rod);
             let tiny = self.turn < SMALL_TURN;
             let bound = energy + DECREASE * fraction * slope + slack;
             let falls = trial <= bound;
@@ -332,9 +326,10 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
             }
             self.system.start.restore(rod);
             if fraction * self.turn < NEGLIGIBLE_TURN {
+                let element = node / rod.order().points();
                 return Err(match folds {
-                    true => EquilibriumError::Folded { element: node / P, intrinsic: rod.intrinsic_turn(node / P) },
-                    false => self.not_found(self.found.iterations),
+                    true => EquilibriumError::Folded { element, intrinsic: rod.intrinsic_turn(element) },
+                    false => self.not_found(),
                 });
             }
             fraction *= 0.5;
@@ -347,29 +342,28 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         let (mut last, mut more) = (self.turn, CHORDS);
         loop {
             more -= 1;
-            self.system.balance::<P>();
-            self.system.solve::<P>();
+            self.system.balance();
+            self.system.solve();
             let rest = self.system.largest_turn();
             if !(rest < 0.5 * last) {
                 return last.max(rest);
             }
             self.system.start.keep(rod);
-            self.system.advance::<P>(rod, 1.0);
+            self.system.advance(rod, 1.0);
             // The error decreases by the same ratio again, or by the change of the tangent with the rotation.
             let ratio = (rest / last).max(self.turn);
             let error = 4.0 * rest * ratio;
             if error <= self.tolerance || !self.is_safe() || error * ratio.powi(more) > self.tolerance {
                 return error;
             }
-            self.found.energy = self.system.evaluate::<P>(rod, self.material, self.force);
-            self.found.evaluations += 1;
+            self.found.energy = self.evaluate(rod);
             last = rest;
         }
     }
 
-    /// Whether the inertia at the start of the last step is that at its end: the smallest pivot exceeds its
-    /// change. Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)²
-    /// of that in the work of the force along the rod, and by 2/π in its couples.
+    /// Whether no pivot can have changed its sign in the last step: the smallest pivot exceeds the largest change of
+    /// the tangent. Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)² of
+    /// that in the work of the force along the rod, and by 2/π in its couples.
     fn is_safe(&self) -> bool {
         // The third derivative of ½ n · C n by rotations is at most 4 |C| |n|², that of n · d3 is at most |n|.
         let force = self.largest_force * (1.0 + 4.0 * self.system.yielding());
@@ -378,7 +372,7 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
     }
 
     /// Whether the frames are an equilibrium of the requested kind within the tolerance, given their error (rad).
-    fn accepts(&mut self, rod: &Rod, error: f64) -> Result<bool, EquilibriumError> {
+    fn accepts(&mut self, rod: &Rod, error: f64) -> Outcome<bool> {
         // If the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
         let safe = self.is_safe();
         if !(error <= self.tolerance && (safe && !self.in_valley || self.turn < NEGLIGIBLE_TURN)) {
@@ -387,7 +381,6 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
         self.found.error = error;
         if !safe {
             self.found.inertia = self.assemble(rod)?.1;
-            self.found.factorisations += 1;
         }
         Ok(self.system.tangent.unbalanced.is_empty() && (!self.stable || self.found.inertia.negative == 0))
     }
@@ -395,6 +388,6 @@ impl<'a, C: Constitutive, const P: usize> NewtonSearch<'a, C, P> {
 
 /// The longest rotation vector within an element, rad, and its index.
 pub(super) fn largest_rotation(rod: &Rod) -> (f64, usize) {
-    let sizes = rod.rotations().iter().map(Vector3::norm).zip(0..);
+    let sizes = rod.rotations.iter().map(Vector3::norm).zip(0..);
     sizes.fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
 }

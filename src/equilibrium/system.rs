@@ -3,11 +3,12 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::element::{ElementData, ElementSystem};
+use super::error::Outcome;
 use super::joints::Joints;
+use super::points::with_points;
 use super::tangent::Tangent;
-use super::{EquilibriumError, Inertia};
+use super::{EquilibriumError, Inertia, RodEnergy};
 use crate::constitutive::Constitutive;
-use crate::load::InternalForce;
 use crate::numerics::scalar::largest;
 use crate::rod::Rod;
 use crate::so3;
@@ -15,6 +16,8 @@ use crate::so3;
 /// Energy, gradient and tangent of a rod. The workspace is reused by successive calls.
 #[derive(Debug, Default)]
 pub(super) struct System {
+    /// Number of Gauss points in an element at the last assembly.
+    points: usize,
     pub elements: Vec<ElementSystem>,
     pub tangent: Tangent,
     /// Workspace of the search on a coarser mesh.
@@ -52,9 +55,9 @@ pub(super) struct Configuration {
 
 impl Configuration {
     pub fn keep(&mut self, rod: &Rod) {
-        rod.frames().clone_into(&mut self.frames);
-        rod.rotations().clone_into(&mut self.rotations);
-        self.position = rod.base_position();
+        self.frames.clone_from(&rod.frames);
+        self.rotations.clone_from(&rod.rotations);
+        self.position = rod.base_position;
     }
 
     /// Largest angle between a frame and that of another configuration, rad.
@@ -63,42 +66,23 @@ impl Configuration {
     }
 
     pub fn restore(&self, rod: &mut Rod) {
-        let (frames, rotations) = rod.shape_mut();
-        frames.copy_from_slice(&self.frames);
-        rotations.copy_from_slice(&self.rotations);
-        *rod.base_position_mut() = self.position;
+        rod.frames.clone_from(&self.frames);
+        rod.rotations.clone_from(&self.rotations);
+        rod.base_position = self.position;
     }
 }
 
 impl System {
-    pub fn data<'a, const P: usize>(rod: &'a Rod, force: &'a InternalForce, e: usize) -> ElementData<'a> {
-        let (forces, inside) = force.on_element(e, P);
-        ElementData {
-            frame: &rod.frames()[e],
-            rotations: rod.element_rotations(e),
-            points: rod.element_points(e),
-            forces,
-            inside,
-            time: force.environment().time,
-        }
-    }
-
-    /// Assembles, condenses and factorises the tangent at the rod's frames, with `shift` (N) on its diagonal per
-    /// length. Returns the energy, J, and the signs of the pivots.
-    pub fn assemble<const P: usize>(
-        &mut self,
-        rod: &Rod,
-        material: &impl Constitutive,
-        force: &InternalForce,
-        shift: f64,
-    ) -> Result<(f64, Inertia), EquilibriumError> {
-        let (energy, mut inertia) = self.condense::<P>(rod, material, force, shift)?;
-        self.balance::<P>();
+    /// Assembles, condenses and factorises the tangent at the rod's frames. `shift` (N), times the length that belongs
+    /// to a frame, is added to its diagonal. Returns the energy, J, and the signs of the pivots.
+    pub fn assemble(&mut self, rod: &Rod, body: &RodEnergy<impl Constitutive>, shift: f64) -> Outcome<(f64, Inertia)> {
+        let (energy, mut inertia) = self.condense(rod, body, shift)?;
+        self.balance();
         let interior = inertia.margin;
         let compliance = self.elements.iter().map(|element| element.compliance);
         self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance.clone())?);
         if !self.tangent.neutral.is_empty() {
-            let least = f64::EPSILON * force.largest() * rod.length();
+            let least = f64::EPSILON * body.force.largest() * rod.length();
             self.tangent.find_unbalanced(&self.turns[self.joints.first_free()..], compliance, least);
         }
         Ok((energy, inertia))
@@ -106,41 +90,35 @@ impl System {
 
     /// Assembles and condenses the tangent as [`assemble`](Self::assemble). Returns the energy, J, and the signs of
     /// the pivots inside the elements.
-    pub fn condense<const P: usize>(
-        &mut self,
-        rod: &Rod,
-        material: &impl Constitutive,
-        force: &InternalForce,
-        shift: f64,
-    ) -> Result<(f64, Inertia), EquilibriumError> {
+    pub fn condense(&mut self, rod: &Rod, body: &RodEnergy<impl Constitutive>, shift: f64) -> Outcome<(f64, Inertia)> {
         let n = rod.elements();
+        self.points = rod.order().points();
         self.elements.resize_with(n, ElementSystem::default);
         self.turns.resize(n + 1, Vector3::zeros());
-        self.steps.resize(n * P, Vector3::zeros());
+        self.steps.resize(n * self.points, Vector3::zeros());
         let first = self.joints.first_free();
         self.tangent.reset(n + 1 - first)?;
         let mut inertia = Inertia::default();
         let mut energy = 0.0;
-        for e in 0..n {
-            let data = Self::data::<P>(rod, force, e);
-            let element = &mut self.elements[e];
-            energy += element.evaluate::<P, true>(rod.reference(), material, &data);
-            let share = shift * rod.length_of(e) / P as f64;
-            let blocks = element.condense::<P>(&data, share, &mut inertia);
-            let last = e + 1 - first;
-            self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
-            if last > 0 {
-                // The base, if it rotates, is at the end of one element only.
-                let share = if e == 0 { share } else { 0.0 };
-                self.tangent.add_diagonal(last - 1, &(blocks.h00 + Matrix3::from_diagonal_element(share)));
-                self.tangent.set_coupling(last, &blocks.h01);
+        with_points!(
+            self.points,
+            for (e, element) in self.elements.iter_mut().enumerate() {
+                let data = ElementData::of(rod, body.force, e);
+                energy += element.evaluate::<P, true>(body.material, &data);
+                let share = shift * rod.length_of(e) / P as f64;
+                let blocks = element.condense::<P>(&data, share, &mut inertia);
+                let last = e + 1 - first;
+                self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
+                if last > 0 {
+                    // The base, if it rotates, is at the end of one element only.
+                    let share = if e == 0 { share } else { 0.0 };
+                    self.tangent.add_diagonal(last - 1, &(blocks.h00 + Matrix3::from_diagonal_element(share)));
+                    self.tangent.set_coupling(last, &blocks.h01);
+                }
             }
-        }
-        if energy.is_finite() {
-            Ok((energy, inertia))
-        } else {
-            Err(EquilibriumError::NotFinite { what: "energy of the elastic law" })
-        }
+        );
+        EquilibriumError::finite(energy.is_finite(), "energy of the elastic law")?;
+        Ok((energy, inertia))
     }
 
     /// Smallest bending or twist of the rod by a couple on the apex, rad/(N m), at the last assembly.
@@ -154,24 +132,29 @@ impl System {
     }
 
     /// The energy, J, and its gradient at the current frames. The factorisation does not change.
-    pub fn evaluate<const P: usize>(&mut self, rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> f64 {
+    pub fn evaluate(&mut self, rod: &Rod, body: &RodEnergy<impl Constitutive>) -> f64 {
         let mut energy = 0.0;
-        for (e, element) in self.elements.iter_mut().enumerate() {
-            let data = Self::data::<P>(rod, force, e);
-            energy += element.evaluate::<P, false>(rod.reference(), material, &data);
-        }
+        with_points!(
+            self.points,
+            for (e, element) in self.elements.iter_mut().enumerate() {
+                energy += element.evaluate::<P, false>(body.material, &ElementData::of(rod, body.force, e));
+            }
+        );
         energy
     }
 
     /// Writes the negative gradient by the frames, the unbalanced couples, to `turns`. It is that of the last
     /// evaluation, condensed with the factorisation of the last assembly.
-    pub fn balance<const P: usize>(&mut self) {
+    pub fn balance(&mut self) {
         self.turns.fill(Vector3::zeros());
-        for (e, element) in self.elements.iter_mut().enumerate() {
-            let (g1, g0) = element.condense_gradient::<P>();
-            self.turns[e + 1] -= g1;
-            self.turns[e] -= g0;
-        }
+        with_points!(
+            self.points,
+            for (e, element) in self.elements.iter_mut().enumerate() {
+                let (g1, g0) = element.condense_gradient::<P>();
+                self.turns[e + 1] -= g1;
+                self.turns[e] -= g0;
+            }
+        );
         self.joints.release(&mut self.turns);
         self.unbalanced = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
         self.base = Vector3::zeros();
@@ -186,24 +169,27 @@ impl System {
     }
 
     /// Solves for the step with the factorised tangent and the gradient in `turns`.
-    pub fn solve<const P: usize>(&mut self) {
+    pub fn solve(&mut self) {
         self.tangent.solve(&mut self.turns[self.joints.first_free()..]);
         if let Some(base) = &self.joints.free_base {
             self.base /= base.stiffness;
         }
-        self.recover::<P>();
+        self.recover();
     }
 
     /// Recovers the changes of the rotation vectors in the elements from the rotations of the frames.
-    pub fn recover<const P: usize>(&mut self) {
-        for (e, element) in self.elements.iter().enumerate() {
-            element.recover::<P>(&self.turns[e + 1], &self.turns[e], &mut self.steps[e * P..(e + 1) * P]);
-        }
+    pub fn recover(&mut self) {
+        with_points!(
+            self.points,
+            for (e, element) in self.elements.iter().enumerate() {
+                element.recover::<P>(&self.turns[e + 1], &self.turns[e], &mut self.steps[e * P..(e + 1) * P]);
+            }
+        );
     }
 
     /// Sets the current step to the softest direction of the rod among rotations about an axis of the base, by
     /// inverse iteration with the existing factorisation from uniform bending.
-    pub fn soften<const P: usize>(&mut self, rod: &Rod, axis: &Vector3<f64>, passes: usize) {
+    pub fn soften(&mut self, rod: &Rod, axis: &Vector3<f64>, passes: usize) {
         let mut s = 0.0;
         for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
             s += rod.length_of(e);
@@ -217,7 +203,7 @@ impl System {
             }
             self.tangent.solve(&mut self.turns[1..]);
         }
-        self.recover::<P>();
+        self.recover();
     }
 
     /// The largest rotation in the current step, rad, or displacement of a free base relative to the length; NaN if one
@@ -228,35 +214,29 @@ impl System {
     }
 
     /// The derivative of the energy along the current step, J.
-    pub fn slope<const P: usize>(&self) -> f64 {
+    pub fn slope(&self) -> f64 {
         let each = self.elements.iter().enumerate();
-        each.map(|(e, element)| element.slope::<P>(&self.steps[e * P..(e + 1) * P], &self.turns[e])).sum()
-    }
-
-    /// Moves the rod by a Newton step with the factorised tangent and the gradient at the current frames.
-    pub fn follow<const P: usize>(&mut self, rod: &mut Rod, material: &impl Constitutive, force: &InternalForce) {
-        self.evaluate::<P>(rod, material, force);
-        self.balance::<P>();
-        self.solve::<P>();
-        self.start.keep(rod);
-        self.advance::<P>(rod, 1.0);
+        with_points!(
+            self.points,
+            each.map(|(e, element)| element.slope::<P>(&self.steps[e * P..(e + 1) * P], &self.turns[e])).sum()
+        )
     }
 
     /// Moves the rod from the start of the step by a fraction of the step.
-    pub fn advance<const P: usize>(&self, rod: &mut Rod, fraction: f64) {
+    pub fn advance(&self, rod: &mut Rod, fraction: f64) {
         if self.joints.free_base.is_some() {
-            *rod.base_position_mut() = self.start.position + self.base * fraction;
+            rod.base_position = self.start.position + self.base * fraction;
         }
-        let (frames, rotations) = rod.shape_mut();
         for (i, turn) in self.turns.iter().enumerate().skip(self.joints.first_free()) {
             let frame = self.start.frames[i] * so3::exp(&(turn * fraction));
-            frames[i] = UnitQuaternion::new_normalize(frame.into_inner());
+            rod.frames[i] = UnitQuaternion::new_normalize(frame.into_inner());
         }
-        for e in 0..frames.len() - 1 {
-            for k in e * P..(e + 1) * P - 1 {
-                rotations[k] = self.start.rotations[k] + self.steps[k] * fraction;
+        let p = self.points;
+        for e in 0..rod.elements() {
+            for k in e * p..(e + 1) * p - 1 {
+                rod.rotations[k] = self.start.rotations[k] + self.steps[k] * fraction;
             }
-            rotations[(e + 1) * P - 1] = so3::log(&(frames[e].inverse() * frames[e + 1]));
+            rod.rotations[(e + 1) * p - 1] = so3::log(&(rod.frames[e].inverse() * rod.frames[e + 1]));
         }
     }
 }

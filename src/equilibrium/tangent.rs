@@ -11,6 +11,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use nalgebra::{Matrix3, Vector3};
 
+use super::error::Outcome;
 use super::{EquilibriumError, Inertia};
 use crate::error::ParameterError;
 
@@ -35,10 +36,15 @@ const ACCURATE: f64 = 1e-12;
 /// element does not require a new analysis.
 #[derive(Default)]
 pub(super) struct Tangent {
+    /// Blocks on the diagonal, of which the upper triangle is read.
+    diagonal: Vec<Matrix3<f64>>,
+    /// Blocks that couple each frame (columns) to the one before it (rows); zero for the first frame.
+    coupling: Vec<Matrix3<f64>>,
     blocks: usize,
     capacity: usize,
     col_ptr: Vec<usize>,
     row_idx: Vec<usize>,
+    /// The upper triangle of the matrix by columns.
     values: Vec<f64>,
     pub(super) factors: Vec<f64>,
     pub(super) symbolic: Option<SymbolicSimplicialCholesky<usize>>,
@@ -59,20 +65,21 @@ impl std::fmt::Debug for Tangent {
 
 impl Tangent {
     /// Makes room for `blocks` unknown frames and sets every entry to zero. Allocates only beyond the capacity.
-    pub fn reset(&mut self, blocks: usize) -> Result<(), EquilibriumError> {
+    pub fn reset(&mut self, blocks: usize) -> Outcome {
         if blocks > self.capacity || 2 * blocks < self.capacity {
             // An eighth more than needed, so that a growing shoot allocates rarely.
             self.analyse(blocks + blocks / 8)?;
         }
         self.blocks = blocks;
-        self.values.fill(0.0);
-        for unused in blocks..self.capacity {
-            self.add_diagonal(unused, &Matrix3::identity());
-        }
+        self.diagonal.clear();
+        self.diagonal.resize(blocks, Matrix3::zeros());
+        self.diagonal.resize(self.capacity, Matrix3::identity());
+        self.coupling.clear();
+        self.coupling.resize(self.capacity, Matrix3::zeros());
         Ok(())
     }
 
-    fn analyse(&mut self, capacity: usize) -> Result<(), EquilibriumError> {
+    fn analyse(&mut self, capacity: usize) -> Outcome {
         let n = 3 * capacity;
         self.capacity = capacity;
         self.col_ptr.clear();
@@ -85,7 +92,7 @@ impl Tangent {
                 self.col_ptr.push(self.row_idx.len());
             }
         }
-        self.values = vec![0.0; self.row_idx.len()];
+        self.values = Vec::with_capacity(self.row_idx.len());
         self.rhs = vec![0.0; n];
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
         let (mut tree, mut counts) = (vec![0isize; n], vec![0usize; n]);
@@ -94,45 +101,34 @@ impl Tangent {
                 .or(factorize_simplicial_symbolic_cholesky_scratch::<usize>(n)),
         );
         let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, pattern, MemStack::new(&mut memory));
+        let requirement = "small enough for the memory to factorise the tangent";
         let symbolic = factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, MemStack::new(&mut memory))
-            .map_err(|_| {
-                let (name, requirement) =
-                    ("number of elements", "small enough for the memory to factorise the tangent");
-                ParameterError::refused(name, capacity as f64, requirement)
-            })?;
+            .map_err(|_| ParameterError::refused("number of elements", capacity as f64, requirement))?;
         self.factors = vec![0.0; symbolic.len_val()];
         self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(n)));
         self.symbolic = Some(symbolic);
         Ok(())
     }
 
-    /// The value at `row` and `col` of the upper triangle, in the block of unknown frame `block` or in that above it.
-    /// Rows are counted from the first of the block column, which includes the block above the diagonal.
-    fn value(&mut self, block: usize, row: usize, col: usize) -> &mut f64 {
-        &mut self.values[self.col_ptr[3 * block + col] + row]
-    }
-
-    /// Adds to the diagonal block of an unknown frame; the upper triangle of `m` is read.
+    /// Adds to the diagonal block of an unknown frame.
     pub fn add_diagonal(&mut self, block: usize, m: &Matrix3<f64>) {
-        let above = if block == 0 { 0 } else { 3 };
-        for col in 0..3 {
-            for row in 0..=col {
-                *self.value(block, above + row, col) += m[(row, col)];
-            }
-        }
+        self.diagonal[block] += m;
     }
 
     /// Sets the block that couples frame `block` (columns) to the one before it (rows).
     pub fn set_coupling(&mut self, block: usize, m: &Matrix3<f64>) {
-        for col in 0..3 {
-            for row in 0..3 {
-                *self.value(block, row, col) = m[(row, col)];
-            }
-        }
+        self.coupling[block] = *m;
     }
 
     /// Computes the factors L D Lᵀ.
-    fn factorise_values(&mut self) -> Result<(), EquilibriumError> {
+    fn factorise_values(&mut self) -> Outcome {
+        self.values.clear();
+        for (block, (diagonal, coupling)) in self.diagonal.iter().zip(&self.coupling).enumerate() {
+            for column in 0..3 {
+                self.values.extend(coupling.column(column).iter().take(if block == 0 { 0 } else { 3 }));
+                self.values.extend(diagonal.column(column).iter().take(column + 1));
+            }
+        }
         let n = 3 * self.capacity;
         let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else { return Ok(()) };
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
@@ -165,7 +161,7 @@ impl Tangent {
 
     /// The size of the diagonal entry of a column.
     pub(super) fn size(&self, column: usize) -> f64 {
-        self.values[self.col_ptr[column + 1] - 1].abs()
+        self.diagonal[column / 3][(column % 3, column % 3)].abs()
     }
 
     /// The smallest size of a block on the diagonal. Short elements have large diagonal entries, relative to which the
@@ -178,38 +174,19 @@ impl Tangent {
     /// Confines the rotation of an unknown frame to the range of a projection. The removed directions get the identity,
     /// scaled as the rest of the block.
     pub fn project(&mut self, block: usize, projection: &Matrix3<f64>) {
-        let above = if block == 0 { 0 } else { 3 };
-        let mut diagonal = Matrix3::zeros();
-        for col in 0..3 {
-            for row in 0..=col {
-                diagonal[(row, col)] = *self.value(block, above + row, col);
-                diagonal[(col, row)] = diagonal[(row, col)];
-            }
-        }
+        let mut diagonal = self.diagonal[block];
+        diagonal.fill_lower_triangle_with_upper_triangle();
         let rest = (Matrix3::identity() - projection) * (diagonal.trace().abs() / 3.0);
-        let projected = projection * diagonal * projection + rest;
-        for col in 0..3 {
-            for row in 0..=col {
-                *self.value(block, above + row, col) = projected[(row, col)];
-            }
-        }
-        for (neighbour, beyond) in [(block, false), (block + 1, true)] {
-            if neighbour == 0 || neighbour >= self.blocks {
-                continue;
-            }
-            let coupling = Matrix3::from_fn(|row, col| *self.value(neighbour, row, col));
-            let projected = if beyond { projection * coupling } else { coupling * projection };
-            self.set_coupling(neighbour, &projected);
+        self.diagonal[block] = projection * diagonal * projection + rest;
+        self.coupling[block] *= projection;
+        if let Some(next) = self.coupling.get_mut(block + 1) {
+            *next = projection * *next;
         }
     }
 
     /// Factorises a tangent whose leading parts may be singular: a diagonal entry with a small pivot is increased, and
     /// appended with the increase to `boosts`. Adds the pivots to `inertia`.
-    pub fn factorise_boosted(
-        &mut self,
-        inertia: &mut Inertia,
-        boosts: &mut Vec<(usize, f64)>,
-    ) -> Result<(), EquilibriumError> {
+    pub fn factorise_boosted(&mut self, inertia: &mut Inertia, boosts: &mut Vec<(usize, f64)>) -> Outcome {
         boosts.clear();
         let floor = self.floor();
         loop {
@@ -221,8 +198,7 @@ impl Tangent {
                 return Err(EquilibriumError::NotFinite { what: "tangent" });
             }
             let increase = self.size(column).min(floor).max(f64::MIN_POSITIVE.sqrt());
-            let at = self.col_ptr[column + 1] - 1;
-            self.values[at] += increase;
+            self.diagonal[column / 3][(column % 3, column % 3)] += increase;
             boosts.push((column, increase));
         }
         for column in 0..3 * self.blocks {
@@ -233,11 +209,7 @@ impl Tangent {
 
     /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues (Sylvester). Returns the
     /// smallest pivot relative to that of the same rod without load, given the elements' `compliance`, rad/(N m).
-    pub fn factorise(
-        &mut self,
-        inertia: &mut Inertia,
-        compliance: impl Iterator<Item = f64> + Clone,
-    ) -> Result<f64, EquilibriumError> {
+    pub fn factorise(&mut self, inertia: &mut Inertia, compliance: impl Iterator<Item = f64> + Clone) -> Outcome<f64> {
         self.factorise_values()?;
         self.neutral.clear();
         self.unbalanced.clear();

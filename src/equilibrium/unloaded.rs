@@ -43,11 +43,11 @@ impl EquilibriumSolver for Unloaded {
         force.check(rod)?;
         let force = force.largest().max(force.at_base().norm());
         ParameterError::unless(force == 0.0, "force in a rod that is solved as unloaded", force, "zero (N)")?;
-        let rotations = rod.rotations().to_vec();
-        let found = take_intrinsic_shape(rod).inspect_err(|_| rod.shape_mut().1.copy_from_slice(&rotations))?;
+        let rotations = rod.rotations.clone();
+        let found = take_intrinsic_shape(rod).inspect_err(|_| rod.rotations = rotations)?;
         // A rod without force has neither shear nor stretch.
-        rod.line_strains_mut().clear();
-        rod.reactions_mut().clear();
+        rod.line_strains.clear();
+        rod.reactions.clear();
         Ok(found)
     }
 }
@@ -58,7 +58,7 @@ pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<Equilibrium, Equilib
     let (p, mut found) = (rod.order().points(), Equilibrium::default());
     for e in 0..rod.elements() {
         let (rotations, iterations, error) = integrate(rod, e)?;
-        rod.shape_mut().1[e * p..(e + 1) * p].copy_from_slice(&rotations[..p]);
+        rod.rotations[e * p..(e + 1) * p].copy_from_slice(&rotations[..p]);
         found.iterations = found.iterations.max(iterations);
         found.error += error;
     }
@@ -98,9 +98,7 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
             change = f64::max(change, (theta[k] - before[k]).norm());
         }
         let size = largest(rates[..reference.p].iter().map(Vector3::norm));
-        if !size.is_finite() {
-            return Err(EquilibriumError::NotFinite { what: "intrinsic strain" });
-        }
+        EquilibriumError::finite(size.is_finite(), "intrinsic strain")?;
         // Rotation vectors longer than π do not have the logarithms of their frames.
         let turn = theta[..reference.p].iter().map(Vector3::norm).fold(0.0, f64::max);
         if !(turn < PI) {

@@ -27,15 +27,14 @@ fn product(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
 
-impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
+impl<C: Constitutive> NewtonSearch<'_, C> {
     /// Corrects the rod after an accepted fraction of a step. If the corrections fail, the rod is at this fraction of
     /// the step again. Returns whether they succeeded.
     pub(super) fn correct(&mut self, rod: &mut Rod, fraction: f64, bound: f64, longest: f64) -> bool {
         let floor = self.reach_floor(rod, fraction, bound, longest);
         self.found.energy = floor.unwrap_or_else(|| {
-            self.system.advance::<P>(rod, fraction);
-            self.found.evaluations += 1;
-            self.system.evaluate::<P>(rod, self.material, self.force)
+            self.system.advance(rod, fraction);
+            self.evaluate(rod)
         });
         floor.is_some()
     }
@@ -48,12 +47,12 @@ impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
         let step = (self.system.turns.clone(), self.system.steps.clone());
         let gradient: Vec<_> = self.system.elements.iter().map(|element| element.condensed).collect();
         let start = std::mem::take(&mut self.system.start);
-        self.system.solve::<P>();
+        self.system.solve();
         let by_step = self.system.turns.clone();
         let (remains, mut last, mut floor) = (1.0 - fraction, fraction * self.turn, None);
         for _ in 0..CORRECTIONS {
-            self.system.balance::<P>();
-            self.system.solve::<P>();
+            self.system.balance();
+            self.system.solve();
             let turns = &mut self.system.turns;
             turns.iter_mut().zip(&step.0).for_each(|(turn, whole)| *turn -= whole * remains);
             let multiplier = product(&step.0, turns) / product(&step.0, &by_step);
@@ -61,16 +60,15 @@ impl<C: Constitutive, const P: usize> NewtonSearch<'_, C, P> {
             for (element, before) in self.system.elements.iter_mut().zip(&gradient) {
                 element.subtract(before, remains);
             }
-            self.system.recover::<P>();
+            self.system.recover();
             let turn = self.system.largest_turn();
             if !(turn < 0.5 * last) {
                 break;
             }
             last = turn;
             self.system.start.keep(rod);
-            self.system.advance::<P>(rod, 1.0);
-            let energy = self.system.evaluate::<P>(rod, self.material, self.force);
-            self.found.evaluations += 1;
+            self.system.advance(rod, 1.0);
+            let energy = self.evaluate(rod);
             floor = (energy.is_finite() && energy <= bound && largest_rotation(rod).0 <= longest).then_some(energy);
         }
         for (element, before) in self.system.elements.iter_mut().zip(gradient) {

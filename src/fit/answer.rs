@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::confidence::{LinearTheory, Singular, uncertain};
-use super::estimate::{Estimate, Estimates, Input, Verdict, WeakDirection, deviation};
+use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, deviation};
 use super::noise::Noise;
 use super::problem::{Point, Problem};
 use super::warning::warnings;
@@ -16,14 +16,9 @@ const NAMED: f64 = 0.1;
 /// errors by rounding of 1e-7 and more.
 const EDGE: f64 = 1e-7;
 
-/// Estimates at the point that a search has reached, without warnings about ambiguous frames. `objectives` are those of
-/// the searches in the last part of the data.
-pub(super) fn estimates(
-    problem: &Problem,
-    reached: &Point,
-    objectives: Vec<f64>,
-    widest: f64,
-) -> Result<Estimates, FitError> {
+/// Estimates at the point that a search has reached, without warnings about ambiguous frames and without the objectives
+/// of the searches in the last part of the data.
+pub(super) fn estimates(problem: &Problem, reached: &Point, widest: f64) -> Result<Estimates, FitError> {
     // Parameters at a bound are fixed there, and have no standard error.
     let is_inner = |i: &usize| {
         let ([low, high], x) = (problem.limits(*i), reached.x[*i]);
@@ -39,29 +34,29 @@ pub(super) fn estimates(
     let noise = Noise::of(&derivatives, &point.rows, &jacobian, &singular.inverse());
     let linear = LinearTheory::of(&problem, &point, &jacobian, &singular, &noise);
     // With no more frames than parameters, further frames may determine a combination without effect.
-    let mut times: Vec<f64> = point.rows.iter().map(|row| row.time).collect();
-    times.dedup();
-    let structural = times.len() > problem.free.len();
+    let structural = point.rows.chunk_by(|a, b| a.time == b.time).count() > problem.free.len();
     let all = point.rows.iter().zip(&point.residuals);
     let residuals: Vec<_> = all.map(|(row, r)| (*row, r * problem.noise[row.series])).collect();
-    let mut estimates = Estimates {
-        parameters: parameter_estimates(&problem, &linear, widest, structural),
+    let parameters = parameter_estimates(&problem, &linear, widest, structural);
+    let at_bound = parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
+    let at_bound = at_bound.map(|one| Warning::AtBound { name: one.name.clone() });
+    let of_data = warnings(problem.data, problem.loss, &residuals, &noise);
+    Ok(Estimates {
         weak: weak_directions(&problem, &linear, widest, structural),
-        warnings: Vec::new(),
+        warnings: of_data.into_iter().chain(at_bound).collect(),
+        parameters,
         chi_squared: 2.0 * reached.objective,
         degrees_of_freedom: point.residuals.len().saturating_sub(problem.free.len()),
         noise: problem.noise.clone(),
         lag_one: noise.lag_one(),
         residuals: residuals.iter().map(|(row, r)| (row.series, row.time, *r)).collect(),
-        objectives,
+        objectives: Vec::new(),
         singular_values: singular.values.as_slice().to_vec(),
-        input: Input { family: problem.parameters.to_vec(), data: problem.data.to_vec(), loss: problem.loss },
+        family: problem.parameters.to_vec(),
+        data: problem.data.to_vec(),
+        loss: problem.loss,
         linear,
-    };
-    estimates.warnings.extend(warnings(problem.data, problem.loss, &residuals, &noise));
-    let at_bound = estimates.parameters.iter().filter(|one| one.verdict == Verdict::AtBound);
-    estimates.warnings.extend(at_bound.map(|one| Warning::AtBound { name: one.name.clone() }));
-    Ok(estimates)
+    })
 }
 
 /// Estimates of all parameters. Combinations without effect are `structural` if further frames do not change that.
@@ -93,9 +88,8 @@ fn weak_directions(problem: &Problem, linear: &LinearTheory, widest: f64, struct
         // All components of a combination without effect are exact.
         let named = |i: &usize| changes[*i].abs() > if error.is_infinite() { 0.0 } else { NAMED };
         let sign = (0..changes.len()).find(named).map_or(1.0, |i| changes[i].signum());
-        let component = |i: usize| (parameter(i).name.clone(), sign * changes[i]);
-        let components = (0..changes.len()).filter(named).map(component).collect();
-        let logarithmic = (0..changes.len()).filter(named).map(|i| parameter(i).logarithmic).collect();
+        let component = |i: usize| ((parameter(i).name.clone(), sign * changes[i]), parameter(i).logarithmic);
+        let (components, logarithmic) = (0..changes.len()).filter(named).map(component).unzip();
         WeakDirection { components, error, structural: structural && error.is_infinite(), logarithmic }
     };
     undetermined.chain(uncertain(&linear.covariance, widest)).map(direction).collect()

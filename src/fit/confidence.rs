@@ -21,7 +21,6 @@ const BELONGS: f64 = 1e-3;
 ///
 /// The division makes the decomposition independent of the scales of the unknowns. Otherwise, wide bounds of a
 /// linear parameter or a narrow prior would hide the effects of the other parameters.
-#[derive(Clone)]
 pub(super) struct Singular {
     /// Singular values, the largest first.
     pub values: DVector<f64>,
@@ -40,8 +39,7 @@ impl Singular {
         for (row, (i, slope)) in priors.iter().enumerate() {
             rows[(jacobian.nrows() + row, *i)] = *slope;
         }
-        let norm = |i: usize| Some(rows.column(i).norm()).filter(|norm| *norm > 0.0).unwrap_or(1.0);
-        let norms = DVector::from_fn(n, |i, _| norm(i));
+        let norms = DVector::from_fn(n, |i, _| Some(rows.column(i).norm()).filter(|norm| *norm > 0.0).unwrap_or(1.0));
         for i in 0..n {
             rows.column_mut(i).unscale_mut(norms[i]);
         }
@@ -73,8 +71,8 @@ impl Singular {
 
     /// (JᵀJ)⁻¹ of the Jacobian J and the slopes of the priors, without the combinations that have no effect.
     pub fn inverse(&self) -> DMatrix<f64> {
-        let square = |j: usize| if self.has_no_effect(j) { 0.0 } else { self.values[j].powi(-2) };
-        let squares = DVector::from_fn(self.values.len(), |j, _| square(j));
+        let square = |j: usize, _: usize| if self.has_no_effect(j) { 0.0 } else { self.values[j].powi(-2) };
+        let squares = DVector::from_fn(self.values.len(), square);
         let scaled = &self.vectors * DMatrix::from_diagonal(&squares) * self.vectors.transpose();
         DMatrix::from_fn(self.norms.len(), self.norms.len(), |i, k| scaled[(i, k)] / (self.norms[i] * self.norms[k]))
     }
@@ -126,12 +124,10 @@ impl LinearTheory {
 /// Combinations of unknowns with a standard error above `widest`, the largest error first. Each has its components,
 /// the largest ±1, and its standard error.
 pub(super) fn uncertain(covariance: &DMatrix<f64>, widest: f64) -> Vec<(DVector<f64>, f64)> {
+    let (n, matrix) = (covariance.nrows(), covariance.clone());
     // nalgebra does not decompose an empty matrix.
-    if covariance.is_empty() {
-        return vec![];
-    }
-    let iterations = ITERATIONS * covariance.nrows();
-    let Some(eigen) = SymmetricEigen::try_new(covariance.clone(), f64::EPSILON, iterations) else { return vec![] };
+    let eigen = if n > 0 { SymmetricEigen::try_new(matrix, f64::EPSILON, ITERATIONS * n) } else { None };
+    let Some(eigen) = eigen else { return vec![] };
     let combination = |j: usize| {
         let direction = eigen.eigenvectors.column(j);
         (direction.unscale(direction.amax()), eigen.eigenvalues[j].max(0.0).sqrt() * direction.amax())

@@ -39,10 +39,10 @@ impl Fit {
         build: impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync,
         estimates: &Estimates,
     ) -> Result<Vec<Dependence>, FitError> {
-        let (input, free) = (&estimates.input, &estimates.linear.free);
-        let is_given = |k: &usize| input.family[*k].is_fixed() && input.family[*k].start != 0.0;
-        let given: Vec<usize> = (0..input.family.len()).filter(is_given).collect();
-        let mut parameters = input.family.clone();
+        let free = &estimates.linear.free;
+        let is_given = |k: &usize| estimates.family[*k].is_fixed() && estimates.family[*k].start != 0.0;
+        let given: Vec<usize> = (0..estimates.family.len()).filter(is_given).collect();
+        let mut parameters = estimates.family.clone();
         for k in &given {
             // The unknown of this parameter is its value over the absolute value.
             let (value, size) = (parameters[*k].start, parameters[*k].start.abs());
@@ -51,13 +51,12 @@ impl Fit {
         let family = Family { parameters, build };
         let values = estimates.values();
         let all = free.iter().chain(&given).copied().collect();
-        let problem = Problem { free: all, ..estimates.problem(self, &family, values.clone()) };
+        let problem = Problem { free: all, ..family.problem_of(self, estimates, values.clone()) };
         let at = problem.at(problem.unknowns())?;
         let jacobian = problem.one_sided_jacobian(&at)?;
         let in_units = |factors: [f64; 2]| -> Result<DVector<f64>, FitError> {
-            let data: Vec<_> = input.data.iter().map(|series| series.scaled(factors)).collect();
-            let scaled = self.problem(&family, &data, values.clone());
-            let scaled = Problem { noise: estimates.noise.clone(), ..scaled };
+            let data: Vec<_> = estimates.data.iter().map(|series| series.scaled(factors)).collect();
+            let scaled = Problem { noise: estimates.noise.clone(), ..family.problem(self, &data, values.clone()) };
             Ok(scaled.at(scaled.unknowns())?.residuals)
         };
         let [smaller, larger] = [1.0 - CHANGE, 1.0 + CHANGE];
@@ -66,7 +65,7 @@ impl Fit {
         let units = [length.column(0), time.column(0)];
         let mut columns = DMatrix::from_columns(&jacobian.column_iter().chain(units).collect::<Vec<_>>());
         // Residuals in the linear part of Huber's loss have no influence on the change.
-        for i in (0..at.residuals.len()).filter(|i| !input.loss.is_inside(at.residuals[*i])) {
+        for i in (0..at.residuals.len()).filter(|i| !estimates.loss.is_inside(at.residuals[*i])) {
             columns.row_mut(i).fill(0.0);
         }
         // Changes of the unknowns that compensate changes of the others, whose effects are the other columns.
@@ -74,11 +73,11 @@ impl Fit {
         let priors = problem.priors(&at.x).filter(|(i, _)| *i < free.len()).map(|(i, [_, slope])| (i, slope));
         let inverse = Singular::of(&jacobian.clone_owned(), &priors.collect::<Vec<_>>()).inverse();
         let slopes = -inverse * jacobian.tr_mul(&others);
-        let names = given.iter().map(|k| (input.family[*k].name.as_str(), input.family[*k].start.signum()));
+        let names = given.iter().map(|k| (estimates.family[*k].name.as_str(), estimates.family[*k].start.signum()));
         let names = names.chain([("unit of length", 1.0), ("unit of time", 1.0)]);
         let of = |(j, (name, sign)): (usize, (&str, f64))| {
             let slope = |(i, k): (usize, &usize)| {
-                let parameter = &input.family[*k];
+                let parameter = &estimates.family[*k];
                 (parameter.name.clone(), sign * parameter.unit() * slopes[(i, j)])
             };
             Dependence { given: name.to_owned(), slopes: free.iter().enumerate().map(slope).collect() }

@@ -127,12 +127,9 @@ pub enum FitError {
 
 debug_by_display!(FitError);
 
-/// Returns the error with the text of the first of some conditions that is true.
-pub(super) fn refuse(
-    conditions: &[(bool, &'static str)],
-    error: impl Fn(&'static str) -> FitError,
-) -> Result<(), FitError> {
-    conditions.iter().find(|(is_true, _)| *is_true).map_or(Ok(()), |(_, problem)| Err(error(problem)))
+/// Returns an error, the text of the first condition that is true, if there is one.
+pub(super) fn refuse(conditions: &[(bool, &'static str)]) -> Result<(), &'static str> {
+    conditions.iter().find(|(is_true, _)| *is_true).map_or(Ok(()), |(_, problem)| Err(problem))
 }
 
 /// Names and values of parameters as text.

@@ -134,30 +134,25 @@ pub struct Estimates {
     /// Singular values, the largest first, of the Jacobian of the residuals over the noise, whose columns are divided
     /// by their norms.
     pub singular_values: Vec<f64>,
-    pub(super) input: Input,
+    /// Parameters of the family of the fit.
+    pub(super) family: Vec<Parameter>,
+    /// Data of the fit.
+    pub(super) data: Vec<Series>,
+    /// Loss of the fit.
+    pub(super) loss: Loss,
+    /// Uncertainty in the linearised problem.
     pub(super) linear: LinearTheory,
 }
 
-/// Parameters, data and loss of a fit.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Input {
-    pub family: Vec<Parameter>,
-    pub data: Vec<Series>,
-    pub loss: Loss,
+impl<M: Model, E: Display, F: Fn(&[f64]) -> Result<Shoot<M>, E> + Sync> Family<F> {
+    /// Problem of the data, the noise and the loss of some estimates.
+    pub(super) fn problem_of<'a>(&'a self, fit: &Fit, estimates: &'a Estimates, values: Vec<f64>) -> Problem<'a> {
+        let (noise, loss) = (estimates.noise.clone(), estimates.loss);
+        Problem { noise, loss, ..self.problem(fit, &estimates.data, values) }
+    }
 }
 
 impl Estimates {
-    /// Problem of the data, the noise and the loss of these estimates.
-    pub(super) fn problem<'a, M: Model, E: Display>(
-        &'a self,
-        fit: &Fit,
-        family: &'a Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
-        values: Vec<f64>,
-    ) -> Problem<'a> {
-        let (noise, loss) = (self.noise.clone(), self.input.loss);
-        Problem { noise, loss, ..fit.problem(family, &self.input.data, values) }
-    }
-
     /// χ² per degree of freedom. It is about one if the model and the given noise are correct. If the noise is
     /// estimated, it is about one for any model.
     #[must_use]
@@ -177,19 +172,19 @@ impl Estimates {
     /// # Errors
     /// [`OtherData`](FitError::OtherData) if data, noise or loss differ.
     pub fn compare(&self, other: &Self) -> Result<f64, FitError> {
-        let (a, b) = (&self.input, &other.input);
-        let same = a.data.len() == b.data.len() && a.loss == b.loss;
-        if !(same && a.data.iter().zip(&b.data).all(|(a, b)| a.equals(b))) {
+        let same = self.data.len() == other.data.len() && self.loss == other.loss;
+        if !(same && self.data.iter().zip(&other.data).all(|(a, b)| a.equals(b))) {
             return Err(FitError::OtherData);
         }
         let redundancy = self.linear.redundancy.max(other.linear.redundancy);
         let n = self.residuals.len() as f64 / redundancy;
         // Minus twice the logarithm of the likelihood and the priors, up to a constant that depends on the data only.
-        let logarithms =
-            |found: &Self| found.residuals.iter().map(|(series, ..)| found.noise[*series].ln()).sum::<f64>();
-        let deviance = |found: &Self| found.chi_squared + 2.0 * logarithms(found);
+        let deviance = |found: &Self| {
+            let logarithms = found.residuals.iter().map(|(series, ..)| found.noise[*series].ln());
+            found.chi_squared + 2.0 * logarithms.sum::<f64>()
+        };
         // A parameter at a bound was free to be elsewhere.
-        let parameters = |found: &Self| free(&found.input.family).len() as f64;
+        let parameters = |found: &Self| free(&found.family).len() as f64;
         Ok((deviance(other) - deviance(self)) / redundancy + (parameters(other) - parameters(self)) * n.max(1.0).ln())
     }
 
@@ -199,7 +194,7 @@ impl Estimates {
     pub fn derived(&self, function: impl Fn(&[f64]) -> f64) -> [f64; 2] {
         let (values, linear) = (self.values(), &self.linear);
         let slope = |k: &usize| {
-            let parameter = &self.input.family[*k];
+            let parameter = &self.family[*k];
             let at = |change: f64| {
                 let mut values = values.clone();
                 values[*k] = parameter.value(parameter.unknown(values[*k]) + change);
@@ -260,8 +255,7 @@ impl std::fmt::Display for Estimates {
             writeln!(f, "{name:>12} = {value:.6e} {known}")?;
         }
         self.weak.iter().try_for_each(|weak| writeln!(f, "{weak}"))?;
-        let Input { data, .. } = &self.input;
-        for (index, (series, noise)) in data.iter().zip(&self.noise).enumerate() {
+        for (index, (series, noise)) in self.data.iter().zip(&self.noise).enumerate() {
             let of_series = self.residuals.iter().filter(|(of, ..)| *of == index).map(|(.., r)| *r);
             let (size, scatter) = (root_mean_square(&of_series.collect::<Vec<_>>()), series.scatter());
             let origin = if series.noise.is_some() { "given" } else { "estimated" };
@@ -271,7 +265,7 @@ impl std::fmt::Display for Estimates {
                  ({origin})"
             )?;
         }
-        if data.iter().any(|series| series.noise.is_some()) {
+        if self.data.iter().any(|series| series.noise.is_some()) {
             writeln!(f, "χ² per degree of freedom {:.3}", self.reduced_chi_squared())?;
         }
         writeln!(f, "correlation of successive residuals {:.2}", self.lag_one)?;

@@ -32,6 +32,9 @@ const STABLE: f64 = 0.03;
 /// path.
 const ROUNDING: f64 = 1e-12;
 
+/// Derivatives of all residuals with respect to one unknown, or the error of a run.
+type FoundColumn = Result<DVector<f64>, FitError>;
+
 impl Problem<'_> {
     /// Jacobian of the residuals at a point. Each column is extrapolated from central difference quotients with two
     /// steps. A column of rounding errors is zero.
@@ -51,11 +54,7 @@ impl Problem<'_> {
     }
 
     /// Matrix with a column for each unknown.
-    fn columns(
-        &self,
-        point: &Point,
-        column: impl Fn(usize) -> Result<DVector<f64>, FitError> + Sync,
-    ) -> Result<DMatrix<f64>, FitError> {
+    fn columns(&self, point: &Point, column: impl Fn(usize) -> FoundColumn + Sync) -> Result<DMatrix<f64>, FitError> {
         let n = self.free.len();
         let columns = ensemble::collect(n, self.threads, column).into_iter().collect::<Result<Vec<_>, _>>()?;
         Ok(DMatrix::from_iterator(point.residuals.len(), n, columns.iter().flatten().copied()))

@@ -49,7 +49,7 @@ impl Noise {
     /// `inverse` is (JᵀJ)⁻¹.
     pub fn of(residuals: &DVector<f64>, rows: &[Origin], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let count = rows.iter().map(|row| row.series + 1).max().unwrap_or(0);
-        let of = |series| SeriesNoise::of(series, (residuals, rows), jacobian, inverse);
+        let of = |series| SeriesNoise::of(chains(rows, series), residuals, jacobian, inverse);
         Self((0..count).map(of).collect())
     }
 
@@ -89,13 +89,7 @@ impl SeriesNoise {
     ///
     /// A fit absorbs tr[(JᵀJ)⁻¹ Jᵀ R J] of the n squares. This number exceeds that of the parameters if the noise is as
     /// slow as the columns of J. The products of successive residuals are reduced by the same part.
-    fn of(
-        series: usize,
-        (residuals, rows): (&DVector<f64>, &[Origin]),
-        jacobian: &DMatrix<f64>,
-        inverse: &DMatrix<f64>,
-    ) -> Self {
-        let chains = chains(rows, series);
+    fn of(chains: Vec<Chain>, residuals: &DVector<f64>, jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let own = || chains.iter().flat_map(|chain| &chain.indices).map(|i| residuals[*i]);
         let n = own().count() as f64;
         // Twice the standard error of a correlation of white noise.

@@ -18,6 +18,7 @@ const NARROWEST: f64 = 1e-12;
 
 /// A parameter of a family of shoots: its name, initial value, bounds and prior.
 #[derive(Debug, Clone, PartialEq)]
+#[must_use]
 #[non_exhaustive]
 pub struct Parameter {
     /// Name, used in estimates and messages, and by series that refer to the parameter.
@@ -36,31 +37,26 @@ pub struct Parameter {
 
 impl Parameter {
     /// Positive parameter between two bounds, searched on a logarithmic scale from their geometric mean.
-    #[must_use]
     pub fn positive(name: &str, bounds: [f64; 2]) -> Self {
         Self { bounds, logarithmic: true, ..Self::fixed(name, (bounds[0] * bounds[1]).sqrt()) }
     }
 
     /// Parameter of any sign between two bounds, searched on a linear scale from their mean.
-    #[must_use]
     pub fn linear(name: &str, bounds: [f64; 2]) -> Self {
         Self { bounds, ..Self::fixed(name, 0.5 * (bounds[0] + bounds[1])) }
     }
 
     /// Parameter with a known value.
-    #[must_use]
     pub fn fixed(name: &str, value: f64) -> Self {
         Self { name: name.to_owned(), start: value, bounds: [value; 2], logarithmic: false, prior: None }
     }
 
     /// Sets the initial value.
-    #[must_use]
     pub fn starting(self, start: f64) -> Self {
         Self { start, ..self }
     }
 
     /// Sets a Gaussian prior: see [`prior`](Self::prior).
-    #[must_use]
     pub fn with_prior(self, centre: f64, deviation: f64) -> Self {
         Self { prior: Some([centre, deviation]), ..self }
     }
@@ -100,8 +96,8 @@ impl Parameter {
         if self.logarithmic || self.is_fixed() { 1.0 } else { self.bounds[1] - self.bounds[0] }
     }
 
-    /// Returns an error unless the initial value, the bounds and the prior are valid.
-    pub(super) fn check(&self) -> Result<(), FitError> {
+    /// Returns an error unless the initial value, the bounds and the prior are valid, and the name is not repeated.
+    fn check(&self, is_repeated: bool) -> Result<(), FitError> {
         let ([low, high], is_free) = (self.bounds, !self.is_fixed());
         let is_normal = |[centre, deviation]: [f64; 2]| {
             deviation > 0.0 && deviation.is_finite() && self.unknown(centre).is_finite()
@@ -121,8 +117,9 @@ impl Parameter {
             (!(self.start >= low && self.start <= high), "has an initial value outside its bounds"),
             (!self.prior.is_none_or(is_normal), wrong_prior),
             (is_free && is_exact, "has a prior that is almost exact: fix it"),
+            (is_repeated, "has the name of an earlier parameter"),
         ];
-        refuse(&conditions, |problem| FitError::Parameter { name: self.name.clone(), problem })
+        refuse(&conditions).map_err(|problem| FitError::Parameter { name: self.name.clone(), problem })
     }
 }
 
@@ -170,20 +167,14 @@ impl<F> Family<F> {
     }
 
     /// Returns an error unless the parameters are valid, and the family has all parameters that the data name.
-    pub(super) fn check(&self, data: &[Series]) -> Result<(), FitError> {
+    pub(super) fn check_parameters(&self, data: &[Series]) -> Result<(), FitError> {
         for (index, parameter) in self.parameters.iter().enumerate() {
-            parameter.check()?;
-            let is_repeated = self.index(&parameter.name) != Some(index);
-            let of = |problem| FitError::Parameter { name: parameter.name.clone(), problem };
-            refuse(&[(is_repeated, "has the name of an earlier parameter")], of)?;
+            parameter.check(self.index(&parameter.name) != Some(index))?;
         }
-        for (series, data) in data.iter().enumerate() {
-            for name in data.scale.iter().chain(data.offset.iter().flatten()) {
-                if self.index(name).is_none() {
-                    return Err(FitError::UnknownName { series, name: name.clone() });
-                }
-            }
-        }
-        Ok(())
+        let mut used = data.iter().enumerate().flat_map(|(series, data)| {
+            data.scale.iter().chain(data.offset.iter().flatten()).map(move |name| (series, name))
+        });
+        let unknown = used.find(|(_, name)| self.index(name).is_none());
+        unknown.map_or(Ok(()), |(series, name)| Err(FitError::UnknownName { series, name: name.clone() }))
     }
 }

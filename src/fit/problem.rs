@@ -54,27 +54,21 @@ pub(super) struct Point {
     grid: Grid,
 }
 
-impl Fit {
+impl<M: Model, E: Display, F: Fn(&[f64]) -> Result<Shoot<M>, E> + Sync> Family<F> {
     /// Problem of all data, with the rough noise of each series whose noise is not given. All parameters without a
     /// known value are free.
-    pub(super) fn problem<'a, M: Model, E: Display>(
-        &self,
-        family: &'a Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
-        data: &'a [Series],
-        values: Vec<f64>,
-    ) -> Problem<'a> {
-        let (parameters, step) = (&family.parameters[..], self.step);
-        let work = Work { limit: self.max_work, done: AtomicUsize::new(0) };
+    pub(super) fn problem<'a>(&'a self, fit: &Fit, data: &'a [Series], values: Vec<f64>) -> Problem<'a> {
+        let (step, work) = (fit.step, Work { limit: fit.max_work, done: AtomicUsize::new(0) });
         Problem {
-            parameters,
+            parameters: &self.parameters,
             data,
-            loss: self.loss,
+            loss: fit.loss,
             values,
-            free: free(parameters),
+            free: free(&self.parameters),
             noise: data.iter().map(|series| series.noise.unwrap_or_else(|| series.scatter())).collect(),
             until: f64::INFINITY,
-            threads: self.threads,
-            run: Arc::new(move |values, until, grid| simulate(family, data, (step, &work), (values, until), grid)),
+            threads: fit.threads,
+            run: Arc::new(move |values, until, grid| simulate(self, data, (step, &work), (values, until), grid)),
         }
     }
 }

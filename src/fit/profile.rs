@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use super::error::refuse;
 use super::estimate::QUANTILE_95;
 use super::search::{StoppingRule, search};
 use super::{Estimates, Family, Fit, FitError};
@@ -38,22 +39,20 @@ impl Fit {
         estimates: &Estimates,
         name: &str,
     ) -> Result<[f64; 2], FitError> {
-        let family = &Family { parameters: estimates.input.family.clone(), build };
-        self.check(family, &estimates.input.data)?;
+        let family = &Family { parameters: estimates.family.clone(), build };
+        family.check(self, &estimates.data)?;
         let refused = |problem| FitError::Parameter { name: name.to_owned(), problem };
         let position = estimates.linear.free.iter().position(|k| family.parameters[*k].name == name);
         let i = position.ok_or_else(|| refused("is not among the estimates that have an error"))?;
         let k = estimates.linear.free[i];
-        if estimates.parameters[k].error.is_infinite() {
-            let problem = "belongs to a combination without effect on the data, so that its interval has no end";
-            return Err(refused(problem));
-        }
+        let problem = "belongs to a combination without effect on the data, so that its interval has no end";
+        refuse(&[(estimates.parameters[k].error.is_infinite(), problem)]).map_err(refused)?;
         let [variance, white] = [&estimates.linear.covariance, &estimates.linear.white].map(|matrix| matrix[(i, i)]);
         // Correlated noise and outliers widen the interval by the same factor as the standard error. Rounding may leave
         // variances that are not positive.
         let wider = if white > 0.0 { variance / white } else { 1.0 };
         let (error, target) = (variance.max(0.0).sqrt(), QUANTILE_95 * wider.max(f64::MIN_POSITIVE).sqrt());
-        let mut problem = estimates.problem(self, family, estimates.values());
+        let mut problem = family.problem_of(self, estimates, estimates.values());
         // Parameters at a bound may leave it.
         problem.free.retain(|other| *other != k);
         let (parameter, least) = (&family.parameters[k], 0.5 * estimates.chi_squared);

@@ -9,10 +9,10 @@ use nalgebra::Vector3;
 use super::series::Series;
 use super::{Family, FitError};
 use crate::equilibrium::NewtonSolver;
-use crate::growth::GrowthLaw;
 use crate::integrator::{Grid, IntegrationError, Integrator, MethodOfSteps};
-use crate::model::{Model, next_discontinuity};
+use crate::model::{GrowthLaw, Model, next_discontinuity};
 use crate::numerics::interpolation::lagrange;
+use crate::numerics::scalar::sort_by_value;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
@@ -87,7 +87,7 @@ pub(super) fn simulate<M: Model, E: Display>(
     let last = dense.iter().map(|(time, _)| *time).reduce(f64::max);
     let mut path = last.map_or(Ok(Path::default()), |last| Path::until(last, step, &shoot))?;
     stops.extend(path.times.iter().map(|time| (*time, None)));
-    stops.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    sort_by_value(&mut stops, |(time, _)| *time);
     let cameras: Vec<_> = data.iter().map(|series| Camera::of(series, family, values)).collect();
     let mut residuals = Vec::new();
     let mut add = |(series, frame): (usize, usize), of_frame: Vec<f64>| {
@@ -115,7 +115,7 @@ pub(super) fn simulate<M: Model, E: Display>(
     for (time, frame) in dense {
         add(frame, cameras[frame.0].tip_residuals(path.at(time), frame.1));
     }
-    residuals.sort_by(|(a, _): &(Origin, f64), (b, _)| a.time.total_cmp(&b.time));
+    sort_by_value(&mut residuals, |(origin, _): &(Origin, f64)| origin.time);
     Ok((residuals, integrator.take_grid()))
 }
 
@@ -136,18 +136,17 @@ impl Path {
     fn until(last: f64, step: f64, shoot: &Shoot<impl Model>) -> Result<Self, FitError> {
         let (mut from, shortest) = (shoot.time(), SHORTEST * step);
         let last = last.max(from + step);
-        let mut path = Self { times: vec![from], ..Self::default() };
+        let mut path = Self { times: vec![from], ends: vec![0], tips: Vec::new() };
         while from < last {
             let next = next_discontinuity(shoot.model(), from + shortest)?;
             let to = if next < last - shortest { next } else { last };
             // The number is the same if a parameter displaces the discontinuity a little.
             let count = ((to - from) / step - SHORTEST).ceil().max((NODES - 1) as f64);
-            path.ends.push(path.times.len() - 1);
             path.times.extend((1..count as usize).map(|k| from + (to - from) * k as f64 / count));
             path.times.push(to);
+            path.ends.push(path.times.len() - 1);
             from = to;
         }
-        path.ends.push(path.times.len() - 1);
         Ok(path)
     }
 
@@ -157,8 +156,7 @@ impl Path {
         let (start, end) = (self.ends[piece - 1], self.ends[piece]);
         let next = self.times.partition_point(|other| *other < time);
         let first = next.saturating_sub(NODES / 2).clamp(start, end + 1 - NODES);
-        let mut weights = [0.0; NODES];
-        lagrange(&self.times[first..first + NODES], time, &mut weights);
+        let weights: [f64; NODES] = lagrange(&self.times[first..first + NODES], time);
         let sum = |i: usize| (0..NODES).map(|k| self.tips[first + k][i] * weights[k]).sum();
         [sum(0), sum(1)]
     }
@@ -180,10 +178,8 @@ impl<'a> Camera<'a> {
     /// Camera of a series for the values of all parameters.
     fn of<F>(series: &'a Series, family: &Family<F>, values: &[f64]) -> Self {
         let value = |name: &String| family.index(name).map_or(0.0, |index| values[index]);
-        let mut offset = Vector3::zeros();
-        for (k, name) in series.offset.iter().flatten().enumerate().take(3) {
-            offset[k] = value(name);
-        }
+        let name = |k: usize| series.offset.as_ref().and_then(|names| names.get(k));
+        let offset = Vector3::from_fn(|k, _| name(k).map_or(0.0, value));
         Self { series, scale: series.scale.as_ref().map_or(1.0, value), offset }
     }
 
@@ -204,9 +200,9 @@ impl<'a> Camera<'a> {
         if let [inner @ .., _] = &self.series.frames[frame][..]
             && !inner.is_empty()
         {
-            let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
-            let nodes = rod.centre_line();
-            residuals.extend(inner.iter().flat_map(|point| self.across((rod, &nodes), &samples, point)));
+            let line: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
+            let ends = rod.centre_line();
+            residuals.extend(inner.iter().flat_map(|point| self.across(rod, &ends, &line, point)));
         }
         residuals
     }
@@ -223,23 +219,18 @@ impl<'a> Camera<'a> {
     }
 
     /// Components, across the tangent, of the distance of the nearest point of the centre line from a measured point:
-    /// one in a plane, two in space. `nodes` are the ends of the elements with their arc lengths (m). `samples` are
-    /// images of the line at equal arc lengths.
-    fn across(
-        &self,
-        (rod, nodes): (&Rod, &[(f64, Vector3<f64>)]),
-        samples: &[Vector3<f64>],
-        point: &Vector3<f64>,
-    ) -> Vec<f64> {
+    /// one in a plane, two in space. `ends` are the ends of the elements with their arc lengths (m). `line` has images
+    /// of points of the centre line at equal distances of arc length.
+    fn across(&self, rod: &Rod, ends: &[(f64, Vector3<f64>)], line: &[Vector3<f64>], point: &Vector3<f64>) -> Vec<f64> {
         let length = rod.length();
-        let square = |k: &usize| (samples[*k] - point).norm_squared();
-        let nearest = (0..samples.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0);
+        let square = |k: &usize| (line[*k] - point).norm_squared();
+        let nearest = (0..line.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0);
         let mut s = length * nearest as f64 / INTERVALS as f64;
         let (mut residual, mut directors) = (Vector3::zeros(), [Vector3::zeros(); 3]);
         for _ in 0..ITERATIONS {
             let Some((element, x)) = rod.locate(s) else { break };
             let frame = rod.frame_within(element, x);
-            residual = self.point(&(nodes[element].1 + rod.chord(element, x))) - point;
+            residual = self.point(&(ends[element].1 + rod.chord(element, x))) - point;
             directors = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.direction(&(frame * axis)));
             let slope = directors[2].norm_squared();
             let change = if slope > 0.0 { -residual.dot(&directors[2]) / slope } else { 0.0 };

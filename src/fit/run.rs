@@ -14,6 +14,7 @@ use super::warning::ambiguous_frames;
 use super::{Estimates, Family, Fit, FitError, Warning};
 use crate::ensemble;
 use crate::model::Model;
+use crate::numerics::scalar::sort_by_value;
 use crate::shoot::Shoot;
 
 /// End of a search in a part of the data, whose result is the initial guess of the next search.
@@ -55,12 +56,12 @@ impl Fit {
         data: &[Series],
         show: impl Fn(f64) + Sync,
     ) -> Result<Estimates, FitError> {
-        self.check(family, data)?;
-        let mut problem = self.problem(family, data, initial_values(&family.parameters));
+        family.check(self, data)?;
+        let mut problem = family.problem(self, data, initial_values(&family.parameters));
         let (guess, objectives) = self.guess(&problem, show)?;
         let Reached { point, converged } = self.last_search(&mut problem, &guess)?;
         let is_converged = converged?;
-        let mut found = estimates(&problem, &point, objectives, self.widest)?;
+        let mut found = Estimates { objectives, ..estimates(&problem, &point, self.widest)? };
         if !is_converged {
             found.warnings.insert(0, Warning::NotConverged { iterations: self.iterations });
         }
@@ -104,9 +105,8 @@ impl Fit {
             });
             let (reached, failed): (Vec<_>, Vec<_>) = reached.into_iter().partition(Result::is_ok);
             let mut found: Vec<Point> = reached.into_iter().flatten().map(|reached| reached.point).collect();
-            found.sort_by(|a, b| a.objective.total_cmp(&b.objective));
-            objectives = found.iter().map(|point| point.objective).collect();
-            guesses = found.into_iter().map(|point| point.x).collect();
+            sort_by_value(&mut found, |point| point.objective);
+            (objectives, guesses) = found.into_iter().map(|point| (point.objective, point.x)).unzip();
             failed.into_iter().find_map(Result::err).filter(|_| guesses.is_empty()).map_or(Ok(()), Err)?;
         }
         Ok((guesses.swap_remove(0), objectives))

@@ -84,7 +84,7 @@ impl Estimates {
     /// the last frame of all series.
     #[must_use]
     pub fn resolved_periods(&self) -> [f64; 2] {
-        let data = &self.input.data;
+        let data = &self.data;
         let [first, last] = span(data);
         let duration = last - first;
         // A period shorter than two frames is an alias of a longer period in the opposite sense.
@@ -119,9 +119,9 @@ impl Fit {
         estimates: &Estimates,
         periods: [f64; 2],
     ) -> Result<Scan, FitError> {
-        let ([shortest, longest], parameters) = (periods, &estimates.input.family);
+        let ([shortest, longest], parameters) = (periods, &estimates.family);
         let requirement = "at least twice the median time between frames (s)";
-        let ok = shortest >= 2.0 * least_spacing(&estimates.input.data);
+        let ok = shortest >= 2.0 * least_spacing(&estimates.data);
         ParameterError::unless(ok, "shortest period of a scan", shortest, requirement)?;
         let ok = longest > shortest && longest.is_finite();
         ParameterError::unless(ok, "longest period of a scan", longest, "longer than the shortest (s)")?;
@@ -132,10 +132,8 @@ impl Fit {
         let scans = scans.collect::<Result<Vec<_>, _>>()?;
         // Lines without a score count, too: they would have one if their neighbours did.
         let count: usize = scans.iter().map(Vec::len).sum();
-        let largest = |index: usize| {
-            let at = scans.iter().filter_map(|scan| scan[index]);
-            at.max_by(|a, b| a.score.total_cmp(&b.score))
-        };
+        let largest =
+            |index: usize| scans.iter().filter_map(|scan| scan[index]).max_by(|a, b| a.score.total_cmp(&b.score));
         let lines: Vec<ScanLine> = (0..scans[0].len()).filter_map(largest).collect();
         let best = lines.iter().fold(lines[0], |best, line| if line.score > best.score { *line } else { best });
         let false_alarm = -f64::exp_m1(count as f64 * f64::ln_1p(-(-0.5 * best.score).exp()));
@@ -151,16 +149,15 @@ impl Fit {
         [shortest, longest]: [f64; 2],
         (values, free): (Vec<f64>, Vec<usize>),
     ) -> Result<Vec<Option<ScanLine>>, FitError> {
-        let oscillator = |sensitivity, period, phase, handedness| Oscillator { sensitivity, period, phase, handedness };
         let family = |oscillator| Family {
-            parameters: estimates.input.family.clone(),
+            parameters: estimates.family.clone(),
             build: move |values: &[f64]| oscillating(values, oscillator),
         };
-        let null = family(oscillator(0.0, longest, 0.0, Handedness::Counterclockwise));
-        self.check(&null, &estimates.input.data)?;
-        let problem = Problem { free, ..estimates.problem(self, &null, values.clone()) };
+        let null = family(Oscillator::new(0.0, longest));
+        null.check(self, &estimates.data)?;
+        let problem = Problem { free, ..null.problem_of(self, estimates, values.clone()) };
         let at = problem.at(problem.unknowns())?;
-        let explained = orthonormal_basis(&problem.one_sided_jacobian(&at)?);
+        let explained = problem.one_sided_jacobian(&at)?.qr().q();
         let unexplained = |vector: DVector<f64>| &vector - &explained * explained.tr_mul(&vector);
         let slopes = unexplained(at.residuals.map(|r| problem.loss.slope(r)));
 
@@ -172,14 +169,14 @@ impl Fit {
             let part = (index / 2) as f64 / count as f64;
             let period = (longest.recip() + part * (shortest.recip() - longest.recip())).recip();
             let column = |phase: f64| -> Result<DVector<f64>, FitError> {
-                let family = family(oscillator(SENSITIVITY, period, phase, handedness));
-                let trial = Problem { free: vec![], ..estimates.problem(self, &family, values.clone()) };
+                let family = family(Oscillator { sensitivity: SENSITIVITY, period, phase, handedness });
+                let trial = Problem { free: vec![], ..family.problem_of(self, estimates, values.clone()) };
                 Ok(unexplained((trial.near(&at, &DVector::zeros(0))? - &at.residuals) / SENSITIVITY))
             };
             let columns = DMatrix::from_columns(&[column(0.0)?, column(FRAC_PI_2)?]);
-            let (amplitudes, score) = score(&columns, &slopes, &explained, &at.rows);
+            let (amplitudes, score) = score([&columns, &explained], &slopes, &at.rows);
             let (sensitivity, phase) = (amplitudes.norm(), amplitudes[1].atan2(amplitudes[0]));
-            Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score })
+            Ok(ScanLine { oscillator: Oscillator { sensitivity, period, phase, handedness }, score })
         };
         // Lines of one sense are neighbours if their indices differ by two.
         let mut lines: Vec<Option<ScanLine>> = vec![None; 2 * (count + 1)];
@@ -205,18 +202,13 @@ impl Fit {
 /// The noise is that of the residuals without the part that the columns explain. With n residuals that have the
 /// information of ν, the quadratic form q of the score has, over ν, the distribution of F with 2 and ν degrees of
 /// freedom. The probability of a larger value is (1 + q/ν)^(−ν/2) = exp(−S/2).
-fn score(
-    columns: &DMatrix<f64>,
-    slopes: &DVector<f64>,
-    explained: &DMatrix<f64>,
-    rows: &[Origin],
-) -> (DVector<f64>, f64) {
+fn score([columns, explained]: [&DMatrix<f64>; 2], slopes: &DVector<f64>, rows: &[Origin]) -> (DVector<f64>, f64) {
     let inverse = |matrix: DMatrix<f64>| matrix.try_inverse().unwrap_or_else(|| DMatrix::zeros(2, 2));
     let gradient = columns.tr_mul(slopes);
     let amplitudes = -inverse(columns.tr_mul(columns)) * &gradient;
     let rest = slopes + columns * &amplitudes;
     let basis = DMatrix::from_columns(&explained.column_iter().chain(columns.column_iter()).collect::<Vec<_>>());
-    let basis = orthonormal_basis(&basis);
+    let basis = basis.qr().q();
     let noise = Noise::of(&rest, rows, &basis, &DMatrix::identity(basis.ncols(), basis.ncols()));
     let form = gradient.dot(&(inverse(noise.covariance(columns, 0.0)) * &gradient)).max(0.0);
     let freedom = (slopes.len() as f64 / noise.redundancy() - basis.ncols() as f64).max(1.0);
@@ -226,12 +218,4 @@ fn score(
 /// Smallest median time between the frames of a series, s.
 fn least_spacing(data: &[Series]) -> f64 {
     data.iter().map(Series::spacing).fold(f64::INFINITY, f64::min)
-}
-
-/// Orthonormal basis of the space of the columns of a Jacobian.
-fn orthonormal_basis(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
-    if jacobian.ncols() == 0 {
-        return jacobian.clone();
-    }
-    jacobian.clone().qr().q()
 }

@@ -51,7 +51,7 @@ pub(super) fn search(problem: &Problem, x: DVector<f64>, end: StoppingRule) -> R
     let mut point = problem.at(x)?;
     let mut damping = DAMPING;
     for _ in 0..end.iterations {
-        match DampedProblem::of(problem, &point)?.lower(damping, end.accuracy) {
+        match DampedProblem::of(problem, &point, end.accuracy)?.lower(damping) {
             Ok(Some((lower, used))) => (point, damping) = (lower, (used / MORE).max(DAMPINGS[0])),
             none => return Ok(Reached { point, converged: none.map(|_| true) }),
         }
@@ -68,10 +68,12 @@ struct DampedProblem<'a> {
     matrix: DMatrix<f64>,
     /// Indices of the unknowns that are not kept at a bound.
     moving: Vec<usize>,
+    /// Length of a step, in standard errors, below which it is not tried.
+    accuracy: f64,
 }
 
 impl<'a> DampedProblem<'a> {
-    fn of(problem: &'a Problem, at: &'a Point) -> Result<Self, FitError> {
+    fn of(problem: &'a Problem, at: &'a Point, accuracy: f64) -> Result<Self, FitError> {
         let jacobian = problem.one_sided_jacobian(at)?;
         let slopes = at.residuals.map(|r| problem.loss.slope(r));
         let mut weighted = jacobian.clone();
@@ -88,32 +90,28 @@ impl<'a> DampedProblem<'a> {
             at.x[*i] <= low && gradient[*i] > 0.0 || at.x[*i] >= high && gradient[*i] < 0.0
         };
         let moving = (0..at.x.len()).filter(|i| !is_kept(i)).collect();
-        Ok(Self { problem, at, gradient, matrix, moving })
+        let mean_square = 2.0 * at.objective / at.residuals.len() as f64;
+        let accuracy = accuracy * mean_square.max(1.0).sqrt();
+        Ok(Self { problem, at, gradient, matrix, moving, accuracy })
     }
 
     /// First point with a lower objective at the end of a step, with increasing damping and then with the least one;
     /// and its damping. `None` if no step lowers it: the search has converged.
-    fn lower(&self, damping: f64, accuracy: f64) -> Result<Option<(Point, f64)>, FitError> {
-        let mean_square = 2.0 * self.at.objective / self.at.residuals.len() as f64;
-        let accuracy = accuracy * mean_square.max(1.0).sqrt();
+    fn lower(&self, damping: f64) -> Result<Option<(Point, f64)>, FitError> {
         let more = std::iter::successors(Some(damping), |damping| Some(damping * MORE));
-        let found = self.first_lower(more.take_while(|damping| *damping <= DAMPINGS[1]), accuracy)?;
-        Ok(found.or_else(|| self.first_lower(LEAST, accuracy).ok().flatten()))
+        let found = self.first_lower(more.take_while(|damping| *damping <= DAMPINGS[1]))?;
+        Ok(found.or_else(|| self.first_lower(LEAST).ok().flatten()))
     }
 
     /// First point with a lower objective at the end of a step with one of the dampings, and this damping. The error is
     /// that of the last step if each of them fails.
-    fn first_lower(
-        &self,
-        dampings: impl IntoIterator<Item = f64>,
-        accuracy: f64,
-    ) -> Result<Option<(Point, f64)>, FitError> {
+    fn first_lower(&self, dampings: impl IntoIterator<Item = f64>) -> Result<Option<(Point, f64)>, FitError> {
         let (mut failure, mut is_evaluated) = (None, false);
         for damping in dampings {
-            let Some((x, _)) = self.step(damping).filter(|(_, length)| *length > accuracy) else { continue };
+            let Some((x, _)) = self.step(damping).filter(|(_, length)| *length > self.accuracy) else { continue };
             match self.problem.at(x) {
                 // This is the decrease by a step to a minimum at the distance `accuracy`.
-                Ok(point) if point.objective < self.at.objective - 0.5 * accuracy * accuracy => {
+                Ok(point) if point.objective < self.at.objective - 0.5 * self.accuracy * self.accuracy => {
                     return Ok(Some((point, damping)));
                 }
                 Ok(_) => is_evaluated = true,

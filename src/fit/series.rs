@@ -35,23 +35,21 @@ const DENSE: f64 = 0.5;
 /// Linear view of space: one, two or three coordinates, each the product of a position (m, fixed frame, base at the
 /// origin) with a vector.
 #[derive(Debug, Clone, PartialEq)]
+#[must_use]
 pub struct View(pub(super) Vec<Vector3<f64>>);
 
 impl View {
     /// View with all three coordinates in the fixed frame, along e1, e2 and e3.
-    #[must_use]
     pub fn space() -> Self {
         Self(vec![Vector3::x(), Vector3::y(), Vector3::z()])
     }
 
     /// View from above, with coordinates along e1 and e2.
-    #[must_use]
     pub fn above() -> Self {
         Self(vec![Vector3::x(), Vector3::y()])
     }
 
     /// View from the side in the direction of e2, with coordinates along e1 and e3.
-    #[must_use]
     pub fn side() -> Self {
         Self(vec![Vector3::x(), Vector3::z()])
     }
@@ -65,7 +63,7 @@ impl View {
         let sound = |row: &Vector3<f64>| row.iter().all(|x| x.abs() <= LARGEST) && row.norm() > 0.0;
         let ok = (1..=2).contains(&rows.len()) && rows.iter().all(sound);
         let requirement = "must have one or two rows of numbers up to 1e9, none of which is zero";
-        refuse(&[(!ok, requirement)], |problem| FitError::Parameter { name: "view".into(), problem })?;
+        refuse(&[(!ok, requirement)]).map_err(|problem| FitError::Parameter { name: "view".into(), problem })?;
         Ok(Self(rows.to_vec()))
     }
 
@@ -77,6 +75,7 @@ impl View {
 
 /// Measured positions or angles at increasing times in a view. Frames may be missing.
 #[derive(Debug, Clone, PartialEq)]
+#[must_use]
 pub struct Series {
     pub(super) times: Vec<f64>,
     /// Points of the centre line in each frame. The last one is the tip. The arc lengths of the others are unknown.
@@ -101,33 +100,28 @@ impl Series {
     }
 
     /// Positions of the tip (m, fixed frame) at increasing times (s).
-    #[must_use]
     pub fn tips(times: Vec<f64>, positions: &[Vector3<f64>]) -> Self {
         Self::centre_lines(times, positions.iter().map(|p| vec![*p]).collect())
     }
 
     /// Track of the tip (s, m) in a view with two coordinates.
-    #[must_use]
     pub fn track(track: &Track, view: View) -> Self {
         let lines: Vec<_> = track.positions().iter().map(|p| vec![*p]).collect();
         Self::centre_lines_in(track.times().to_vec(), &lines, view)
     }
 
     /// One coordinate (m) of the tip at times (s), such as its height, in a view with one row.
-    #[must_use]
     pub fn coordinates(times: Vec<f64>, coordinates: &[f64], view: View) -> Self {
         Self::new(times, coordinates.iter().map(|x| vec![Vector3::new(*x, 0.0, 0.0)]).collect(), (1, view))
     }
 
     /// Points on centre lines (m, fixed frame) at times (s). The last point of a line is the tip.
     /// The arc lengths of the others are unknown, and they are compared with the nearest points of the simulated line.
-    #[must_use]
     pub fn centre_lines(times: Vec<f64>, lines: Vec<Vec<Vector3<f64>>>) -> Self {
         Self::new(times, lines, (3, View::space()))
     }
 
     /// Points on centre lines in a view with two coordinates (m): see [`centre_lines`](Self::centre_lines).
-    #[must_use]
     pub fn centre_lines_in(times: Vec<f64>, lines: &[Vec<Vector2<f64>>], view: View) -> Self {
         let frames = lines.iter().map(|line| line.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect()).collect();
         Self::new(times, frames, (2, view))
@@ -136,28 +130,24 @@ impl Series {
     /// Angles of the tangent at the tip (rad) at times (s), in a view with two coordinates. They are measured from the
     /// first coordinate towards the second, up to whole turns, and are at most two turns. In [`View::side`] an upright
     /// tip has the angle π/2.
-    #[must_use]
     pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
         Self { is_angle: true, given: 2, ..Self::coordinates(times, angles, view) }
     }
 
     /// Sets the standard deviation of each coordinate, in the unit of the data, or of each angle, rad. By default it is
     /// estimated.
-    #[must_use]
     pub fn with_noise(self, noise: f64) -> Self {
         Self { noise: Some(noise), ..self }
     }
 
     /// Names the parameter by which the coordinates of the view (m) are multiplied. It has the unit of the data per
     /// metre, and the data may then have any unit.
-    #[must_use]
     pub fn with_scale(self, name: &str) -> Self {
         Self { scale: Some(name.to_owned()), ..self }
     }
 
     /// Names the parameters that are added to the coordinates of the view, one for each, after their multiplication by
     /// the scale. They have the unit of the data and are the coordinates of the base.
-    #[must_use]
     pub fn with_offset(self, names: &[&str]) -> Self {
         Self { offset: Some(names.iter().map(|name| (*name).to_owned()).collect()), ..self }
     }
@@ -262,8 +252,9 @@ impl Series {
             (*is_angle && has_camera, "has angles, which have no scale and offset"),
             (*is_angle && self.extent() > LARGEST_ANGLE, "has an angle beyond two turns: is the unit rad?"),
         ];
-        refuse(&conditions, of_series)?;
+        refuse(&conditions).map_err(of_series)?;
         for (frame, (time, points)) in times.iter().zip(frames).enumerate() {
+            let are_finite = points.iter().flatten().all(|x| x.abs() <= LARGEST);
             let early = "has a time before that of the shoot of the family: count times from its start, and do not \
                 advance it";
             let jump = "has neighbouring points at a large distance: are they of one plant, in order from the base?";
@@ -272,13 +263,10 @@ impl Series {
                 (*time < start, early),
                 (frame > 0 && *time <= times[frame - 1], "has a time that is not later than the one before it"),
                 (points.is_empty(), "has no points"),
-                (
-                    !points.iter().flatten().all(|x| x.abs() <= LARGEST),
-                    "has a coordinate that is not finite or beyond 1e9",
-                ),
+                (!are_finite, "has a coordinate that is not finite or beyond 1e9"),
                 (has_jump(points), jump),
             ];
-            refuse(&conditions, |problem| FitError::Frame { series, frame, problem })?;
+            refuse(&conditions).map_err(|problem| FitError::Frame { series, frame, problem })?;
         }
         let is_constant = frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]);
         let relative = noise.map_or(1.0, |noise| noise / self.size());
@@ -288,7 +276,7 @@ impl Series {
             (relative < LEAST_NOISE, "has a noise below the rounding of its coordinates"),
             (relative > MOST_NOISE, large),
         ];
-        refuse(&conditions, of_series)
+        refuse(&conditions).map_err(of_series)
     }
 
     /// Scatter of neighbouring frames: a robust estimate of the noise from second differences of their last points, in

@@ -8,8 +8,7 @@ use super::series::Series;
 use super::{Family, FitError, Loss};
 use crate::ensemble;
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::model::{GrowthLaw, Model};
 use crate::shoot::Shoot;
 
 /// Smallest threshold of Huber's loss, for which almost all residuals are in its linear part.
@@ -77,44 +76,39 @@ impl Default for Fit {
     }
 }
 
-impl Fit {
+impl<M: Model, E: Display, F: Fn(&[f64]) -> Result<Shoot<M>, E>> Family<F> {
     /// Returns an error unless the settings, the family, the data and the shoot at the initial values are valid, and
     /// the data can determine the parameters.
-    pub(super) fn check<M: Model, E: Display>(
-        &self,
-        family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
-        data: &[Series],
-    ) -> Result<(), FitError> {
-        ParameterError::positive("time step of a fit", self.step, "s")?;
-        ParameterError::positive("largest standard error of an identifiable parameter", self.widest, "")?;
-        if let Loss::Huber(threshold) = self.loss {
+    pub(super) fn check(&self, fit: &Fit, data: &[Series]) -> Result<(), FitError> {
+        ParameterError::positive("time step of a fit", fit.step, "s")?;
+        ParameterError::positive("largest standard error of an identifiable parameter", fit.widest, "")?;
+        if let Loss::Huber(threshold) = fit.loss {
             let ok = threshold >= LEAST_THRESHOLD && threshold.is_finite();
             ParameterError::unless(ok, "threshold of Huber's loss", threshold, "0.01 or larger, and finite")?;
         }
-        for (name, number) in [("number of starts", self.starts), ("number of iterations", self.iterations)] {
+        for (name, number) in [("number of starts", fit.starts), ("number of iterations", fit.iterations)] {
             ParameterError::unless((1..=MOST_STARTS).contains(&number), name, number as f64, "from 1 to 1,000,000")?;
         }
-        for part in &self.windows {
+        for part in &fit.windows {
             ParameterError::unless(*part > 0.0 && *part <= 1.0, "part of the data", *part, "positive and at most 1")?;
         }
-        family.check(data)?;
-        let shoot = family.shoot(&initial_values(&family.parameters))?;
-        let free = free(&family.parameters).len();
-        let mut coordinates = 0;
+        self.check_parameters(data)?;
+        let shoot = self.shoot(&initial_values(&self.parameters))?;
+        let free = free(&self.parameters).len();
         for (index, series) in data.iter().enumerate() {
             series.check(index, shoot.time())?;
             let duration = series.times[series.times.len() - 1] - shoot.time();
             let requirement = "long enough that the data end within 100,000 steps: are their times in s, and counted \
                 from the start of the shoot?";
-            ParameterError::unless(duration <= MOST_STEPS * self.step, "time step of a fit", self.step, requirement)?;
-            coordinates += series.count();
+            ParameterError::unless(duration <= MOST_STEPS * fit.step, "time step of a fit", fit.step, requirement)?;
             // The likelihood has no maximum if a fit can explain a series exactly.
             let enough = if data.len() > 1 { 0 } else { free + 1 };
             let is_exact = series.noise.is_none() && series.varying_count() <= free && series.count() >= enough;
             let problem = "has no more coordinates than there are parameters: its noise must be given";
-            refuse(&[(is_exact, problem)], |problem| FitError::Series { series: index, problem })?;
+            refuse(&[(is_exact, problem)]).map_err(|problem| FitError::Series { series: index, problem })?;
             check_unit(index, series, &shoot)?;
         }
+        let coordinates: usize = data.iter().map(Series::count).sum();
         let parameters = free + usize::from(data.iter().any(|series| series.noise.is_none()));
         if coordinates < parameters.max(1) { Err(FitError::Insufficient { coordinates, parameters }) } else { Ok(()) }
     }
@@ -140,11 +134,7 @@ fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Resul
         // The tip may be close to the line of sight to the base, such as that of a risen shoot from above.
         0.0
     };
-    if observed > WRONG_UNIT * longest {
-        Err(FitError::Unit { series: index, observed, modelled: longest })
-    } else if observed * WRONG_UNIT < expected {
-        Err(FitError::Unit { series: index, observed, modelled: expected })
-    } else {
-        Ok(())
-    }
+    let sizes = [(observed > WRONG_UNIT * longest, longest), (observed * WRONG_UNIT < expected, expected)];
+    let wrong = sizes.into_iter().find(|(is_wrong, _)| *is_wrong);
+    wrong.map_or(Ok(()), |(_, modelled)| Err(FitError::Unit { series: index, observed, modelled }))
 }

@@ -170,21 +170,15 @@ pub(super) fn warnings(data: &[Series], loss: Loss, all: &[(Origin, f64)], noise
         let residuals: Vec<f64> = own().map(|(_, r)| *r).collect();
         warnings.extend(of_residuals(index, series, loss, &residuals));
         let frames = series.repeated_frames();
-        if !frames.is_empty() {
-            warnings.push(Warning::RepeatedFrames { series: index, frames });
-        }
+        warnings.extend((!frames.is_empty()).then_some(Warning::RepeatedFrames { series: index, frames }));
         let of_tip = own().filter(|(row, _)| row.index < series.dimension()).map(|(_, r)| *r);
-        if let Some(deviation) = uncertainty_of_times(series, &of_tip.collect::<Vec<_>>()) {
-            warnings.push(Warning::UncertainTimes { series: index, deviation });
-        }
+        let deviation = uncertainty_of_times(series, &of_tip.collect::<Vec<_>>());
+        warnings.extend(deviation.map(|deviation| Warning::UncertainTimes { series: index, deviation }));
         let ratio = series.deviation() / root_mean_square(&residuals);
-        if ratio < MOTION && series.times.len() >= FEW {
-            warnings.push(Warning::NoMotion { series: index, ratio });
-        }
+        let is_still = ratio < MOTION && series.times.len() >= FEW;
+        warnings.extend(is_still.then_some(Warning::NoMotion { series: index, ratio }));
     }
-    if noise.excess() > SIGNIFICANT {
-        warnings.push(Warning::Correlated { lag_one: noise.lag_one() });
-    }
+    warnings.extend((noise.excess() > SIGNIFICANT).then_some(Warning::Correlated { lag_one: noise.lag_one() }));
     warnings
 }
 

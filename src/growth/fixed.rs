@@ -46,12 +46,8 @@ impl<G: GrowthLaw> GrowthLaw for Ongoing<G> {
 
     fn check(&self, length: f64) -> Result<(), ParameterError> {
         self.0.check(length)?;
-        ParameterError::unless(
-            length <= self.0.zone_length() * (1.0 + ROUNDING),
-            "length of a shoot of constant length",
-            length,
-            "at most the length of its growth zone (m)",
-        )
+        let (name, requirement) = ("length of a shoot of constant length", "at most the length of its growth zone (m)");
+        ParameterError::unless(length <= self.0.zone_length() * (1.0 + ROUNDING), name, length, requirement)
     }
 }
 

@@ -153,24 +153,19 @@ pub(crate) fn check_speed(law: &impl GrowthLaw, length: f64) -> Result<(), Param
     let what = "integral of the growth rate (`regr`, which must be bounded) over the zone at t = 0";
     ParameterError::finite(what, exact, "m/s")?;
     ParameterError::finite("apical speed of the zone at t = 0", speed, "m/s")?;
-    let (what, difference) =
-        ("apical speed minus the integral of the growth rate over the zone at t = 0", speed - exact);
+    let (what, excess) = ("apical speed minus the integral of the growth rate over the zone at t = 0", speed - exact);
     let requirement = "zero: correct `apical_speed`, or implement it if the growth rate has a narrow peak (m/s)";
-    ParameterError::unless(difference.abs() <= SPEED_ERROR * exact.abs(), what, difference, requirement)
+    ParameterError::unless(excess.abs() <= SPEED_ERROR * exact.abs(), what, excess, requirement)
 }
 
 /// Number of steps of the classical fourth-order Runge–Kutta method for (σ, ln γ). A step is 1/512 of the fastest
 /// growth time: the error is about 1e-13 over a growth time, and rounding over a time step of a simulation.
 fn steps_for<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, to: f64) -> usize {
     let end = law.zone_length().min(2.0 * sigma);
-    let middle = 0.5 * (from + to);
-    let mut rate = 0.0_f64;
-    for time in [from, middle, to] {
-        for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
-            rate = rate.max(law.regr(part * end, time).abs());
-        }
-    }
-    let wanted = (512.0 * rate * (to - from).abs()).ceil();
+    let places = [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| part * end);
+    let times = [from, 0.5 * (from + to), to].into_iter();
+    let rates = times.flat_map(|time| places.map(|place| law.regr(place, time).abs()));
+    let wanted = (512.0 * rates.fold(0.0, f64::max) * (to - from).abs()).ceil();
     // The bound limits the work for an infinite rate. The caller checks the result.
     if wanted.is_finite() { wanted.clamp(1.0, 1e6) as usize } else { 1 }
 }

@@ -235,26 +235,19 @@ fn describe_ratio(ratio: f64) -> String {
 }
 
 impl IntegrationError {
+    /// Returns the error of a value that is not finite unless `ok`. A condition may be infinite, but not NaN.
+    pub(super) fn finite(ok: bool, what: &'static str, time: f64) -> Result<(), Self> {
+        if ok { Ok(()) } else { Err(Self::NotFinite { what, time }) }
+    }
+
     /// Returns whether a shorter step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Equilibrium { error, .. } => error.is_recoverable(),
-            Self::NotConverged { .. }
-            | Self::Variables { .. }
-            | Self::GrowsTooFast { .. }
-            | Self::Uneven { .. }
-            | Self::BaseTurns { .. } => true,
-            Self::Parameter(_)
-            | Self::Incomplete { .. }
-            | Self::Grid { .. }
-            | Self::NotFinite { .. }
-            | Self::Undefined { .. }
-            | Self::NotReached { .. }
-            | Self::GrowsTooFar { .. }
-            | Self::WorkLimit { .. }
-            | Self::NotSlender { .. }
-            | Self::ToleranceNotMet { .. } => false,
+            Self::NotConverged { .. } | Self::Variables { .. } | Self::GrowsTooFast { .. } => true,
+            Self::Uneven { .. } | Self::BaseTurns { .. } => true,
+            _ => false,
         }
     }
 }

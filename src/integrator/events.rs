@@ -21,7 +21,7 @@ pub(super) fn advance_showing_until<M: Model>(
     shoot: &mut Shoot<M>,
     latest: f64,
     times: impl IntoIterator<Item = f64>,
-    show: impl FnMut(&Shoot<M>),
+    mut show: impl FnMut(&Shoot<M>),
     mut condition: Option<impl FnMut(&Shoot<M>) -> f64>,
 ) -> Outcome<Statistics> {
     check_ahead("latest time to advance to", shoot, latest)?;
@@ -32,16 +32,14 @@ pub(super) fn advance_showing_until<M: Model>(
         }
         let mut evaluate = |shoot: &Shoot<M>| {
             let value = condition.as_mut().map_or(-1.0, |condition| condition(shoot));
-            let unknown = IntegrationError::NotFinite { what: "condition", time: shoot.time() };
-            if value.is_nan() { Err(unknown) } else { Ok(value) }
+            IntegrationError::finite(!value.is_nan(), "condition", shoot.time()).map(|()| value)
         };
         // A shoot that was not started, or whose laws were exchanged, has no equilibrium yet.
         let mut statistics = integrator.advance(shoot, shoot.time())?;
-        let mut outputs =
-            Outputs { times: times.into_iter().peekable(), last: shoot.time(), latest, after: None, show };
+        let mut outputs = Outputs { times: times.into_iter().peekable(), last: shoot.time(), latest };
         let mut before = shoot.state.clone();
         let mut value = evaluate(shoot)?;
-        statistics += outputs.show_passed(integrator, shoot, &before)?;
+        statistics += outputs.show_passed(integrator, shoot, &before, &mut show)?;
         if value < 0.0 && (located || outputs.times.peek().is_some()) {
             // An integrator that chooses a resolution does so once for the whole time, not for each repeated step.
             statistics += integrator.advance_at_most(shoot, latest, 0)?;
@@ -60,7 +58,7 @@ pub(super) fn advance_showing_until<M: Model>(
             } else {
                 statistics += step;
             }
-            statistics += outputs.show_passed(integrator, shoot, &before)?;
+            statistics += outputs.show_passed(integrator, shoot, &before, &mut show)?;
         }
         if !located {
             statistics += integrator.advance(shoot, latest)?;
@@ -81,29 +79,24 @@ fn step<M: Model>(integrator: &mut impl Integrator, shoot: &mut Shoot<M>, latest
 }
 
 /// Output times that have not passed yet.
-struct Outputs<I: Iterator<Item = f64>, F> {
+struct Outputs<I: Iterator<Item = f64>> {
     times: Peekable<I>,
     /// Last output time, or the time at which the run began, s.
     last: f64,
     /// Latest permitted output time, s.
     latest: f64,
-    /// Copy of the state at the end of a step.
-    after: Option<State>,
-    show: F,
 }
 
-impl<I: Iterator<Item = f64>, F> Outputs<I, F> {
-    /// Shows the shoot at the output times up to the present. Those before the present are in the step from the state
-    /// `before`, which is repeated with a shorter length.
+impl<I: Iterator<Item = f64>> Outputs<I> {
+    /// Passes the shoot to `show` at the output times up to the present. Those before the present are in the step from
+    /// the state `before`, which is repeated with a shorter length.
     fn show_passed<M: Model>(
         &mut self,
         integrator: &mut impl Integrator,
         shoot: &mut Shoot<M>,
         before: &State,
-    ) -> Outcome<Statistics>
-    where
-        F: FnMut(&Shoot<M>),
-    {
+        show: &mut impl FnMut(&Shoot<M>),
+    ) -> Outcome<Statistics> {
         let mut statistics = Statistics::default();
         let now = shoot.time();
         while let Some(&time) = self.times.peek() {
@@ -115,15 +108,13 @@ impl<I: Iterator<Item = f64>, F> Outputs<I, F> {
             }
             (self.last, _) = (time, self.times.next());
             if time == now {
-                (self.show)(shoot);
+                show(shoot);
                 continue;
             }
-            let after = self.after.get_or_insert_with(|| shoot.state.clone());
-            after.copy_from(&shoot.state);
-            shoot.state.copy_from(before);
+            let after = std::mem::replace(&mut shoot.state, before.clone());
             statistics += integrator.advance(shoot, time)?.as_trial();
-            (self.show)(shoot);
-            shoot.state.copy_from(after);
+            show(shoot);
+            shoot.state = after;
         }
         Ok(statistics)
     }

@@ -1,7 +1,7 @@
 //! The method of steps for delay differential equations, with corrections for steps longer than the shortest delay.
 
 use super::error::Outcome;
-use super::stepper::{GridUse, MAX_CORRECTIONS, RunOptions};
+use super::stepper::{GridUse, MAX_CORRECTIONS, Run, RunOptions};
 use super::undo::undo_on_error;
 use super::{Grid, HistoryFunction, Integrator, Statistics, TimeStepper};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -61,7 +61,8 @@ impl<E> MethodOfSteps<E> {
 
     /// Records the grid of the following calls, until [`take_grid`](Self::take_grid).
     ///
-    /// A shoot that may touch obstacles has no such grid, and a call returns an error.
+    /// The grid consists of the ends of all steps and the changes of the elements. A call returns an error for a shoot
+    /// that may touch obstacles and whose laws have stimuli, since its steps end where contacts change.
     pub fn record(&mut self) {
         self.workspace.stepper.grid = GridUse::Record(Grid::default());
     }
@@ -107,7 +108,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         };
         let Self { solver, workspace: TimeStepper { stepper, before_call, .. }, .. } = self;
         let position = stepper.grid.position();
-        undo_on_error(shoot, before_call, |shoot, _| stepper.advance(shoot, solver, options, |_, _| ()))
+        undo_on_error(shoot, before_call, |shoot, _| Run { stepper, shoot, solver }.advance(options, |_, _| ()))
             .inspect_err(|_| self.workspace.stepper.grid.rewind(position))
     }
 }

@@ -40,7 +40,7 @@ const MAX_HALVINGS: usize = 40;
 const ROUNDING: f64 = 1e-9;
 
 /// A method that integrates a shoot in time. After an error the state of the shoot is the one before the call.
-pub trait Integrator {
+pub trait Integrator: Sized {
     /// Solves the equilibrium of a shoot at its present time, and sets the history of its laws. The other
     /// methods do this with [`ConstantHistory::Empty`] for a shoot that was never started. A second call begins
     /// a new history.
@@ -131,10 +131,7 @@ pub trait Integrator {
         shoot: &mut Shoot<M>,
         latest: f64,
         condition: impl FnMut(&Shoot<M>) -> f64,
-    ) -> Outcome<Statistics>
-    where
-        Self: Sized,
-    {
+    ) -> Outcome<Statistics> {
         self.advance_showing_until(shoot, latest, [], |_| {}, condition)
     }
 
@@ -164,10 +161,7 @@ pub trait Integrator {
         until: f64,
         times: impl IntoIterator<Item = f64>,
         show: impl FnMut(&Shoot<M>),
-    ) -> Outcome<Statistics>
-    where
-        Self: Sized,
-    {
+    ) -> Outcome<Statistics> {
         let condition = None::<fn(&Shoot<M>) -> f64>;
         events::advance_showing_until(self, shoot, until, times, show, condition)
     }
@@ -199,10 +193,7 @@ pub trait Integrator {
         times: impl IntoIterator<Item = f64>,
         show: impl FnMut(&Shoot<M>),
         condition: impl FnMut(&Shoot<M>) -> f64,
-    ) -> Outcome<Statistics>
-    where
-        Self: Sized,
-    {
+    ) -> Outcome<Statistics> {
         events::advance_showing_until(self, shoot, latest, times, show, Some(condition))
     }
 }

@@ -1,7 +1,7 @@
 //! Time steps for integrators outside the crate.
 
 use super::error::Outcome;
-use super::stepper::{GridUse, StepEnd, Stepper, TimeStep, check_ahead, next_discontinuity_ahead, permitted_step};
+use super::stepper::{GridUse, Run, StepEnd, Stepper, TimeStep, check_ahead, next_discontinuity_ahead, permitted_step};
 use super::undo::undo_on_error;
 use super::{HistoryFunction, ROUNDING, Statistics};
 use crate::equilibrium::EquilibriumSolver;
@@ -108,7 +108,7 @@ impl TimeStepper {
         history: &impl HistoryFunction,
     ) -> Outcome<Statistics> {
         let Self { stepper, backup, .. } = self;
-        undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history, None))
+        undo_on_error(shoot, backup, |shoot, _| Run { stepper, shoot, solver }.start(history, None))
     }
 
     /// Prepares a shoot for steps to the time `until` (s): starts it with an empty history unless it was started, and
@@ -126,8 +126,8 @@ impl TimeStepper {
     ) -> Outcome<Statistics> {
         check_ahead("time to advance to", shoot, until)?;
         let Self { stepper, backup, .. } = self;
-        undo_on_error(shoot, backup, |shoot, _| stepper.resume(shoot, solver, usize::MAX, None))?;
-        Ok(stepper.statistics())
+        undo_on_error(shoot, backup, |shoot, _| Run { stepper, shoot, solver }.resume(usize::MAX, None))?;
+        Ok(stepper.statistics)
     }
 
     /// Calls `work`, which may make several steps, and restores the state of the shoot if it fails: an
@@ -178,25 +178,22 @@ impl TimeStepper {
     ) -> Outcome<TimeStep<'a, M, E>> {
         check_future("end of the step", shoot, end)?;
         let Self { stepper, backup, .. } = self;
-        let undo = backup.get_or_insert_with(|| shoot.state.clone());
-        undo.copy_from(&shoot.state);
-        let grids = if matches!(stepper.grid, GridUse::Free) { 0.0 } else { 1.0 };
-        let (name, requirement) = ("number of grids that are recorded or followed", "zero for single steps");
-        ParameterError::unless(grids == 0.0, name, grids, requirement)?;
-        let ready = stepper.resume(shoot, solver, usize::MAX, None).and_then(|()| {
+        let step = undo_on_error(shoot, backup, |shoot, _| {
+            let grids = if matches!(stepper.grid, GridUse::Free) { 0.0 } else { 1.0 };
+            let (name, requirement) = ("number of grids that are recorded or followed", "zero for single steps");
+            ParameterError::unless(grids == 0.0, name, grids, requirement)?;
+            Run { stepper, shoot, solver }.resume(usize::MAX, None)?;
             let discontinuity = next_discontinuity_ahead(shoot, end)?;
             let requirement = "not after the next discontinuity of a law or the scene (s)";
             ParameterError::unless(end <= discontinuity, "end of the step", end, requirement)?;
-            let step = end - shoot.time();
-            let permitted = permitted_step(shoot, [step, end], &shoot.mesh)?;
+            let (step, mesh) = (end - shoot.time(), shoot.mesh);
+            let permitted = permitted_step(shoot, [step, end], &mesh)?;
             let requirement = "within the bound that growth sets on a step, see `next_end` (s)";
             ParameterError::unless(step <= permitted * (1.0 + ROUNDING), "end of the step", end, requirement)?;
-            Ok(end == discontinuity)
-        });
-        let discontinuity = ready.inspect_err(|_| shoot.state.copy_from(undo))?;
-        let end = StepEnd { discontinuity, ..StepEnd::smooth(end, end) };
-        let mesh = shoot.mesh;
-        TimeStep::begin(stepper, (shoot, solver), (end, &mesh), Some(undo))
+            let discontinuity = end == discontinuity;
+            stepper.begin_step(shoot, &mesh, StepEnd { discontinuity, ..StepEnd::smooth(end, end) })
+        })?;
+        Ok(TimeStep::new(Run { stepper, shoot, solver }, step, backup.as_ref()))
     }
 }
 

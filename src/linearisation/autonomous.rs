@@ -1,14 +1,12 @@
 //! Whether laws, loads, growth, scene and support depend on time.
 
 use super::error::StabilityError;
-use super::relative::relative;
 use super::steady::SteadyLaws;
 use super::support::change_of_support;
-use crate::growth::GrowthLaw;
 use crate::load::{InternalForce, Load};
-use crate::model::Model;
+use crate::model::{GrowthLaw, Model, Scene};
+use crate::numerics::scalar::relative;
 use crate::rod::Rod;
-use crate::scene::Scene;
 use crate::shoot::Shoot;
 use crate::support::Reaction;
 

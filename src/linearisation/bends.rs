@@ -2,10 +2,9 @@
 
 use crate::equilibrium::{EquilibriumError, NewtonSolver};
 use crate::load::{InternalForce, Load};
-use crate::model::Model;
+use crate::model::{Model, Support};
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::support::Support;
 
 /// Angle by which a change of the intrinsic strain at a point bends the shoot, rad. The truncation error of
 /// central differences is then 1e-10 of a third derivative, and the rounding error 1e-14/1e-5.

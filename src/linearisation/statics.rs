@@ -1,7 +1,7 @@
 //! Equilibria of shoots with and without a support.
 
 use crate::constitutive::Constitutive;
-use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod};
+use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, Past};
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
@@ -27,25 +27,11 @@ pub(crate) fn equilibrate(
         let found = solver.equilibrate(rod, material, &force)?;
         return Ok((force, found));
     }
-    let held = HeldRod {
-        rod,
-        material,
-        load,
-        support,
-        environment,
-        earlier: (guess, &[]),
-        shape: None,
-        start: None,
-        omits_descent: false,
-    };
-    let held = solver.hold(&held)?;
+    let past = Past { earlier: (guess, &[]), ..Past::default() };
+    let held = solver.hold(&HeldRod { rod, material, load, support, environment, past })?;
     let (name, contacts) = ("number of contacts with obstacles", held.patches.len());
-    ParameterError::unless(
-        contacts == 0,
-        name,
-        contacts as f64,
-        "zero for steady states, linear stability and cycles",
-    )?;
+    let requirement = "zero for steady states, linear stability and cycles";
+    ParameterError::unless(contacts == 0, name, contacts as f64, requirement)?;
     rod.copy_shape(&held.rod);
     force.react(rod, &held.reactions);
     Ok((force, held.equilibrium))

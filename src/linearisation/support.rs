@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::relative::relative;
+use crate::numerics::scalar::relative;
 use crate::rod::Rod;
 use crate::support::{Hold, Orientation, Position, Support};
 

@@ -49,6 +49,12 @@ pub(crate) struct PointReaction {
     pub couple: Vector3<f64>,
 }
 
+/// The reactions on element `e`, from a list that is sorted by elements.
+fn of_element(reactions: &[PointReaction], e: usize) -> &[PointReaction] {
+    let [from, to] = [e, e + 1].map(|e| reactions.partition_point(|at| at.element < e));
+    &reactions[from..to]
+}
+
 impl InternalForce {
     /// Internal force of a rod under a load.
     #[must_use]
@@ -102,7 +108,7 @@ impl InternalForce {
                 distributed += per_length[j] * whole;
             }
         }
-        let initial_apex_distance = rod.initial_length();
+        let initial_apex_distance = rod.initial_length;
         let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume, initial_apex_distance };
         self.at_base = distributed + load.force(&whole, environment);
         self.loads.clear();
@@ -115,47 +121,35 @@ impl InternalForce {
     /// Replaces the reactions of supports. At the material points of an element, a reaction inside it is distributed so
     /// that its work is that on the polynomial through the tangents at these points. Unless the rod `yields`,
     /// [`on_element`](Self::on_element) returns these reactions with their places instead.
-    pub(crate) fn set_reactions(
-        &mut self,
-        rod: &Rod,
-        reactions: impl Iterator<Item = PointReaction> + Clone,
-        yields: bool,
-    ) {
+    pub(crate) fn set_reactions(&mut self, rod: &Rod, reactions: &[PointReaction], yields: bool) {
         let reference = rod.reference();
         if self.loads.is_empty() {
             self.loads.clone_from(&self.forces);
             self.load_at_base = self.at_base;
         }
-        self.at_base = self.load_at_base + reactions.clone().map(|reaction| reaction.force).sum::<Vector3<f64>>();
+        self.at_base = self.load_at_base + reactions.iter().map(|reaction| reaction.force).sum::<Vector3<f64>>();
+        let with_couple = reactions.iter().filter(|at| at.couple != Vector3::zeros());
         self.couples.clear();
-        self.couples.extend(
-            reactions
-                .clone()
-                .filter(|at| at.couple != Vector3::zeros())
-                .map(|at| (at.element + usize::from(at.x > 0.5), at.couple)),
-        );
-        let mut inside: Vec<_> = reactions.filter(|reaction| reaction.force != Vector3::zeros()).collect();
+        self.couples.extend(with_couple.map(|at| (at.element + usize::from(at.x > 0.5), at.couple)));
+        let mut inside: Vec<_> = reactions.iter().copied().filter(|at| at.force != Vector3::zeros()).collect();
         inside.sort_by_key(|reaction| reaction.element);
         self.inside.clear();
         self.inside.extend(inside.iter().filter(|reaction| reaction.x < 1.0 && !yields).copied());
         self.beyond.clear();
-        let (mut beyond, mut next) = (self.at_base - self.load_at_base, 0);
+        let mut beyond = self.at_base - self.load_at_base;
         for e in 0..rod.elements() {
-            let from = next;
-            while next < inside.len() && inside[next].element == e {
-                beyond -= inside[next].force;
-                next += 1;
-            }
+            let own = of_element(&inside, e);
+            own.iter().for_each(|reaction| beyond -= reaction.force);
             let range = e * reference.p..(e + 1) * reference.p;
             for (to, load) in self.forces[range.clone()].iter_mut().zip(&self.loads[range.clone()]) {
                 *to = load + beyond;
             }
             if !self.inside.is_empty() {
-                let at_end = inside[from..next].iter().filter(|reaction| reaction.x >= 1.0);
+                let at_end = own.iter().filter(|reaction| reaction.x >= 1.0);
                 let at_end: Vector3<f64> = at_end.map(|reaction| reaction.force).sum();
                 self.beyond.extend(self.forces[range.clone()].iter().map(|force| force + at_end));
             }
-            for reaction in &inside[from..next] {
+            for reaction in own {
                 let upto = reference.integral_upto(reaction.x);
                 for (g, to) in self.forces[range.clone()].iter_mut().enumerate() {
                     *to += reaction.force * (upto[g] / reference.weights[g]);
@@ -176,8 +170,7 @@ impl InternalForce {
         if self.inside.is_empty() {
             return (&self.forces[range], &[]);
         }
-        let [from, to] = [e, e + 1].map(|e| self.inside.partition_point(|at| at.element < e));
-        (&self.beyond[range], &self.inside[from..to])
+        (&self.beyond[range], of_element(&self.inside, e))
     }
 
     /// The force of the reactions in each element, N: at its first end, at its material points, and at its last end;
@@ -200,12 +193,13 @@ impl InternalForce {
 
     /// Adds the reactions of a support in an equilibrium of the rod.
     pub(crate) fn react(&mut self, rod: &Rod, reactions: &[Reaction]) {
-        let at = reactions.iter().filter_map(|reaction| {
+        let at = |reaction: &Reaction| {
             let (element, x) = rod.locate(reaction.arc_length)?;
             Some(PointReaction { element, x, force: reaction.force, couple: reaction.couple })
-        });
+        };
         if !reactions.is_empty() {
-            self.set_reactions(rod, at, rod.yields());
+            let points: Vec<_> = reactions.iter().filter_map(at).collect();
+            self.set_reactions(rod, &points, rod.yields());
             self.reactions.clear();
             self.reactions.extend_from_slice(reactions);
         }
@@ -216,9 +210,9 @@ impl InternalForce {
         &self.reactions
     }
 
-    /// Couples of supports: the node at which each acts, and the couple in the fixed frame, N m.
-    pub(crate) fn couples(&self) -> &[(usize, Vector3<f64>)] {
-        &self.couples
+    /// Couples of supports at a node, in the fixed frame, N m.
+    pub(crate) fn couples_at(&self, node: usize) -> impl Iterator<Item = &Vector3<f64>> {
+        self.couples.iter().filter(move |(at, _)| *at == node).map(|(_, couple)| couple)
     }
 
     /// Time and gravity.

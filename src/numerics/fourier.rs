@@ -25,7 +25,8 @@ pub(crate) struct FourierSums {
     occupied: usize,
     /// Factors of the transform, for k = 0, 1, …. They contain the angle of the first point of the grid.
     factors: Vec<Complex<f64>>,
-    transform: FourierTransform,
+    /// exp(2πij/n) for j up to n/2, with the number n of points of the grid.
+    roots: Vec<Complex<f64>>,
 }
 
 impl FourierSums {
@@ -57,36 +58,29 @@ impl FourierSums {
         }
         let width = 0.5 * interval / decay.sqrt();
         let origin = least - (REACH - 1) as f64 * interval;
-        let parts: Vec<f64> = (0..count).map(|k| k as f64 / count as f64).collect();
-        let (mut sine, mut cosine) = (vec![0.0; count], vec![0.0; count]);
-        sines(count as f64 * origin, &parts, &mut sine, &mut cosine);
-        let factor = |(k, (cosine, sine)): (usize, (&f64, &f64))| {
-            Complex::new(*cosine, *sine) * ((k as f64 * width).powi(2).exp() * (decay / PI).sqrt())
-        };
-        let factors = cosine.iter().zip(&sine).enumerate().map(factor).collect();
-        Self { first, weights, occupied, factors, transform: FourierTransform::new(size) }
+        let mut factors = waves(count as f64 * origin, count, count);
+        for (k, factor) in factors.iter_mut().enumerate() {
+            *factor *= (k as f64 * width).powi(2).exp() * (decay / PI).sqrt();
+        }
+        Self { first, weights, occupied, factors, roots: waves(TAU, size / 2, size) }
     }
 
-    /// The sums for two series of real numbers, for each k. Their real parts are sums with cosines, and their imaginary
-    /// parts are sums with sines.
-    pub fn of(&self, values: impl Iterator<Item = [f64; 2]>) -> Vec<[Complex<f64>; 2]> {
-        let size = self.transform.size();
-        let mut grid = vec![[0.0; 2]; self.occupied];
-        for ((values, first), weights) in values.zip(&self.first).zip(self.weights.chunks_exact(2 * REACH)) {
+    /// The sums for two series of real numbers, for each k. The series are the real and the imaginary parts of
+    /// `values`. The real part of a sum is that with cosines, and the imaginary part is that with sines.
+    pub fn of(&self, values: impl Iterator<Item = Complex<f64>>) -> Vec<[Complex<f64>; 2]> {
+        let size = 2 * self.roots.len();
+        let mut grid = vec![Complex::ZERO; self.occupied];
+        for ((value, first), weights) in values.zip(&self.first).zip(self.weights.chunks_exact(2 * REACH)) {
             // The grid is periodic.
             let (inside, outside) = weights.split_at(weights.len().min(size - first));
-            let add = |(sums, weight): (&mut [f64; 2], &f64)| {
-                sums[0] += values[0] * weight;
-                sums[1] += values[1] * weight;
-            };
+            let add = |(sum, weight): (&mut Complex<f64>, &f64)| *sum += value * weight;
             grid[*first..].iter_mut().zip(inside).for_each(add);
             grid.iter_mut().zip(outside).for_each(add);
         }
-        let sums = self.transform.of(grid);
-        let at = |k: usize| Complex::new(sums[k % size][0], sums[k % size][1]);
+        let sums = transform(&self.roots, grid);
         // The transform of a real series at −k is the conjugate of that at k.
         let separate = |(k, factor): (usize, &Complex<f64>)| {
-            let (plus, minus) = (at(k), at(size - k).conj());
+            let (plus, minus) = (sums[k % size], sums[(size - k) % size].conj());
             let odd = plus - minus;
             [0.5 * factor * (plus + minus), 0.5 * factor * Complex::new(odd.im, -odd.re)]
         };
@@ -94,69 +88,53 @@ impl FourierSums {
     }
 }
 
-/// Discrete Fourier transform Σ zⱼ e^(2πijk/n), n a power of two (Cooley and Tukey 1965).
-struct FourierTransform {
-    /// Cosines and sines of 2πj/n for j up to n/2.
-    roots: Vec<[f64; 2]>,
+/// exp(i `angle` k/`size`) for k from 0 to `count` − 1.
+fn waves(angle: f64, count: usize, size: usize) -> Vec<Complex<f64>> {
+    let parts: Vec<f64> = (0..count).map(|k| k as f64 / size as f64).collect();
+    let (mut sine, mut cosine) = (parts.clone(), parts.clone());
+    sines(angle, &parts, &mut sine, &mut cosine);
+    cosine.into_iter().zip(sine).map(|(cosine, sine)| Complex::new(cosine, sine)).collect()
 }
 
-impl FourierTransform {
-    /// Transform of a given size, a power of two.
-    fn new(size: usize) -> Self {
-        let parts: Vec<f64> = (0..size / 2).map(|j| j as f64 / size as f64).collect();
-        let (mut sine, mut cosine) = (parts.clone(), parts.clone());
-        sines(TAU, &parts, &mut sine, &mut cosine);
-        Self { roots: cosine.into_iter().zip(sine).map(|(c, s)| [c, s]).collect() }
-    }
-
-    fn size(&self) -> usize {
-        2 * self.roots.len()
-    }
-
-    /// Transforms complex numbers. Those that lack to the size are zero.
-    fn of(&self, mut values: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-        let half = self.roots.len();
-        // Stockham's order: each pass reads one array and writes the other, so that nothing is reordered.
-        let mut next = Vec::with_capacity(2 * half);
-        let mut run = 1;
-        // The second factors of all butterflies are zero while the values fill half of the size.
-        while run <= half && values.len() <= half {
-            next.clear();
-            for (low, [re, im]) in values.chunks_exact(run).zip(self.roots.iter().step_by(run)) {
-                next.extend_from_slice(low);
-                next.extend(low.iter().map(|a| [a[0] * re - a[1] * im, a[1] * re + a[0] * im]));
-            }
-            std::mem::swap(&mut values, &mut next);
-            run *= 2;
+/// Discrete Fourier transform Σ zⱼ e^(2πijk/n), n a power of two (Cooley and Tukey 1965). `roots` are the first n/2 of
+/// the n-th roots of unity. If there are fewer than n `values`, the others are zero.
+fn transform(roots: &[Complex<f64>], mut values: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+    let half = roots.len();
+    // Stockham's order: each pass reads one array and writes the other, so that nothing is reordered.
+    let mut next = Vec::with_capacity(2 * half);
+    let mut run = 1;
+    // The second factors of all butterflies are zero while the values fill half of the size.
+    while run <= half && values.len() <= half {
+        next.clear();
+        for (low, root) in values.chunks_exact(run).zip(roots.iter().step_by(run)) {
+            next.extend_from_slice(low);
+            next.extend(low.iter().map(|a| a * root));
         }
-        values.resize(2 * half, [0.0; 2]);
-        next.resize(2 * half, [0.0; 2]);
-        while run <= half {
-            let (low, high) = values.split_at(half);
-            let pairs = low.chunks_exact(run).zip(high.chunks_exact(run)).zip(next.chunks_exact_mut(2 * run));
-            for (((low, high), next), root) in pairs.zip(self.roots.iter().step_by(run)) {
-                butterflies(*root, low, high, next.split_at_mut(run));
-            }
-            std::mem::swap(&mut values, &mut next);
-            run *= 2;
-        }
-        values
+        std::mem::swap(&mut values, &mut next);
+        run *= 2;
     }
+    values.resize(2 * half, Complex::ZERO);
+    next.resize(2 * half, Complex::ZERO);
+    while run <= half {
+        let (low, high) = values.split_at(half);
+        let pairs = low.chunks_exact(run).zip(high.chunks_exact(run)).zip(next.chunks_exact_mut(2 * run));
+        for (((low, high), next), root) in pairs.zip(roots.iter().step_by(run)) {
+            butterflies(*root, low, high, next.split_at_mut(run).into());
+        }
+        std::mem::swap(&mut values, &mut next);
+        run *= 2;
+    }
+    values
 }
 
 /// Writes the sums of two series of complex numbers, and their differences times a root of unity. It is not inlined,
 /// because the compiler then knows that the slices do not overlap.
 #[inline(never)]
-fn butterflies(
-    [re, im]: [f64; 2],
-    low: &[[f64; 2]],
-    high: &[[f64; 2]],
-    (sum, turned): (&mut [[f64; 2]], &mut [[f64; 2]]),
-) {
+fn butterflies(root: Complex<f64>, low: &[Complex<f64>], high: &[Complex<f64>], to: [&mut [Complex<f64>]; 2]) {
+    let [sum, turned] = to;
     for (((a, b), sum), turned) in low.iter().zip(high).zip(sum).zip(turned) {
-        let d = [a[0] - b[0], a[1] - b[1]];
-        *sum = [a[0] + b[0], a[1] + b[1]];
-        *turned = [d[0] * re - d[1] * im, d[1] * re + d[0] * im];
+        *sum = a + b;
+        *turned = (a - b) * root;
     }
 }
 
@@ -172,7 +150,8 @@ mod tests {
             let mut angles: Vec<f64> = (0..samples).map(|j| 9.0 * (f64::from(j * j) * 0.37).sin()).collect();
             angles.sort_by(f64::total_cmp);
             let values = |j: usize| [(0.3 * j as f64).cos(), (1.7 * j as f64 + 0.2).sin()];
-            let sums = FourierSums::new(&angles, count).of((0..angles.len()).map(values));
+            let sums =
+                FourierSums::new(&angles, count).of((0..angles.len()).map(values).map(|[a, b]| Complex::new(a, b)));
             for (k, sums) in sums.into_iter().enumerate() {
                 let mut exact = [Complex::ZERO; 2];
                 for (j, angle) in angles.iter().enumerate() {

@@ -1,31 +1,30 @@
 //! Lagrange interpolation (Abramowitz and Stegun 1964, 25.2.1 to 25.2.3).
 
-/// Writes the values at `x` of the Lagrange polynomials of `nodes` to `values`: each is one at its node and
-/// zero at the others.
-pub(crate) fn lagrange(nodes: &[f64], x: f64, values: &mut [f64]) {
-    for (k, value) in values.iter_mut().enumerate() {
-        *value = 1.0;
-        for (j, node) in nodes.iter().enumerate() {
-            if j != k {
-                *value *= (x - node) / (nodes[k] - node);
-            }
-        }
-    }
+/// The value at `x` of the Lagrange polynomial of node `k`, which is one at this node and zero at the others.
+pub(crate) fn lagrange_value(nodes: &[f64], k: usize, x: f64) -> f64 {
+    let factor = |value: f64, j: usize| value * ((x - nodes[j]) / (nodes[k] - nodes[j]));
+    (0..nodes.len()).filter(|j| *j != k).fold(1.0, factor)
 }
 
-/// Writes the weights of the values at `nodes` for interpolation at `x` by exp(−x/τ) and a polynomial, which has one
-/// coefficient less than there are nodes. The nodes have increasing order, and τ is not much longer than their
-/// distance.
-pub(crate) fn lagrange_with_transient(nodes: &[f64], tau: f64, x: f64, values: &mut [f64]) {
-    lagrange(nodes, x, values);
+/// The values at `x` of the Lagrange polynomials of at most `N` nodes, followed by zeros.
+pub(crate) fn lagrange<const N: usize>(nodes: &[f64], x: f64) -> [f64; N] {
+    std::array::from_fn(|k| if k < nodes.len() { lagrange_value(nodes, k, x) } else { 0.0 })
+}
+
+/// The weights of the values at up to `N` nodes for interpolation at `x` by exp(−x/τ) and a polynomial, which has one
+/// coefficient less than there are nodes. Zeros follow the weights. The nodes have increasing order, and τ is not much
+/// longer than their distance.
+pub(crate) fn lagrange_with_transient<const N: usize>(nodes: &[f64], tau: f64, x: f64) -> [f64; N] {
+    let mut values = lagrange(nodes, x);
     let transient = |x: f64| ((nodes[0] - x) / tau).exp();
     let difference: f64 = (0..nodes.len()).map(|k| transient(nodes[k]) / lagrange_denominator(nodes, k)).sum();
     let missing =
         transient(x) - nodes.iter().zip(values.iter()).map(|(node, value)| value * transient(*node)).sum::<f64>();
     // The share of the transient in the values is the ratio of the highest divided differences.
-    for (k, value) in values.iter_mut().enumerate() {
+    for (k, value) in values.iter_mut().enumerate().take(nodes.len()) {
         *value += missing / (difference * lagrange_denominator(nodes, k));
     }
+    values
 }
 
 /// Returns the product of the differences of node `k` from all other nodes, the denominator of its Lagrange polynomial.
@@ -65,18 +64,11 @@ pub(crate) fn lagrange_powers<const N: usize>(nodes: &[f64], k: usize) -> [f64; 
 
 /// Returns the derivatives at `x` of the Lagrange polynomials of `nodes`.
 pub(crate) fn lagrange_derivatives(nodes: &[f64], x: f64) -> Vec<f64> {
-    (0..nodes.len())
-        .map(|k| {
-            (0..nodes.len())
-                .filter(|&m| m != k)
-                .map(|m| {
-                    (0..nodes.len())
-                        .filter(|&j| j != k && j != m)
-                        .fold(1.0 / (nodes[k] - nodes[m]), |p, j| p * (x - nodes[j]) / (nodes[k] - nodes[j]))
-                })
-                .sum()
-        })
-        .collect()
+    let others = |k: usize, m: usize| (0..nodes.len()).filter(move |j| *j != k && *j != m);
+    let term = |k: usize, m: usize| {
+        others(k, m).fold(1.0 / (nodes[k] - nodes[m]), |p, j| p * (x - nodes[j]) / (nodes[k] - nodes[j]))
+    };
+    (0..nodes.len()).map(|k| others(k, k).map(|m| term(k, m)).sum()).collect()
 }
 
 #[cfg(test)]
@@ -90,9 +82,8 @@ mod tests {
         let nodes = [-2.0, -0.5, 0.0, 1.0];
         let cubic = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(2) - x.powi(3);
         let slope = |x: f64| -2.0 + x - 3.0 * x.powi(2);
-        let mut values = [0.0; 4];
         for x in [-2.0, -1.3, 0.4, 1.0, 2.0] {
-            lagrange(&nodes, x, &mut values);
+            let values: [f64; 4] = lagrange(&nodes, x);
             let sum: f64 = values.iter().zip(nodes).map(|(weight, node)| weight * cubic(node)).sum();
             let derivative: f64 =
                 lagrange_derivatives(&nodes, x).iter().zip(nodes).map(|(weight, node)| weight * cubic(node)).sum();
@@ -103,13 +94,12 @@ mod tests {
         // The same with given denominators.
         let denominators: [f64; 4] = std::array::from_fn(|k| lagrange_denominator(&nodes, k));
         for x in [-2.0, -1.3, 0.4, 1.0, 2.0] {
-            let mut fast = [0.0; 4];
-            lagrange(&nodes, x, &mut values);
+            let (values, mut fast): ([f64; 4], _) = (lagrange(&nodes, x), [0.0; 4]);
             lagrange_over(&denominators, &nodes, x, &mut fast);
             assert_relative_eq!(fast[..], values[..], epsilon = 1e-15, max_relative = 1e-15);
         }
         // The same by powers, whose coefficients are of the size of one.
-        for (k, value) in values.iter().enumerate() {
+        for (k, value) in lagrange::<4>(&nodes, 2.0).iter().enumerate() {
             let power =
                 lagrange_powers::<4>(&nodes, k).into_iter().rfold(0.0, |sum, coefficient| sum * 2.0 + coefficient);
             assert_relative_eq!(power, *value, epsilon = 1e-14, max_relative = 1e-14);
@@ -117,14 +107,14 @@ mod tests {
         // A transient and a parabola through four nodes, with terms of the size of ten.
         let decaying = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(2) + (-x / 0.7).exp();
         for x in [-2.0, -1.3, 0.4, 1.0, 2.0] {
-            lagrange_with_transient(&nodes, 0.7, x, &mut values);
+            let values: [f64; 4] = lagrange_with_transient(&nodes, 0.7, x);
             let sum: f64 = values.iter().zip(nodes).map(|(weight, node)| weight * decaying(node)).sum();
             assert_relative_eq!(sum, decaying(x), epsilon = 1e-13, max_relative = 1e-13);
         }
         // At a node its own polynomial is one and the others are zero, exactly.
+        let mut values = [0.0; 4];
         lagrange_over(&denominators, &nodes, -0.5, &mut values);
         assert_eq!(values, [0.0, 1.0, 0.0, 0.0]);
-        lagrange(&nodes, -0.5, &mut values);
-        assert_eq!(values, [0.0, 1.0, 0.0, 0.0]);
+        assert_eq!(lagrange(&nodes, -0.5), [0.0, 1.0, 0.0, 0.0]);
     }
 }

@@ -3,6 +3,8 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
+use super::scalar::sort_by_value;
+
 /// The Arnoldi relation A V = V H of a Krylov subspace span{x, A x, A² x, …}.
 pub(crate) struct Krylov {
     /// Orthonormal basis V.
@@ -101,7 +103,7 @@ pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> boo
     // Subdiagonal entries do not always fall below rounding. A larger threshold is tried then.
     let schur = [1.0, 1e2, 1e4].iter().find_map(|x| Schur::try_new(square.clone(), x * f64::EPSILON, 100 * k + 100))?;
     let mut values: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
-    values.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+    sort_by_value(&mut values, |value| -value.norm());
     let complex = square.map(Complex::from);
     let mut out = Vec::new();
     for value in values {

@@ -30,18 +30,17 @@ pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
 
 /// Points and weights of the `n`-point Gauss–Legendre rule on [0, 1], exact for polynomials of degree 2n − 1.
 pub(crate) fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
-    (0..n)
-        .map(|i| {
-            let mut x = -((PI * (i as f64 + 0.75)) / (n as f64 + 0.5)).cos();
-            // Newton's method converges quadratically from this guess; five steps reach rounding for n ≤ 16.
-            for _ in 0..8 {
-                let (p, d) = legendre(n, x);
-                x -= p / d;
-            }
-            let (_, d) = legendre(n, x);
-            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * d * d))
-        })
-        .unzip()
+    let point = |i: usize| {
+        let mut x = -((PI * (i as f64 + 0.75)) / (n as f64 + 0.5)).cos();
+        // Newton's method converges quadratically from this guess; five steps reach rounding for n ≤ 16.
+        for _ in 0..8 {
+            let (p, d) = legendre(n, x);
+            x -= p / d;
+        }
+        let (_, d) = legendre(n, x);
+        (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * d * d))
+    };
+    (0..n).map(point).unzip()
 }
 
 /// The Gauss–Legendre rule with `N` ≤ 8 points, computed once.
@@ -67,9 +66,8 @@ fn eight_points(f: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> (f64, f64) {
 
 /// A part of an interval of integration.
 struct Panel {
-    ends: [f64; 2],
-    /// The integrals over both halves, and their sum.
-    halves: [f64; 2],
+    /// Both halves with the integrals over them, and the sum of the integrals.
+    halves: [([f64; 2], f64); 2],
     sum: f64,
     /// Difference between the rule for the part and that for its halves.
     error: f64,
@@ -79,15 +77,12 @@ struct Panel {
 
 impl Panel {
     /// A part with the value `whole` of the rule of eight points.
-    fn new(f: &impl Fn(f64) -> f64, ends: [f64; 2], whole: f64) -> Self {
-        let [(left, left_size), (right, right_size)] = Self::halved(ends).map(|half| eight_points(f, half));
-        let sum = left + right;
-        Self { ends, halves: [left, right], sum, error: (sum - whole).abs(), size: left_size + right_size }
-    }
-
-    fn halved([from, to]: [f64; 2]) -> [[f64; 2]; 2] {
+    fn new(f: &impl Fn(f64) -> f64, [from, to]: [f64; 2], whole: f64) -> Self {
         let middle = 0.5 * (from + to);
-        [[from, middle], [middle, to]]
+        let (first, second) = ([from, middle], [middle, to]);
+        let [(left, left_size), (right, right_size)] = [first, second].map(|half| eight_points(f, half));
+        let (sum, size) = (left + right, left_size + right_size);
+        Self { halves: [(first, left), (second, right)], sum, error: (sum - whole).abs(), size }
     }
 }
 
@@ -105,8 +100,7 @@ pub(crate) fn integral(f: &impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.error.total_cmp(&b.1.error));
         let (true, Some((worst, _))) = (total(|at| at.error) > ACCURATE * total(|at| at.size), largest) else { break };
         let part = parts.swap_remove(worst);
-        let halves = Panel::halved(part.ends).into_iter().zip(part.halves);
-        parts.extend(halves.map(|(half, whole)| Panel::new(f, half, whole)));
+        parts.extend(part.halves.map(|(half, whole)| Panel::new(f, half, whole)));
     }
     parts.iter().map(|part| part.sum).sum()
 }
@@ -114,21 +108,16 @@ pub(crate) fn integral(f: &impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
 /// The `n` + 1 Gauss–Lobatto nodes on [0, 1], including both ends, for `n` ≥ 1.
 pub(crate) fn lobatto(n: usize) -> Vec<f64> {
     let nf = n as f64;
-    (0..=n)
-        .map(|i| {
-            if i == 0 || i == n {
-                return if i == 0 { 0.0 } else { 1.0 };
-            }
-            let mut x = -(PI * i as f64 / nf).cos();
-            // Interior nodes are the zeros of Pn'. The derivative follows from (1 − x²) Pn'' = 2 x Pn' − n
-            // (n + 1) Pn.
-            for _ in 0..20 {
-                let (p, d) = legendre(n, x);
-                x -= d * (1.0 - x * x) / (2.0 * x * d - nf * (nf + 1.0) * p);
-            }
-            0.5 * (1.0 + x)
-        })
-        .collect()
+    let interior = (1..n).map(|i| {
+        let mut x = -(PI * i as f64 / nf).cos();
+        // Interior nodes are the zeros of Pn'. The derivative follows from (1 − x²) Pn'' = 2 x Pn' − n (n + 1) Pn.
+        for _ in 0..20 {
+            let (p, d) = legendre(n, x);
+            x -= d * (1.0 - x * x) / (2.0 * x * d - nf * (nf + 1.0) * p);
+        }
+        0.5 * (1.0 + x)
+    });
+    [0.0].into_iter().chain(interior).chain([1.0]).collect()
 }
 
 /// Nodes and weights of the Gauss–Lobatto rule with n + 1 nodes on [0, 1], 1/(n (n + 1) Pₙ²).

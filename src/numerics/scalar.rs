@@ -1,4 +1,9 @@
-//! Roots and maxima of functions of one variable, and vertices of parabolas.
+//! Roots and maxima of functions of one variable, vertices of parabolas, relative differences, and sorting by values.
+
+/// A difference of two numbers with the sizes `a` and `b`, relative to the larger size.
+pub(crate) fn relative(difference: f64, a: f64, b: f64) -> f64 {
+    difference / a.max(b).max(f64::MIN_POSITIVE)
+}
 
 /// Finds a sign change of a function between two points with known values, low before high.
 ///
@@ -50,11 +55,7 @@ pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f
     // At least every other step halves the last step or the bracket, so that 120 iterations reach rounding.
     for _ in 0..120 {
         let (value, derivative) = f(x);
-        if value < 0.0 {
-            low = x;
-        } else {
-            high = x;
-        }
+        (low, high) = if value < 0.0 { (x, high) } else { (low, x) };
         let step = value / derivative;
         if step.abs() <= accuracy || high - low <= accuracy {
             return (x - step).clamp(low, high);
@@ -71,6 +72,13 @@ pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f
 /// Largest of numbers that are not negative, zero without any; NaN if one of them is NaN.
 pub(crate) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+}
+
+/// Sorts a list by a value of its elements, smallest first. Elements with equal values keep their order. The function
+/// is generic over the element alone: a sort with a closure in a function that is generic over a model would be
+/// compiled for each model.
+pub(crate) fn sort_by_value<T>(list: &mut [T], value: fn(&T) -> f64) {
+    list.sort_by(|a, b| value(a).total_cmp(&value(b)));
 }
 
 /// The abscissa of the vertex of the parabola through three values at −1, 0 and 1; not finite for values on a line.

@@ -48,26 +48,23 @@ pub enum RodError {
 
 debug_by_display!(RodError);
 
+/// The result of a check.
+pub(super) type Checked = Result<(), RodError>;
+
 /// Returns an error for number `index` of a quantity unless `ok`.
-pub(super) fn unless(
-    ok: bool,
-    what: &'static str,
-    index: usize,
-    value: f64,
-    requirement: &'static str,
-) -> Result<(), RodError> {
+pub(super) fn unless(ok: bool, what: &'static str, index: usize, value: f64, requirement: &'static str) -> Checked {
     if ok { Ok(()) } else { Err(RodError::Value { what, index, value, requirement }) }
 }
 
 /// Returns an error unless numbers, which are named, are the expected ones.
-pub(super) fn check_counts(counts: &[(&'static str, usize, usize)]) -> Result<(), RodError> {
+pub(super) fn check_counts(counts: &[(&'static str, usize, usize)]) -> Checked {
     let wrong = counts.iter().find(|(_, found, expected)| found != expected);
     wrong.map_or(Ok(()), |&(what, found, expected)| Err(RodError::Count { what, found, expected }))
 }
 
 impl Rod {
     /// Returns an error for lists of inconsistent lengths and for numbers out of range.
-    pub(crate) fn check(&self) -> Result<(), RodError> {
+    pub(crate) fn check(&self) -> Checked {
         let frames = self.frames.len();
         if frames < 2 {
             return Err(RodError::Count { what: "frames", found: frames, expected: 2 });
@@ -113,7 +110,7 @@ impl Rod {
     }
 
     /// Returns an error for numbers out of range at a material point.
-    fn check_points(&self) -> Result<(), RodError> {
+    fn check_points(&self) -> Checked {
         let zone = self.zone();
         for (i, point) in self.points.iter().enumerate() {
             let growing = zone.contains(&i);
@@ -141,7 +138,7 @@ impl Rod {
 
     /// Returns an error for an element in which the arc length does not increase, and for one in the growth
     /// zone whose distances from the apex do not decrease.
-    fn check_lengths(&self, e: usize) -> Result<(), RodError> {
+    fn check_lengths(&self, e: usize) -> Checked {
         let least = self.least_jacobian(e);
         let what = "least length per coordinate of element";
         unless(least > 0.0 && least.is_finite(), what, e, least, "positive and finite (m)")?;

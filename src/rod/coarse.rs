@@ -14,12 +14,7 @@ impl Rod {
     /// A straight rod whose elements each replace about `ratio` neighbours of this one, with the tissue at its material
     /// points, and their places in this rod. Inside elements lengths are taken as proportional to the coordinate.
     pub(crate) fn coarsened(&self, ratio: usize) -> Option<(Self, Vec<ElementPlace>)> {
-        let (reference, n) = (self.reference(), self.elements());
-        let mut ends = Vec::with_capacity(n + 1);
-        ends.push(0.0);
-        for e in 0..n {
-            ends.push(ends[e] + self.length_of(e));
-        }
+        let (reference, n, ends) = (self.reference(), self.elements(), self.ends());
         let count = (n / ratio).max(1);
         let nodes: Vec<f64> = (0..=count).map(|i| ends[i * n / count]).collect();
         let mut coarse = Self::straight(&nodes, |_| self.points[0].section, self.frames[0], self.order).ok()?;

@@ -12,7 +12,6 @@ mod remesh;
 mod sampling;
 mod shape;
 pub(crate) mod tissue;
-mod unshaped;
 
 pub use check::RodError;
 #[cfg(feature = "serde")]
@@ -24,7 +23,6 @@ pub(crate) use remesh::{LARGEST_INSIDE, PartWeights, merge_rotations, split_rota
 pub(crate) use shape::{centre_line_tangent, weighted, weighted_jacobian};
 pub use tissue::MaterialPoint;
 pub(crate) use tissue::Tissue;
-pub(crate) use unshaped::Unshaped;
 
 use std::ops::Range;
 
@@ -53,27 +51,27 @@ use crate::support::Reaction;
 pub struct Rod {
     order: Order,
     /// Position of the base in the fixed frame, m.
-    base_position: Vector3<f64>,
+    pub(crate) base_position: Vector3<f64>,
     /// Frames at the ends of the elements, from base to apex.
-    frames: Vec<UnitQuaternion<f64>>,
+    pub(crate) frames: Vec<UnitQuaternion<f64>>,
     /// Rotation vectors of the nodes 1 … p of every element.
-    rotations: Vec<Vector3<f64>>,
+    pub(crate) rotations: Vec<Vector3<f64>>,
     /// Strain v of the centre line at the material points, along the directors; empty without shear and stretch.
-    line_strains: Vec<Vector3<f64>>,
+    pub(crate) line_strains: Vec<Vector3<f64>>,
     /// Material points of every element.
     pub(crate) points: Vec<MaterialPoint>,
     /// Distance of the ends of the elements from the apex, up to date in the growth zone.
     pub(crate) node_distance: Vec<f64>,
     /// The length at t = 0, m.
-    initial_length: f64,
+    pub(crate) initial_length: f64,
     /// Ends of elements that merging must keep.
-    kept: Vec<bool>,
+    pub(crate) kept: Vec<bool>,
     /// Index of the first element in the growth zone.
     pub(crate) first_growing: usize,
     /// Loss of intrinsic strain by merging, for every element.
     loss: Vec<MergingLoss>,
     /// Forces and couples of supports in the last equilibrium; empty without a support.
-    reactions: Vec<Reaction>,
+    pub(crate) reactions: Vec<Reaction>,
 }
 
 impl Rod {
@@ -211,11 +209,6 @@ impl Rod {
         &self.reactions
     }
 
-    /// The reactions of the last equilibrium, to be replaced.
-    pub(crate) fn reactions_mut(&mut self) -> &mut Vec<Reaction> {
-        &mut self.reactions
-    }
-
     /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a
     /// whole element.
     #[must_use]
@@ -232,6 +225,15 @@ impl Rod {
     /// The length of an existing element, m.
     pub(crate) fn length_of(&self, element: usize) -> f64 {
         weighted_jacobian(self.element_points(element), &self.reference().weights)
+    }
+
+    /// The arc lengths of the ends of the elements from the base, m.
+    pub(crate) fn ends(&self) -> Vec<f64> {
+        let mut ends = vec![0.0; self.elements() + 1];
+        for e in 0..self.elements() {
+            ends[e + 1] = ends[e] + self.length_of(e);
+        }
+        ends
     }
 
     /// Upper bound of the rotation along an element by its intrinsic strain, rad: ∫ |u*| ds.

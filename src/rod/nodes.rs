@@ -38,13 +38,10 @@ impl Rod {
     /// The arc lengths of the nodes from the base, m, in the order of [`node_frames`](Self::node_frames).
     #[must_use]
     pub fn node_arc_lengths(&self) -> Vec<f64> {
-        let mut lengths = Vec::with_capacity(self.nodes());
-        lengths.push(0.0);
-        let mut start = 0.0;
-        for e in 0..self.elements() {
+        let mut lengths = vec![0.0];
+        for (e, start) in (0..self.elements()).zip(self.ends()) {
             let within = |x: &f64| weighted_jacobian(self.element_points(e), &self.reference().integral_upto(*x));
             lengths.extend(self.reference().nodes[1..].iter().map(|x| start + within(x)));
-            start += self.length_of(e);
         }
         lengths
     }

@@ -21,16 +21,6 @@ impl Rod {
         &mut self.points[start..end]
     }
 
-    /// The rotation vectors of the nodes 1 … p of all elements.
-    pub(crate) fn rotations(&self) -> &[Vector3<f64>] {
-        &self.rotations
-    }
-
-    /// The frames at the ends of the elements and the rotation vectors in them, to be changed together.
-    pub(crate) fn shape_mut(&mut self) -> (&mut [UnitQuaternion<f64>], &mut [Vector3<f64>]) {
-        (&mut self.frames, &mut self.rotations)
-    }
-
     /// The same rod with directors that are rotated along it: each frame R becomes R `turn`. The rotation is about d3.
     pub(crate) fn with_turned_directors(&self, turn: &UnitQuaternion<f64>) -> Self {
         let (mut out, back) = (self.clone(), turn.inverse());
@@ -63,17 +53,6 @@ impl Rod {
         self.set_base(base)
     }
 
-    /// The position of the base, to be changed.
-    pub(crate) fn base_position_mut(&mut self) -> &mut Vector3<f64> {
-        &mut self.base_position
-    }
-
-    /// The strain of the centre line at the material points, to be replaced; empty for a rod that neither shears nor
-    /// stretches.
-    pub(crate) fn line_strains_mut(&mut self) -> &mut Vec<Vector3<f64>> {
-        &mut self.line_strains
-    }
-
     /// Takes the shape of another rod: position of the base, frames, rotations, the strain of the centre line and the
     /// reactions.
     pub(crate) fn copy_shape(&mut self, source: &Self) {
@@ -82,6 +61,20 @@ impl Rod {
         self.rotations.clone_from(&source.rotations);
         self.line_strains.clone_from(&source.line_strains);
         self.reactions.clone_from(&source.reactions);
+    }
+
+    /// Returns the name of the first data in which the rod differs from that `before` a solver of equilibria, which
+    /// must change the shape only: elements, growth zone, base and, if requested, the material points.
+    pub(crate) fn changed_from(&self, before: &Self, points: bool) -> Option<&'static str> {
+        let zone = self.node_distance == before.node_distance && self.first_growing == before.first_growing;
+        let base = self.frames[0] == before.frames[0] && self.base_position == before.base_position;
+        let same = [
+            ("the elements", self.node_distance.len() == before.node_distance.len() && self.kept == before.kept),
+            ("the growth zone", zone),
+            ("the material points", !points || self.points == before.points),
+            ("the base", base),
+        ];
+        same.into_iter().find(|(_, same)| !same).map(|(what, _)| what)
     }
 
     /// Takes the shape of another rod as an initial guess. Lengths may differ; with other elements the rod
@@ -152,33 +145,6 @@ impl Rod {
             start += self.length_of(e);
         }
         self.chain_frames();
-    }
-
-    /// The length at t = 0, m.
-    pub(crate) fn initial_length(&self) -> f64 {
-        self.initial_length
-    }
-
-    /// Whether merging must keep the end of an element.
-    pub(crate) fn keeps_node(&self, node: usize) -> bool {
-        self.kept[node]
-    }
-
-    /// Protects the end of an element from merging.
-    pub(crate) fn keep_node(&mut self, node: usize) {
-        self.kept[node] = true;
-    }
-
-    /// Makes the rod inconsistent.
-    #[cfg(test)]
-    pub(crate) fn remove_last_point(&mut self) {
-        self.points.pop();
-    }
-
-    /// Permits merging at all ends of elements.
-    #[cfg(test)]
-    pub(crate) fn release_nodes(&mut self) {
-        self.kept.fill(false);
     }
 }
 

@@ -14,11 +14,8 @@ pub(crate) type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
 
 /// The weights for the part [from, to].
 fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> PartWeights {
-    let mut weights = [[0.0; MAX_POINTS]; MAX_POINTS];
-    for g in 0..reference.p {
-        weights[g] = reference.at_points(from + (to - from) * reference.points[g]);
-    }
-    weights
+    let places: [_; MAX_POINTS] = std::array::from_fn(|g| reference.points[g.min(reference.p - 1)]);
+    places.map(|y| reference.at_points(from + (to - from) * y))
 }
 
 /// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast
@@ -100,12 +97,17 @@ impl Rod {
     /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the
     /// loss of intrinsic strain or the change of the section or of the `compliance` exceeds a `limit` (rad), or
     /// if the node between them is to be kept. Returns the smallest limit that permits the merging that was
-    /// done.
+    /// done, and the share of the length that the first element had.
     ///
     /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto
     /// larger elements equal one projection onto the largest, so that errors do not accumulate; the loss is
     /// computed exactly. A constant strain compensates its rotation to second order.
-    pub(crate) fn merge(&mut self, e: usize, limit: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> Option<f64> {
+    pub(crate) fn merge(
+        &mut self,
+        e: usize,
+        limit: f64,
+        compliance: impl Fn(&MaterialPoint) -> f64,
+    ) -> Option<(f64, f64)> {
         let (reference, p) = (self.reference(), self.order.points());
         // Tissue without a finite exit time is merged only with tissue of the same kind.
         let exits = [e, e + 1].map(|e| self.points[e * p].exit_time.is_finite());
@@ -145,7 +147,7 @@ impl Rod {
         if e < self.first_growing {
             self.first_growing -= 1;
         }
-        Some(needed)
+        Some((needed, share))
     }
 }
 

@@ -6,35 +6,17 @@
 
 use std::array::from_fn;
 use std::ops::{AddAssign, Mul};
-use std::sync::OnceLock;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use simba::simd::{SimdValue, WideF64x4};
 
 use super::{Rod, centre_line_tangent};
-use crate::numerics::interpolation::lagrange_powers;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::so3::{self, Form};
 
 /// A number at four places in an element.
 type AtPlaces = WideF64x4;
 const LANES: usize = AtPlaces::LANES;
-
-/// Coefficients of x⁰, x¹, … in the polynomials that are one at a node or a Gauss point and zero at the others.
-struct Basis {
-    nodes: [[f64; MAX_POINTS + 1]; MAX_POINTS],
-    points: [[f64; MAX_POINTS]; MAX_POINTS],
-}
-
-/// The polynomials of an element, computed once for each order.
-fn basis(reference: &ReferenceElement) -> &'static Basis {
-    static ALL: [OnceLock<Basis>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
-    ALL[reference.p - 1].get_or_init(|| Basis {
-        // The rotation at the first node is zero.
-        nodes: from_fn(|k| if k < reference.p { lagrange_powers(&reference.nodes, k + 1) } else { Default::default() }),
-        points: from_fn(|k| if k < reference.p { lagrange_powers(&reference.points, k) } else { Default::default() }),
-    })
-}
 
 /// An element as polynomials in its coordinate, by the coefficients of x⁰, x¹, ….
 struct Polynomials<'a> {
@@ -106,12 +88,12 @@ impl Rod {
 
     /// An element as polynomials.
     fn polynomials(&self, element: usize) -> Polynomials<'_> {
-        let (reference, basis) = (self.reference(), basis(self.reference()));
+        let reference = self.reference();
         let p = reference.p;
         let mut strain = [Vector3::zeros(); MAX_POINTS];
-        let strains = match self.line_strains().get(element * p..(element + 1) * p) {
+        let strains = match self.line_strains.get(element * p..(element + 1) * p) {
             Some(own) => {
-                combine(own.iter().copied(), &basis.points, &mut strain);
+                combine(own.iter().copied(), &reference.point_powers, &mut strain);
                 p
             }
             None => {
@@ -120,8 +102,12 @@ impl Rod {
             }
         };
         let (mut rotation, mut jacobian) = ([Vector3::zeros(); MAX_POINTS + 1], [0.0; MAX_POINTS]);
-        combine(self.element_rotations(element).iter().copied(), &basis.nodes, &mut rotation);
-        combine(self.element_points(element).iter().map(|point| point.jacobian), &basis.points, &mut jacobian);
+        combine(self.element_rotations(element).iter().copied(), &reference.node_powers, &mut rotation);
+        combine(
+            self.element_points(element).iter().map(|point| point.jacobian),
+            &reference.point_powers,
+            &mut jacobian,
+        );
         Polynomials { reference, frame: self.frames[element], rotation, jacobian, strain, strains }
     }
 }

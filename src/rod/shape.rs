@@ -8,15 +8,9 @@ use crate::reference_element::{ChordPoint, MAX_POINTS};
 use crate::so3::{self, Form};
 
 impl Rod {
-    /// The rotation vector at coordinate `x` in [0, 1] of an element, relative to the frame at its first end.
-    pub(crate) fn rotation_at(&self, element: usize, x: f64) -> Vector3<f64> {
-        let weights = self.reference().at_nodes(x);
-        weighted(self.element_rotations(element), &weights)
-    }
-
     /// The frame at coordinate `x` in [0, 1] of an element.
     pub(crate) fn frame_within(&self, element: usize, x: f64) -> UnitQuaternion<f64> {
-        self.frames[element] * so3::exp(&self.rotation_at(element, x))
+        self.frames[element] * so3::exp(&weighted(self.element_rotations(element), &self.reference().at_nodes(x)))
     }
 
     /// The frame at Gauss point `g` of an element.
@@ -80,11 +74,6 @@ impl Rod {
     /// Whether the centre line has shear and stretch.
     pub(crate) fn yields(&self) -> bool {
         !self.line_strains.is_empty()
-    }
-
-    /// Strains of the centre line at the material points; none without shear and stretch.
-    pub(crate) fn line_strains(&self) -> &[Vector3<f64>] {
-        &self.line_strains
     }
 
     /// The strain of the centre line at an existing point.

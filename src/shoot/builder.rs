@@ -4,19 +4,16 @@ use std::sync::Arc;
 
 use super::nodes::{equal_nodes, insert_node, user_nodes};
 use super::{Mesh, Shoot, jumps};
-use crate::constitutive::Constitutive;
 use crate::equilibrium::{LARGEST_TOLERANCE, check_stiffness};
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, exit_before_start};
 use crate::load::{InternalForce, Load};
-use crate::model::{DynLaws, Laws, Model, check};
+use crate::model::{Constitutive, DynLaws, Laws, Model, Support, TropismLaw, check};
 use crate::reference_element::Order;
 use crate::rod::{Rod, Tissue};
 use crate::scene::{Scene, Still};
 use crate::section::Section;
 use crate::state::State;
-use crate::support::Support;
-use crate::tropism::TropismLaw;
 
 impl<C: Constitutive> Shoot<Laws<C>> {
     /// A builder of a shoot with the given elastic law. By default it has no growth, tropism or load, and an
@@ -75,17 +72,15 @@ impl std::fmt::Debug for SectionAlong {
 
 impl<C, G, T, L, S, U> ShootBuilder<Laws<C, G, T, L, S, U>> {
     /// Sets the growth law.
-    pub fn growth<N: GrowthLaw>(mut self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S, U>> {
-        self.grows = true;
-        self.with(|laws| laws.with_growth(growth))
+    pub fn growth<N: GrowthLaw>(self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S, U>> {
+        Self { grows: true, ..self }.with(|laws| laws.with_growth(growth))
     }
 
     /// Sets the tropism law, or a tuple of laws. Steering is differential growth, so [`build`](Self::build)
     /// returns an error for a tropism without [`growth`](Self::growth). An explicit `growth(())` is
     /// accepted.
-    pub fn tropism<N: TropismLaw>(mut self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S, U>> {
-        self.steers = true;
-        self.with(|laws| laws.with_tropism(tropism))
+    pub fn tropism<N: TropismLaw>(self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S, U>> {
+        Self { steers: true, ..self }.with(|laws| laws.with_tropism(tropism))
     }
 
     /// Sets the load, or a tuple of loads.
@@ -127,16 +122,14 @@ impl<M> ShootBuilder<M> {
     }
 
     /// Sets the length at t = 0, m; positive and finite. [`build`](Self::build) returns an error otherwise.
-    pub fn length(mut self, length: f64) -> Self {
-        self.length = Some(length);
-        self
+    pub fn length(self, length: f64) -> Self {
+        Self { length: Some(length), ..self }
     }
 
     /// Sets the number of elements in the growth zone, or in the whole shoot if it does not elongate; 8 by
     /// default. As the shoot grows, the zone has at least this number of elements.
-    pub fn elements(mut self, elements: usize) -> Self {
-        self.elements = elements;
-        self
+    pub fn elements(self, elements: usize) -> Self {
+        Self { elements, ..self }
     }
 
     /// Sets the ends of the elements instead of equal elements: increasing arc lengths from the base at t = 0
@@ -145,15 +138,13 @@ impl<M> ShootBuilder<M> {
     /// Nodes are added where loads jump and where the growth zone begins. The longest element in the zone at t
     /// = 0 is the longest that growth and merging permit later. Merging keeps the given nodes, where the
     /// section may have kinks.
-    pub fn nodes(mut self, nodes: &[f64]) -> Self {
-        self.nodes = Some(nodes.to_vec());
-        self
+    pub fn nodes(self, nodes: &[f64]) -> Self {
+        Self { nodes: Some(nodes.to_vec()), ..self }
     }
 
     /// Sets the order of accuracy of the shape; eight by default.
-    pub fn order(mut self, order: Order) -> Self {
-        self.order = order;
-        self
+    pub fn order(self, order: Order) -> Self {
+        Self { order, ..self }
     }
 
     /// Sets the largest rotation (rad) of the part beyond by which merging of mature elements may change the
@@ -163,9 +154,8 @@ impl<M> ShootBuilder<M> {
     /// 2e-3 rad, or the tolerance if that is larger. With p material points in an element, the moments of the lost
     /// angle of degree 0 to p − 2 vanish, so that the tip moves by far less. The relative change of an element's
     /// compliance is at most a hundredth of the tolerance.
-    pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
-        self.merge_tolerance = tolerance;
-        self
+    pub fn merge_tolerance(self, tolerance: f64) -> Self {
+        Self { merge_tolerance: tolerance, ..self }
     }
 
     /// Sets the radius of a uniform circular section, m; positive and smaller than the length.
@@ -191,9 +181,8 @@ impl<M> ShootBuilder<M> {
     /// # let _ = (shoot, cone);
     /// # Ok::<(), morphorod::ParameterError>(())
     /// ```
-    pub fn section<S: Into<Section>>(mut self, section: impl Fn(f64) -> S + Send + Sync + 'static) -> Self {
-        self.section = Some(SectionAlong(Arc::new(move |s| section(s).into())));
-        self
+    pub fn section<S: Into<Section>>(self, section: impl Fn(f64) -> S + Send + Sync + 'static) -> Self {
+        Self { section: Some(SectionAlong(Arc::new(move |s| section(s).into()))), ..self }
     }
 }
 
@@ -206,11 +195,9 @@ impl<M: Model> ShootBuilder<M> {
     pub fn build(self) -> Result<Shoot<M>, ParameterError> {
         let Self { elements, order, merge_tolerance, .. } = self;
         let model = &self.model;
-        let length = "positive and finite (m), given by `length`";
-        let length = self.length.ok_or(ParameterError::missing("length", length)).and_then(|value| {
-            let ok = value > 0.0 && value.is_finite();
-            ParameterError::unless(ok, "length", value, length).map(|()| value)
-        })?;
+        let requirement = "positive and finite (m), given by `length`";
+        let length = self.length.ok_or(ParameterError::missing("length", requirement))?;
+        ParameterError::unless(length > 0.0 && length.is_finite(), "length", length, requirement)?;
         let section = "positive and smaller than the length (m), given by `radius` or `section`";
         let SectionAlong(along) = self.section.ok_or(ParameterError::missing("radius", section))?;
         along(0.0).check(length, section)?;
@@ -224,7 +211,6 @@ impl<M: Model> ShootBuilder<M> {
         check(model, length)?;
         let (growth, zone) = (model.growth(), model.growth().zone_length());
         let grows = growth.elongates();
-        ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
         let mature = if grows { (length - zone).max(0.0) } else { 0.0 };
         let mut kept = vec![mature];
         let (mut nodes, longest) = match &self.nodes {
@@ -246,7 +232,7 @@ impl<M: Model> ShootBuilder<M> {
         let mut rod = Rod::straight(&nodes, |s| along(s), scene.base(0.0), order)?;
         rod.set_base_position(scene.position(0.0))?;
         let to_keep = nodes.iter().zip(0..).filter(|(node, _)| kept[1..].contains(node));
-        to_keep.for_each(|(_, i)| rod.keep_node(i));
+        to_keep.for_each(|(_, i)| rod.kept[i] = true);
         let below = nodes.iter().take_while(|node| **node < kept[0]).count();
         for point in rod.mature(below) {
             point.exit_time = exit_before_start(growth, point.apex_distance);
@@ -269,7 +255,7 @@ pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(
     ParameterError::finite("gravity", environment.gravity.sum(), "m/s²")?;
     for point in rod.points() {
         let tissue = Tissue::of(point, time);
-        let place = rod.initial_length() - tissue.initial_apex_distance;
+        let place = rod.initial_length - tissue.initial_apex_distance;
         let force = model.load().per_length(&tissue, &environment).sum();
         ParameterError::finite("force per length", force, "N/m").map_err(|error| error.at(place))?;
     }
@@ -285,7 +271,7 @@ pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(
 /// Returns an error for a section that the elements do not resolve, such as one that jumps inside an element. Its
 /// polynomial might become negative when the element is divided.
 fn check_resolved(rod: &Rod, section: impl Fn(f64) -> Section) -> Result<(), ParameterError> {
-    let (length, mut start) = (rod.initial_length(), 0.0);
+    let (length, mut start) = (rod.initial_length, 0.0);
     for e in 0..rod.elements() {
         let h = rod.length_of(e);
         for x in [0.02, 0.25, 0.5, 0.75, 0.98] {

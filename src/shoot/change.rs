@@ -3,8 +3,7 @@
 use super::builder::check_tissue;
 use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot, jumps};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::model::{Model, check};
+use crate::model::{GrowthLaw, Model, check};
 use crate::state::{State, StateError};
 use crate::tropism::{Declaration, TropismLaw};
 
@@ -71,7 +70,6 @@ impl<M: Model> Shoot<M> {
         check(&model, state.rod.length())?;
         let (growth, old) = (model.growth(), self.model.growth());
         let zone = growth.zone_length();
-        ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
         // The number of elements in the zone does not change.
         let divided = growth.elongates() && zone.is_finite();
         let longest_element = if divided { zone / self.resolution } else { self.mesh.longest_element };
@@ -100,14 +98,9 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     let first = rod.first_growing;
     // Ends of elements move by the exact flow, so their distances are accurate to rounding.
     let (growing, margin) = (rod.node_distance[first.min(rod.elements())], SAME_PLACE * rod.length());
+    let requirement = "at most that of the present one, since mature tissue does not grow again (m)";
     let ok = first == 0 || zone <= growing + margin;
-    let what = "length of the new growth zone";
-    ParameterError::unless(
-        ok,
-        what,
-        zone,
-        "at most that of the present one, since mature tissue does not grow again (m)",
-    )?;
+    ParameterError::unless(ok, "length of the new growth zone", zone, requirement)?;
     if zone < growing - margin {
         let e = state.rod.node_distance[first..].partition_point(|node| *node > zone + margin) + first;
         // The boundary lies in the element below node `e`, or on it.
@@ -123,17 +116,12 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
 
 /// Adds nodes where the load jumps or the shoot is held, and protects them from merging.
 fn keep_jumps(state: &mut State, model: &impl Model) -> Result<(), StateError> {
-    for distance in jumps(model, state.time, state.rod.initial_length())? {
+    for distance in jumps(model, state.time, state.rod.initial_length)? {
         let Some((e, x)) = state.rod.locate_initial(distance) else { continue };
-        let node = if x <= SAME_PLACE {
-            e
-        } else if x >= 1.0 - SAME_PLACE {
-            e + 1
-        } else {
+        if x > SAME_PLACE && x < 1.0 - SAME_PLACE {
             state.split(e, x);
-            e + 1
-        };
-        state.rod.keep_node(node);
+        }
+        state.rod.kept[e + usize::from(x > SAME_PLACE)] = true;
     }
     Ok(())
 }

@@ -3,9 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Shoot;
-use crate::constitutive::Constitutive;
 use crate::load::{InternalForce, Load};
-use crate::model::Model;
+use crate::model::{Constitutive, Model};
 use crate::rod::Tissue;
 use crate::so3;
 use crate::support::{Argument, Orientation, Position, Support};

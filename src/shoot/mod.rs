@@ -14,15 +14,12 @@ pub use energies::Energies;
 use nalgebra::Vector3;
 
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::model::{DynLaws, Model};
+use crate::model::{GrowthLaw, Load, Model, Support, TropismLaw};
 use crate::profile::Profile;
 use crate::rod::{MaterialPoint, Rod};
 use crate::scene::{Environment, Scene};
 use crate::state::{State, StateError};
-use crate::support::{Joint, Reaction, Support};
-use crate::tropism::TropismLaw;
+use crate::support::{Joint, Reaction};
 
 /// Largest distance of two places that are treated as one, relative to the length.
 const SAME_PLACE: f64 = 1e-9;
@@ -212,42 +209,38 @@ impl<M: Model> Shoot<M> {
 /// Places at which a load jumps or the shoot is held at a time (s), by their distance from the apex at t = 0 (m), on a
 /// shoot of the given length at t = 0 (m).
 fn jumps(model: &impl Model, time: f64, length: f64) -> Result<Vec<f64>, ParameterError> {
-    let mut jumps = model.load().jumps();
-    for &distance in &jumps {
-        let name = "distance from the apex at t = 0 at which a load jumps";
-        let on = distance >= 0.0 && distance <= length;
-        ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
-    }
+    let name = "distance from the apex at t = 0 at which a load jumps";
+    let loaded = model.load().jumps().into_iter().map(|distance| (name, distance));
     let held = model.support().holds(time).into_iter().map(|hold| hold.initial_apex_distance);
     let elastic = model.support().potentials().into_iter().map(|elastic| elastic.initial_apex_distance);
-    for distance in held.chain(elastic) {
-        let name = "distance of a held place from the apex at t = 0";
+    let held = held.chain(elastic).map(|distance| ("distance of a held place from the apex at t = 0", distance));
+    let checked = loaded.chain(held).map(|(name, distance)| {
         let on = distance >= 0.0 && distance <= length;
-        ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
-        jumps.push(distance);
-    }
-    Ok(jumps)
+        ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)").map(|()| distance)
+    });
+    checked.collect()
 }
-
-/// A shoot is `Send` and `Sync` if its laws are.
-const _: () = {
-    const fn crosses_threads<T: Send + Sync>() {}
-    crosses_threads::<Shoot<DynLaws>>();
-};
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::constitutive::LinearElastic;
+    use crate::model::DynLaws;
     use crate::rod::RodError;
     use crate::state::StateError;
+
+    /// A shoot is `Send` and `Sync` if its laws are.
+    const _: () = {
+        const fn crosses_threads<T: Send + Sync>() {}
+        crosses_threads::<Shoot<DynLaws>>();
+    };
 
     #[test]
     fn inconsistent_states_are_refused() {
         let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
         let mut shoot = Shoot::builder(tissue).length(0.05).radius(5e-4).elements(2).build().unwrap();
         let (kept, mut lacking) = (shoot.state.clone(), shoot.state.clone());
-        lacking.rod.remove_last_point();
+        lacking.rod.points.pop();
         let expected = RodError::Count { what: "material points", found: 7, expected: 8 };
         assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
         assert_eq!(shoot.state, kept);

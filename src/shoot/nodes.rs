@@ -50,11 +50,9 @@ fn check_number(length: f64, longest: f64) -> Result<(), ParameterError> {
 /// Inserts a node at an arc length (m), unless there is one at the same place. Returns the arc length of the node.
 pub(super) fn insert_node(nodes: &mut Vec<f64>, place: f64) -> f64 {
     let length = nodes.last().copied().unwrap_or(0.0);
-    match nodes.iter().find(|node| (**node - place).abs() <= SAME_PLACE * length) {
-        Some(node) => *node,
-        None => {
-            nodes.insert(nodes.partition_point(|node| *node < place), place);
-            place
-        }
+    if let Some(node) = nodes.iter().find(|node| (**node - place).abs() <= SAME_PLACE * length) {
+        return *node;
     }
+    nodes.insert(nodes.partition_point(|node| *node < place), place);
+    place
 }

@@ -3,10 +3,8 @@
 use nalgebra::Vector3;
 
 use super::Shoot;
-use crate::constitutive::Constitutive;
-use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
-use crate::model::Model;
+use crate::model::{Constitutive, GrowthLaw, Model};
 use crate::rod::{Tissue, weighted};
 
 /// Relative change of lengths and ages in a central difference: near the cube root of the machine precision, where the
@@ -137,7 +135,6 @@ impl<M: Model> Shoot<M> {
             let first = (e * p).checked_sub(parent.zone().start)?;
             Some(weighted(intrinsic_rates.get(first..first + p)?, &parent.reference().at_points(x)))
         };
-        let lengths: Vec<f64> = force.cuts().iter().map(|cut| cut.arc_length).collect();
         force.react(rod, rod.reactions());
         let each = rod.points().iter().enumerate().map(|(i, point)| {
             let (e, g, tissue) = (i / p, i % p, Tissue::of(point, time));
@@ -150,7 +147,7 @@ impl<M: Model> Shoot<M> {
             };
             let couple = law.respond(&tissue, &elastic).couple;
             let mut power = rates[i] * (energy(&tissue) - couple.dot(&strain));
-            power -= intrinsic_rate(lengths[i]).map_or(0.0, |rate| couple.dot(&rate));
+            power -= intrinsic_rate(force.cuts()[i].arc_length).map_or(0.0, |rate| couple.dot(&rate));
             if tissue.age > 0.0 {
                 let [younger, older] =
                     [-CHANGE, CHANGE].map(|part| energy(&Tissue { age: tissue.age * (1.0 + part), ..tissue }));

@@ -3,10 +3,9 @@
 use nalgebra::Vector3;
 
 use super::Shoot;
-use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::model::{GrowthLaw, Model, TropismLaw};
 use crate::rod::MaterialPoint;
-use crate::tropism::{Declaration, Growing, TropismLaw};
+use crate::tropism::{Declaration, Growing};
 
 impl<M: Model> Shoot<M> {
     /// The present rate of differential growth, ∫ |∂u*/∂t| ds over the growth zone, rad/s. In a shoot of
@@ -22,36 +21,24 @@ impl<M: Model> Shoot<M> {
     /// The rates ∂u*/∂t (1/(m s), components along the directors) at the points of the rod in the growth zone. Empty
     /// before an integrator has started the shoot.
     pub(crate) fn intrinsic_rates(&self) -> Vec<Vector3<f64>> {
-        let points = self.state.rod.points();
-        self.rates(|read| {
-            let zone = self.state.rod.zone().enumerate();
-            zone.map(|(i, point)| read(&points[point], i, &[1.0])).collect()
-        })
+        let (rod, own): (_, &[f64]) = (&self.state.rod, &[1.0]);
+        self.rates(rod.zone().enumerate().map(|(i, point)| (rod.points()[point], i, own)))
     }
 
     /// The rates at the given coordinates of each element in the growth zone, for variables and stimuli that are
     /// polynomials through those at the points of the element.
     pub(crate) fn intrinsic_rates_within(&self, places: &[f64]) -> Vec<Vector3<f64>> {
         let (rod, p) = (&self.state.rod, self.state.rod.order().points());
-        let weights: Vec<_> = places.iter().map(|x| rod.reference().at_points(*x)).collect();
-        self.rates(|read| {
-            let mut rates = Vec::with_capacity(rod.zone().len() / p * places.len());
-            for e in rod.first_growing..rod.elements() {
-                let first = (e - rod.first_growing) * p;
-                for (x, weights) in places.iter().zip(&weights) {
-                    rates.push(read(&rod.point_within(e, *x), first, &weights[..p]));
-                }
-            }
-            rates
-        })
+        let places: Vec<_> = places.iter().map(|x| (*x, rod.reference().at_points(*x))).collect();
+        self.rates((rod.first_growing..rod.elements()).flat_map(|e| {
+            let first = (e - rod.first_growing) * p;
+            places.iter().map(move |(x, weights)| (rod.point_within(e, *x), first, &weights[..p]))
+        }))
     }
 
-    /// Calls `each` with a function for the rate at a material point. Its variables and stimuli are weighted sums over
-    /// successive points in the zone, given by the index of the first one and the weights.
-    fn rates(
-        &self,
-        each: impl FnOnce(&mut dyn FnMut(&MaterialPoint, usize, &[f64]) -> Vector3<f64>) -> Vec<Vector3<f64>>,
-    ) -> Vec<Vector3<f64>> {
+    /// The rates at material points. The variables and stimuli of each are weighted sums over successive points in the
+    /// zone, given by the index of the first one and the weights.
+    fn rates<'a>(&self, points: impl Iterator<Item = (MaterialPoint, usize, &'a [f64])>) -> Vec<Vector3<f64>> {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
         let (laws, time) = (Declaration::of(tropism), self.environment().time);
         let size = laws.size();
@@ -64,7 +51,7 @@ impl<M: Model> Shoot<M> {
         let readings: Vec<_> = variables.map(|at| at.delay.map(|delay| read(delay, at.time_constant))).collect();
         let (mut past, mut one) = (vec![0.0; readings.len()], vec![0.0; readings.len()]);
         let mut present = vec![0.0; size.stimuli];
-        each(&mut |point, first, weights| {
+        let rate = |(point, first, weights): (MaterialPoint, usize, &[f64])| {
             past.fill(0.0);
             present.fill(0.0);
             for (i, weight) in (first..).zip(weights) {
@@ -75,8 +62,9 @@ impl<M: Model> Shoot<M> {
                 let stimuli = history.stimuli(history.levels() - 1, i);
                 present.iter_mut().zip(stimuli).for_each(|(sum, stimulus)| *sum += weight * stimulus);
             }
-            let at = Growing::of(point, time, point.apex_distance);
+            let at = Growing::of(&point, time, point.apex_distance);
             tropism.gradient(&at, &past, size.present(&present)) * growth.regr(point.apex_distance, time)
-        })
+        };
+        points.map(rate).collect()
     }
 }

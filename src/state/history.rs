@@ -215,26 +215,17 @@ impl History {
     }
 
     /// Appends a level at `time` (s). Its variables are extrapolated linearly at their rates, and its stimuli
-    /// are those of the level before. This is an initial guess, on which an explicit step does not depend.
-    pub fn push(&mut self, time: f64, spare: &mut Spare) {
+    /// are those of the level before. This is an initial guess, on which an explicit step does not depend. At a
+    /// discontinuity, `time` is that of the last level, and `generation` is the number of delays through which a
+    /// discontinuity of a law or the scene has caused it. `generation` is zero for other levels.
+    pub fn push(&mut self, time: f64, generation: u8, spare: &mut Spare) {
         let Some(last) = self.levels.back() else { return };
         let mut rows = spare.pop().unwrap_or_default();
         rows.clone_from(&last.rows);
         let step = time - last.time;
-        self.levels.push_back(Level { time, generation: 0, rows });
+        self.levels.push_back(Level { time, generation, rows });
         for point in self.each_present() {
             point.variables.iter_mut().zip(point.rates).for_each(|(y, rate)| *y += step * *rate);
-        }
-    }
-
-    /// Appends the level after a discontinuity at the time of the last level. Stores the number of delays through which
-    /// a discontinuity of a law or the scene has caused it.
-    pub fn push_discontinuity(&mut self, generation: u8, spare: &mut Spare) {
-        if let Some(time) = self.levels.back().map(|level| level.time) {
-            self.push(time, spare);
-        }
-        if let Some(level) = self.levels.back_mut() {
-            level.generation = generation;
         }
     }
 

@@ -48,7 +48,8 @@ pub(crate) const CLOSE: f64 = 1e-3;
 #[cfg_attr(feature = "serde", serde(remote = "Self"))]
 pub struct State {
     #[cfg(feature = "serde")]
-    format: saved::Format,
+    #[serde(deserialize_with = "saved::read_format")]
+    format: u32,
     pub(crate) time: f64,
     pub(crate) rod: Rod,
     pub(crate) predictor: Predictor,
@@ -90,7 +91,7 @@ impl State {
     pub(crate) fn new(rod: Rod) -> Self {
         Self {
             #[cfg(feature = "serde")]
-            format: saved::Format,
+            format: FORMAT,
             time: 0.0,
             rod,
             predictor: Predictor::default(),
@@ -118,7 +119,7 @@ impl State {
     /// Removes reactions and contacts.
     fn release(&mut self) {
         self.contact = ContactState::default();
-        self.rod.reactions_mut().clear();
+        self.rod.reactions.clear();
     }
 
     /// Removes reactions and contacts if there is no support, since the equilibrium of a free rod does not update the
@@ -148,7 +149,7 @@ impl State {
         ParameterError::unless(pair < self.rod.elements(), name, pair as f64, "that of an element")?;
         self.plan.map_or(Ok(()), |plan| plan.check())?;
         self.contact.check(&self.rod)?;
-        self.predictor.check(self.rod.rotations().len(), self.time, self.history.levels() > 0)?;
+        self.predictor.check(self.rod.rotations.len(), self.time, self.history.levels() > 0)?;
         Ok(self.history.check(self.rod.zone().len(), self.time, since)?)
     }
 
@@ -217,9 +218,7 @@ impl State {
     /// Merges the mature elements `e` and `e` + 1 if the loss is at most `limit` (rad), and returns the smallest limit
     /// that permits it.
     pub(crate) fn merge(&mut self, e: usize, limit: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> Option<f64> {
-        let first = self.rod.length_of(e);
-        let share = first / (first + self.rod.length_of(e + 1));
-        let needed = self.rod.merge(e, limit, compliance)?;
+        let (needed, share) = self.rod.merge(e, limit, compliance)?;
         self.predictor.merge(&self.rod, e, share);
         Some(needed)
     }

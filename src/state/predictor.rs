@@ -30,13 +30,11 @@ pub(crate) type Moments = SVector<f64, 9>;
 pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
     let (reference, length) = (rod.reference(), rod.length());
     let mut moments = [Vector3::zeros(); 3];
-    for element in rod.points().chunks_exact(reference.p) {
-        for (point, weight) in element.iter().zip(&reference.weights) {
-            let (part, x) = (point.intrinsic * (weight * point.jacobian), point.apex_distance / length);
-            moments[0] += part;
-            moments[1] += part * x;
-            moments[2] += part * (x * x);
-        }
+    for (point, weight) in rod.points().iter().zip(reference.weights.iter().cycle()) {
+        let (part, x) = (point.intrinsic * (weight * point.jacobian), point.apex_distance / length);
+        moments[0] += part;
+        moments[1] += part * x;
+        moments[2] += part * (x * x);
     }
     Moments::from_fn(|i, _| moments[i / 3][i % 3])
 }
@@ -99,9 +97,7 @@ impl Predictor {
     /// Drops the earlier equilibria and allocates the memory for the following ones.
     pub fn allocate(&mut self, rod: &Rod, time: f64) {
         self.known = 0;
-        self.earlier.clear();
-        let unused = || Earlier { time, moments: Moments::zeros(), rotations: rod.rotations().to_vec() };
-        self.earlier.extend((0..ORDER).map(|_| unused()));
+        self.earlier = vec![Earlier { time, moments: Moments::zeros(), rotations: rod.rotations.clone() }; ORDER];
     }
 
     /// Drops the earlier equilibria, after a discontinuity of the shape.
@@ -112,7 +108,7 @@ impl Predictor {
     /// Restores the shape of the rod before the last extrapolation, and drops the equilibria before it.
     pub fn take_last(&mut self, rod: &mut Rod) {
         if let Some(last) = self.earlier.first().filter(|_| self.known > 0) {
-            rod.shape_mut().1.copy_from_slice(&last.rotations);
+            rod.rotations.clone_from(&last.rotations);
             rod.chain_frames();
             self.known = 0;
         }
@@ -127,7 +123,7 @@ impl Predictor {
             self.known -= 1;
         }
         let weights = self.corrected(self.weights(rod, from, to), rod, before);
-        for (i, rotation) in rod.shape_mut().1.iter_mut().enumerate() {
+        for (i, rotation) in rod.rotations.iter_mut().enumerate() {
             let present = *rotation;
             *rotation = present * weights[0];
             for (earlier, weight) in self.earlier[..self.known].iter().zip(&weights[1..]) {
@@ -158,11 +154,10 @@ impl Predictor {
         let (mut weights, mut last) = ([0.0; ORDER + 1], f64::INFINITY);
         weights[0] = 1.0;
         for degree in 0..self.known {
-            let mut next = [0.0; ORDER + 1];
-            lagrange(&times[..degree + 2], to, &mut next[..degree + 2]);
+            let next: [f64; ORDER + 1] = lagrange(&times[..degree + 2], to);
             let mut size = 0.0_f64;
-            for i in (p - 1..rod.rotations().len()).step_by(p) {
-                let mut term = rod.rotations()[i] * (next[0] - weights[0]);
+            for i in (p - 1..rod.rotations.len()).step_by(p) {
+                let mut term = rod.rotations[i] * (next[0] - weights[0]);
                 for (earlier, k) in self.earlier[..=degree].iter().zip(1..) {
                     term += earlier.rotations[i] * (next[k] - weights[k]);
                 }

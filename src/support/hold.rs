@@ -84,6 +84,7 @@ pub enum Orientation {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
 pub struct Hold {
     /// Distance of the place from the apex at t = 0, m; zero for the apex.
     pub initial_apex_distance: f64,
@@ -95,31 +96,26 @@ pub struct Hold {
 
 impl Hold {
     /// A hold of the apex, without conditions yet.
-    #[must_use]
     pub fn apex() -> Self {
         Self::default()
     }
 
     /// A hold of the place at a distance from the apex at t = 0 (m), without conditions yet.
-    #[must_use]
     pub fn place(initial_apex_distance: f64) -> Self {
         Self { initial_apex_distance, ..Self::default() }
     }
 
     /// Holds the place at a point (m).
-    #[must_use]
     pub fn at(self, point: Vector3<f64>) -> Self {
         Self { position: Position::At(point), ..self }
     }
 
     /// Guides the place along a line through a point (m).
-    #[must_use]
     pub fn on_line(self, through: Vector3<f64>, along: Unit<Vector3<f64>>) -> Self {
         Self { position: Position::OnLine { through, along }, ..self }
     }
 
     /// Guides the place in a plane through a point (m).
-    #[must_use]
     pub fn on_plane(self, through: Vector3<f64>, normal: Unit<Vector3<f64>>) -> Self {
         Self { position: Position::OnPlane { through, normal }, ..self }
     }
@@ -160,25 +156,21 @@ impl Hold {
     /// assert_eq!(tied(1e-3)?, 0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    #[must_use]
     pub fn spring(self, anchor: Vector3<f64>, stiffness: Matrix3<f64>) -> Self {
         Self { position: Position::Spring { anchor, stiffness }, ..self }
     }
 
     /// Holds the frame.
-    #[must_use]
     pub fn held(self, frame: UnitQuaternion<f64>) -> Self {
         Self { orientation: Orientation::Held(frame), ..self }
     }
 
     /// Holds the frame up to a rotation about an axis along the directors.
-    #[must_use]
     pub fn hinged(self, frame: UnitQuaternion<f64>, axis: Unit<Vector3<f64>>) -> Self {
         Self { orientation: Orientation::Hinge { frame, axis }, ..self }
     }
 
     /// Holds the frame by an elastic joint of the given stiffness (N m/rad).
-    #[must_use]
     pub fn elastic_joint(self, frame: UnitQuaternion<f64>, stiffness: f64) -> Self {
         Self { orientation: Orientation::Spring { frame, stiffness }, ..self }
     }

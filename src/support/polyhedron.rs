@@ -85,9 +85,8 @@ impl ConvexPolyhedron {
         ParameterError::unless(!planes.is_empty(), name, number, "at least 1")?;
         let thinner = |plane: &Face| Face { offset: plane.offset - THINNEST * size, ..*plane };
         let thinner: Vec<Face> = planes.iter().map(thinner).collect();
-        let (name, requirement) =
-            ("volume of a polyhedron", "positive: the half spaces must have an inside in common (m³)");
-        ParameterError::unless(!is_empty(&thinner, SAME * size), name, 0.0, requirement)?;
+        let requirement = "positive: the half spaces must have an inside in common (m³)";
+        ParameterError::unless(!is_empty(&thinner, SAME * size), "volume of a polyhedron", 0.0, requirement)?;
         let edges = edges(&planes, SAME * size);
         Ok(Self { half_spaces, planes, edges, same: SAME * size })
     }

@@ -46,14 +46,9 @@ impl<O: Obstacle> Obstacle for Union<O> {
     }
 
     fn distance_to(&self, surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
-        let mut rest = surface;
-        for member in &self.0 {
-            if rest < member.surfaces() {
-                return member.distance_to(rest, place, time);
-            }
-            rest -= member.surfaces();
-        }
-        self.distance(place, time)
+        let mut all = self.0.iter().flat_map(|member| (0..member.surfaces()).map(move |own| (member, own)));
+        let found = all.nth(surface).map(|(member, own)| member.distance_to(own, place, time));
+        found.unwrap_or_else(|| self.distance(place, time))
     }
 
     fn has_edges(&self) -> bool {

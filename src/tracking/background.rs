@@ -35,22 +35,17 @@ impl Background {
     pub fn of(times: &[f64], residual: &[Vector2<f64>]) -> Self {
         let interval = resolved_interval(times);
         let variance = residual.iter().map(Vector2::norm_squared).sum::<f64>() / residual.len().max(1) as f64;
-        // Sums of products and numbers of pairs at lags of one and of two intervals.
-        let (mut sums, mut pairs) = ([0.0; 2], [0_usize; 2]);
-        for back in 1..=2 {
-            for k in back..times.len() {
-                let lag = ((times[k] - times[k - back]) / interval).round();
-                if lag == 1.0 || lag == 2.0 {
-                    sums[lag as usize - 1] += residual[k].dot(&residual[k - back]);
-                    pairs[lag as usize - 1] += 1;
-                }
-            }
-        }
-        let scale =
-            |k: usize| if pairs[k] > 0 && variance > 0.0 { sums[k] / (pairs[k] as f64 * variance) } else { 0.0 };
-        let [first, second] = [0, 1].map(scale);
+        // Correlation at a lag of some intervals, and number of pairs.
+        let correlation = |lag: f64| {
+            let pairs = (1..=2).flat_map(|back| (back..times.len()).map(move |k| (k - back, k)));
+            let pairs = pairs.filter(|(i, k)| ((times[*k] - times[*i]) / interval).round() == lag);
+            let products: Vec<f64> = pairs.map(|(i, k)| residual[k].dot(&residual[i])).collect();
+            let (sum, count) = (products.iter().fold(0.0, |sum, product| sum + product), products.len() as f64);
+            (if count > 0.0 && variance > 0.0 { sum / (count * variance) } else { 0.0 }, count)
+        };
+        let [(first, pairs), (second, _)] = [1.0, 2.0].map(correlation);
         // The standard error in white noise: each pair has two coordinates.
-        if !(first > SIGNIFICANT / (2.0 * pairs[0] as f64).sqrt()) {
+        if !(first > SIGNIFICANT / (2.0 * pairs).sqrt()) {
             return Self::WHITE;
         }
         let noise = RedNoise::of([first, second], LARGEST);
@@ -69,52 +64,40 @@ impl Background {
     pub fn least(&self) -> f64 {
         self.noise.spectrum(-1.0)
     }
-}
 
-/// The variance of white noise with the power of a residual near an angular frequency; `None` with fewer than four
-/// free frequencies.
-///
-/// The power is evaluated at neighbouring frequencies, one turn over the whole track apart. They differ by two
-/// turns or more from the given one and from those of fitted `waves`, where the fit has removed power. The spectrum
-/// of the background converts the power to the given frequency. The times reach from −1 to 1. The variance is the
-/// geometric mean, which the nearest frequency of a steep spectrum does not dominate. A factor accounts for the
-/// number of frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
-pub(super) fn level(
-    times: &[f64],
-    residual: &[Vector2<f64>],
-    background: &Background,
-    omega: f64,
-    waves: &[f64],
-    lowest: f64,
-) -> Option<f64> {
-    let highest = PI / resolved_interval(times);
-    let free =
-        |omega: &f64| (lowest..highest).contains(omega) && waves.iter().all(|wave| (omega - wave).abs() >= APART * PI);
-    let beside =
-        (0..NEIGHBOURS + NEIGHBOURS / 3).flat_map(|j| [-1.0, 1.0].map(|sign| omega + sign * PI * (APART + j as f64)));
-    let (mut logarithms, mut count) = (0.0, 0.0);
-    let (mut sine, mut cosine) = (vec![0.0; times.len()], vec![0.0; times.len()]);
-    for other in beside.filter(free).take(NEIGHBOURS) {
-        sines(other, times, &mut sine, &mut cosine);
-        let mut sums = [Vector2::zeros(); 2];
-        for ((rest, sine), cosine) in residual.iter().zip(&sine).zip(&cosine) {
-            sums[0] += rest * *cosine;
-            sums[1] += rest * *sine;
+    /// The variance of white noise with the power of a residual near an angular frequency; `None` with fewer than four
+    /// free frequencies.
+    ///
+    /// The power is evaluated at neighbouring frequencies, one turn over the whole track apart. They differ by two
+    /// turns or more from the given one and from those of fitted `waves`, where the fit has removed power. The spectrum
+    /// of the background converts the power to the given frequency. The times reach from −1 to 1. The variance is the
+    /// geometric mean, which the nearest frequency of a steep spectrum does not dominate. A factor accounts for the
+    /// number of frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
+    pub fn level(&self, times: &[f64], rest: &[Vector2<f64>], omega: f64, waves: &[f64], lowest: f64) -> Option<f64> {
+        let highest = PI / resolved_interval(times);
+        let apart = |omega: &f64| waves.iter().all(|wave| (omega - wave).abs() >= APART * PI);
+        let distances = (0..NEIGHBOURS + NEIGHBOURS / 3).map(|j| PI * (APART + j as f64));
+        let beside = distances.flat_map(|distance| [omega - distance, omega + distance]);
+        let (mut logarithms, mut count) = (0.0, 0.0);
+        let (mut sine, mut cosine) = (vec![0.0; times.len()], vec![0.0; times.len()]);
+        for other in beside.filter(|omega| (lowest..highest).contains(omega)).filter(apart).take(NEIGHBOURS) {
+            sines(other, times, &mut sine, &mut cosine);
+            let along = |wave: &[f64]| rest.iter().zip(wave).map(|(rest, x)| rest * *x).sum::<Vector2<f64>>();
+            // The squares of the cosine and of the sine add up to one in each coordinate.
+            let power = (along(&cosine).norm_squared() + along(&sine).norm_squared()) / (2.0 * times.len() as f64);
+            // The power is χ² with four degrees of freedom: the logarithm of its mean exceeds the mean of its logarithm
+            // by ln 2 − ψ(2).
+            logarithms += (power * self.at(omega) / self.at(other)).ln() + 0.270_363;
+            count += 1.0;
         }
-        // The squares of the cosine and of the sine add up to one in each coordinate.
-        let power = (sums[0].norm_squared() + sums[1].norm_squared()) / (2.0 * times.len() as f64);
-        // The power is χ² with four degrees of freedom: the logarithm of its mean exceeds the mean of its logarithm
-        // by ln 2 − ψ(2).
-        logarithms += (power * background.at(omega) / background.at(other)).ln() + 0.270_363;
-        count += 1.0;
+        // Degrees of freedom of the geometric mean over the number of frequencies, 2/(π²/6 − 1): the logarithms have
+        // the variance ψ'(2) = π²/6 − 1.
+        let freedom = 3.101 * count;
+        // The quantile of Student's distribution with ν degrees of freedom over the normal one is 1 + (z² + 1)/4ν +
+        // O(1/ν²), with z = 1.645.
+        let student = 1.0 + 0.926 / freedom;
+        (count >= (NEIGHBOURS / 3) as f64).then(|| f64::exp(logarithms / count) * student.powi(2))
     }
-    // Degrees of freedom of the geometric mean over the number of frequencies, 2/(π²/6 − 1): the logarithms have
-    // the variance ψ'(2) = π²/6 − 1.
-    let freedom = 3.101 * count;
-    // The quantile of Student's distribution with ν degrees of freedom over the normal one is 1 + (z² + 1)/4ν +
-    // O(1/ν²), with z = 1.645.
-    let student = 1.0 + 0.926 / freedom;
-    (count >= (NEIGHBOURS / 3) as f64).then(|| f64::exp(logarithms / count) * student.powi(2))
 }
 
 #[cfg(test)]

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use super::background::{Background, level};
+use super::background::Background;
 use super::ellipse::Ellipse;
 use super::statistics::{chosen, resolved_interval};
-use crate::numerics::quadrature::legendre_sequence;
+use crate::numerics::quadrature::{legendre, legendre_sequence};
 use crate::numerics::sines::sines;
 
 /// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that
@@ -22,29 +22,24 @@ pub(super) struct Samples {
     /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the
     /// Nyquist frequency of the resolved interval.
     pub highest: f64,
-    /// Rounding error of the positions.
-    pub rounding: f64,
 }
 
 impl Samples {
     /// Samples at given times, −1 … 1.
     pub fn new(times: Vec<f64>, positions: Vec<Vector2<f64>>) -> Self {
         let highest = PI / resolved_interval(&times) - 0.5 * PI;
-        let rounding = rounding(&positions);
-        Self { times, positions, highest, rounding }
+        Self { times, positions, highest }
     }
 
     /// The samples for which `used` is true. The resolution is that of all.
     pub fn only(&self, used: &[bool]) -> Self {
-        let (times, positions) = (chosen(&self.times, used), chosen(&self.positions, used));
-        Self { times, rounding: rounding(&positions), positions, highest: self.highest }
+        Self { times: chosen(&self.times, used), positions: chosen(&self.positions, used), highest: self.highest }
     }
-}
 
-/// Rounding error of positions.
-fn rounding(positions: &[Vector2<f64>]) -> f64 {
-    let largest = positions.iter().map(Vector2::amax).fold(0.0, f64::max);
-    64.0 * f64::EPSILON * largest
+    /// Rounding error of the positions.
+    pub fn rounding(&self) -> f64 {
+        64.0 * f64::EPSILON * self.positions.iter().map(Vector2::amax).fold(0.0, f64::max)
+    }
 }
 
 /// drift + Σ a cos ωτ + b sin ωτ, for both coordinates.
@@ -141,18 +136,15 @@ impl Harmonics {
     /// frequencies above the drift.
     pub fn drifts(&self, samples: &Samples, smallest: f64) -> bool {
         let (rest, lowest) = (self.residuals(samples), self.lowest());
-        let variance = level(&samples.times, &rest, &Background::WHITE, lowest, &self.omegas(), lowest);
+        let variance = Background::WHITE.level(&samples.times, &rest, lowest, &self.omegas(), lowest);
         let Some(variance) = variance else { return false };
         let next = [self.drift.len(), self.drift.len() + 1];
         next.into_iter().any(|degree| {
-            let (mut along, mut square) = (Vector2::zeros(), 0.0);
-            for (t, rest) in samples.times.iter().zip(&rest) {
-                let value = legendre_sequence(*t).nth(degree).unwrap_or_default();
-                along += rest * value;
-                square += value * value;
-            }
+            let values: Vec<f64> = samples.times.iter().map(|t| legendre(degree, *t).0).collect();
+            let along: Vector2<f64> = rest.iter().zip(&values).map(|(rest, value)| rest * *value).sum();
+            let square: f64 = values.iter().map(|value| value * value).sum();
             // In noise |along|²/square is exponentially distributed, and its mean is twice the variance.
-            let noise = DRIFTING * 2.0 * variance + samples.rounding.powi(2);
+            let noise = DRIFTING * 2.0 * variance + samples.rounding().powi(2);
             along.norm_squared() > noise * square && along.norm() > smallest * square
         })
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use super::background::{Background, level};
+use super::background::Background;
 use super::harmonics::{Harmonics, Samples};
 use super::normal_equations::{Columns, NormalEquations, Unknowns};
 
@@ -56,9 +56,9 @@ impl Harmonics {
     /// Adds a step. Returns the largest change of a frequency, in turns over the whole track, before its limitation.
     pub(super) fn add(&mut self, step: &Unknowns) -> f64 {
         let mut largest = 0.0_f64;
+        let coefficient = |i: usize| Vector2::new(step.coefficients[0][i], step.coefficients[1][i]);
         for (k, wave) in self.waves.iter_mut().enumerate() {
             let at = self.drift.len() + 2 * k;
-            let coefficient = |i: usize| Vector2::new(step.coefficients[0][i], step.coefficients[1][i]);
             wave.cosine += coefficient(at);
             wave.sine += coefficient(at + 1);
             if let Some(change) = step.omegas.get(k) {
@@ -68,9 +68,7 @@ impl Harmonics {
                 largest = largest.max(turns.abs());
             }
         }
-        for (j, drift) in self.drift.iter_mut().enumerate() {
-            *drift += Vector2::new(step.coefficients[0][j], step.coefficients[1][j]);
-        }
+        self.drift.iter_mut().enumerate().for_each(|(j, drift)| *drift += coefficient(j));
         largest
     }
 
@@ -86,16 +84,12 @@ impl Harmonics {
         for (k, wave) in self.waves.iter_mut().enumerate() {
             let at = self.drift.len() + 2 * k;
             // The noise near the frequency of a wave determines its errors.
-            let near = level(&samples.times, &rest, &background, wave.omega, &omegas, lowest);
-            let variance = near.unwrap_or(self.variance * background.at(wave.omega));
-            wave.variance = variance;
-            let errors = |i: usize| {
-                let of = |c: usize| (variance * variances.coefficients[c][i]).sqrt();
-                Vector2::new(of(0), of(1))
-            };
-            wave.omega_error = variances.omegas.get(k).map_or(0.0, |inverse| (variance * inverse).sqrt());
-            wave.cosine_error = errors(at);
-            wave.sine_error = errors(at + 1);
+            let near = background.level(&samples.times, &rest, wave.omega, &omegas, lowest);
+            wave.variance = near.unwrap_or(self.variance * background.at(wave.omega));
+            let error = |inverse: f64| (wave.variance * inverse).sqrt();
+            let errors = |i: usize| Vector2::from_fn(|c, _| error(variances.coefficients[c][i]));
+            (wave.cosine_error, wave.sine_error) = (errors(at), errors(at + 1));
+            wave.omega_error = variances.omegas.get(k).map_or(0.0, |inverse| error(*inverse));
         }
         self.variance.is_finite()
     }

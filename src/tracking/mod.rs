@@ -36,8 +36,6 @@
 //! ```
 
 mod background;
-mod direction;
-mod drift;
 mod ellipse;
 mod error;
 mod harmonics;

@@ -2,15 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Vector2, Vector5};
 
-use super::direction::nearest_turn;
-use super::drift::in_drift;
 use super::ellipse::Ellipse;
 use super::scalogram::{Analysis, RidgePlace, RidgePoint, Scalogram, decorrelation};
 use super::search::Search;
 use super::spectrum::Spectrum;
 use super::statistics::{FALSE_ALARM, LEAST, SIGNIFICANT, median_gap, quantile};
+use super::track::{in_drift, nearest_turn};
 use super::wavelet::{CONE, OMEGA, Sampling, period_over_scale};
 use super::{Track, TrackingError};
 use crate::error::ParameterError;
@@ -119,22 +118,15 @@ impl Track {
         ParameterError::finite("duration of the track", duration, "s")?;
         // The cones of influence of both ends cover 2.74 periods.
         let needed = (2.0 * CONE / period_over_scale()).ceil() * longest;
-        TrackingError::unless_at_least(
-            needed,
-            "duration of the track (s), three times the longest period of the band,",
-            duration,
-        )?;
-        TrackingError::unless_at_least(
-            2.0 * interval,
-            "shortest period of the band (s), two sampling intervals,",
-            shortest,
-        )?;
+        let what = "duration of the track (s), three times the longest period of the band,";
+        TrackingError::unless_at_least(needed, what, duration)?;
+        let what = "shortest period of the band (s), two sampling intervals,";
+        TrackingError::unless_at_least(2.0 * interval, what, shortest)?;
         // With 24 instants in the shortest period the velocity on an ellipse with a roundness of 1/8 rotates by less
         // than π between two of them.
         let sampling = Sampling::new(&track.times, interval, interval.max(shortest / 24.0), shortest);
-        let edges: Vec<f64> = sampling.parts(shortest).concat();
         let outliers = (0..good.len()).filter(|i| !good[*i]).collect();
-        let gaps = edges[1..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        let gaps = sampling.parts(shortest).windows(2).map(|pair| [pair[0][1], pair[1][0]]).collect();
         // The drift for twice the longest period leaves 99 % of amplitudes in the band.
         let slowest = 2.0 * longest;
         let moving = track.without_drift(slowest)?;
@@ -149,7 +141,7 @@ impl Track {
         let rest = Self { times: self.times.clone(), positions: rest }.filtered(&good).without_drift(slowest)?;
         let fast = track.without_drift(shortest)?;
         let unresolved = unresolved(in_band.iter().map(|wave| TAU * half / wave.omega).collect());
-        let found = Nutation::of(&sampling, &moving.positions, &fast.positions, &rest.positions, band, unit);
+        let found = Nutation::of(&sampling, [&moving, &fast, &rest].map(|track| &track.positions[..]), band, unit);
         Ok(Nutation { unresolved, outliers, gaps, ..found })
     }
 }
@@ -157,19 +149,12 @@ impl Track {
 impl Nutation {
     /// Analyses positions in units of `unit` (m): `moving` without drift, `fast` without all motion slower than the
     /// band, and `rest` without drift and the oscillations in the band.
-    fn of(
-        sampling: &Sampling,
-        moving: &[Vector2<f64>],
-        fast: &[Vector2<f64>],
-        rest: &[Vector2<f64>],
-        band: [f64; 2],
-        unit: f64,
-    ) -> Self {
+    fn of(sampling: &Sampling, [moving, fast, rest]: [&[Vector2<f64>]; 3], band: [f64; 2], unit: f64) -> Self {
         let weights = sampling.weights(band[0]);
         let spectrum = |positions| Spectrum::of(sampling.times, positions, &weights, sampling.interval);
         let noise_floor = spectrum(fast).floor(band[0], |period| 1.0 - in_drift(period, band[0]));
         let covariance = moving.iter().map(|p| p * p.transpose()).sum::<Matrix2<f64>>() / moving.len() as f64;
-        let analysis = Analysis::new(sampling, moving, rest, 0.5 * covariance.trace(), band);
+        let analysis = Analysis::new(sampling, [moving, rest], 0.5 * covariance.trace(), band);
         let places = analysis.ridge(noise_floor.map(|floor| floor * floor));
         // The number of independent coordinates: one for motion along a line.
         let coordinates = covariance.trace().powi(2) / covariance.norm_squared();
@@ -224,15 +209,11 @@ fn unresolved(mut periods: Vec<f64>) -> Vec<[f64; 2]> {
 /// Whether the mean of the signed semi-minor axis along a ridge exceeds three standard errors. Times along the
 /// ridge are `every` seconds apart.
 fn is_round<'a>(ridge: impl Iterator<Item = (Ellipse, &'a RidgePlace)>, every: f64) -> bool {
-    let (mut sum, mut squares, mut noise, mut independent, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (ellipse, place) in ridge {
-        let sign = if ellipse.sense == Some(Handedness::Counterclockwise) { 1.0 } else { -1.0 };
-        sum += sign * ellipse.minor;
-        squares += ellipse.minor * ellipse.minor;
-        noise += place.error * place.error;
-        independent += every / decorrelation(place.period);
-        count += 1.0;
-    }
+    let terms = ridge.map(|(Ellipse { minor, sense, .. }, place)| {
+        let sign = if sense == Some(Handedness::Counterclockwise) { 1.0 } else { -1.0 };
+        Vector5::new(sign * minor, minor * minor, place.error * place.error, every / decorrelation(place.period), 1.0)
+    });
+    let [sum, squares, noise, independent, count] = terms.sum::<Vector5<f64>>().into();
     let mean = sum / count;
     let variance = (squares + noise) / count - mean * mean;
     mean * mean > SIGNIFICANT * SIGNIFICANT * variance / f64::max(independent, 1.0)

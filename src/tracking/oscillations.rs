@@ -63,7 +63,7 @@ impl Track {
     pub fn oscillations(&self, search: &Search) -> Result<Oscillations, TrackingError> {
         let (samples, half, unit) = self.checked(search)?;
         let (found, good) = samples.fitted(search);
-        let rounding = samples.only(&good).rounding;
+        let rounding = samples.only(&good).rounding();
         let mut oscillations: Vec<Oscillation> =
             found.waves.iter().map(|wave| oscillation(wave, half, unit, rounding)).collect();
         oscillations.sort_by(|a, b| b.ellipse.major.total_cmp(&a.ellipse.major));
@@ -102,7 +102,7 @@ impl Track {
                 let waves = if fitted { with.waves } else { Vec::new() };
                 let significant = |wave: &&Wave| {
                     let size = wave.cosine.norm_squared() + wave.sine.norm_squared();
-                    size > (2.0 * SIGNIFICANT * wave.error()).powi(2) + used.rounding.powi(2)
+                    size > (2.0 * SIGNIFICANT * wave.error()).powi(2) + used.rounding().powi(2)
                 };
                 let own = waves.last().filter(significant).map_or(0.0, power);
                 (own, own + waves.iter().take(found.waves.len()).map(power).sum::<f64>())
@@ -137,13 +137,14 @@ impl Track {
 }
 
 impl Samples {
-    /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on the search: they
-    /// are detected in the residual of the default search, which does not contain the oscillations.
+    /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on the settings of the
+    /// search. They are sought first in the positions, and then in the residual of a search with default settings, from
+    /// which the oscillations are removed.
     pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {
         let (first, usual) = (good(&self.times, &self.positions, 0.0), Search::default());
         let used = self.only(&first);
         let found = find_waves(&used, &usual);
-        let good = good(&self.times, &found.residuals(self), used.rounding);
+        let good = good(&self.times, &found.residuals(self), used.rounding());
         if good == first && *search == usual {
             return (found, good);
         }

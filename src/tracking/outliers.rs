@@ -20,7 +20,7 @@ const BESIDE: usize = 2;
 /// For other positions the fraction is larger: 0.27 at a discontinuity of the speed, and more than 2 on a smooth
 /// path.
 const SMOOTH: f64 = 0.25;
-/// Largest number of comparisons, which is that of neighbouring outliers that are found.
+/// Largest number of rounds. Each round finds at most one of several neighbouring outliers.
 const ROUNDS: usize = 12;
 
 /// Returns true for positions that are not outliers.
@@ -41,10 +41,8 @@ pub(super) fn good(times: &[f64], positions: &[Vector2<f64>], rounding: f64) -> 
                 && off[range(k, BESIDE)].iter().all(|other| *other <= off[k])
                 && off[k] > FAR * median(off[range(k, AROUND)].to_vec())
         };
-        let candidates: Vec<usize> = (0..kept.len()).filter(|k| candidate(*k)).collect();
-        let mut others = good.clone();
-        candidates.iter().for_each(|k| others[kept[*k]] = false);
-        let others: Vec<usize> = (0..others.len()).filter(|i| others[*i]).collect();
+        let (candidates, others): (Vec<_>, Vec<_>) = (0..kept.len()).partition(|k| candidate(*k));
+        let others: Vec<usize> = others.into_iter().map(|k| kept[k]).collect();
         let without = distances(times, positions, &others);
         let smooth = |k: &usize| {
             let next = others.partition_point(|i| *i < kept[*k]);
@@ -72,8 +70,7 @@ fn distances(times: &[f64], positions: &[Vector2<f64>], chosen: &[usize]) -> Vec
         if times[k] - times[k - BESIDE] > near || times[k + BESIDE] - times[k] > near {
             continue;
         }
-        let mut weights = [0.0; 2 * BESIDE];
-        lagrange(&nodes.map(|j| times[j]), times[k], &mut weights);
+        let weights: [f64; 2 * BESIDE] = lagrange(&nodes.map(|j| times[j]), times[k]);
         let position = |k: usize| positions[chosen[k]];
         let change: Vector2<f64> =
             nodes.iter().zip(weights).map(|(j, weight)| (position(*j) - position(k)) * weight).sum();
@@ -91,16 +88,12 @@ fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
         let first = i.saturating_sub(BESIDE).min(n.saturating_sub(2 * BESIDE + 1));
         first..(first + 2 * BESIDE + 1).min(n)
     };
-    let middle = |i: usize| {
-        let median = |c: usize| median(around(i).map(|j| positions[j][c]).collect());
-        Vector2::new(median(0), median(1))
-    };
+    let middle = |i: usize| Vector2::from_fn(|c, _| median(around(i).map(|j| positions[j][c]).collect()));
     let middles: Vec<Vector2<f64>> = (0..n).map(middle).collect();
-    let distances: Vec<f64> =
-        positions.iter().zip(&middles).map(|(position, middle)| (position - middle).norm()).collect();
+    let distances: Vec<f64> = positions.iter().zip(&middles).map(|(p, middle)| (p - middle).norm()).collect();
     let step = median(positions.windows(2).map(|w| (w[1] - w[0]).norm()).collect());
-    // At a turning point a smooth path with four or more samples in a period is about one step from the median of
-    // its neighbours: half of the threshold that follows from a quarter of a step.
+    // At a turning point of a smooth path with at least four samples in a period, a position is about one step from the
+    // median of its neighbours. The threshold is at least twice this distance: `FAR` times a quarter of a step.
     let usual = median(distances.clone()).max(0.25 * step);
     let alone = |i: usize| {
         let beside = around(i).filter(|j| *j != i).map(|j| (positions[j] - middles[i]).norm());

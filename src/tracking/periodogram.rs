@@ -7,9 +7,9 @@ use nalgebra::{Complex, DVector, Vector2};
 use super::harmonics::Samples;
 use crate::numerics::fourier::FourierSums;
 use crate::numerics::krylov::orthogonalise;
-use crate::numerics::quadrature::legendre_sequence;
+use crate::numerics::quadrature::legendre;
 
-/// Number of examined frequencies in the resolution of the track. The highest of them misses less than 3 % of a
+/// Number of examined frequencies for each turn over the whole track. The highest of them misses less than 3 % of a
 /// peak.
 pub(super) const DENSITY: f64 = 8.0;
 /// Interval of angular frequencies.
@@ -44,7 +44,7 @@ impl<'a> Periodogram<'a> {
         let count = end.saturating_sub(lowest);
         let sums = |step: f64| FourierSums::new(&samples.times.iter().map(|t| step * t).collect::<Vec<_>>(), end);
         let total = samples.times.len() as f64;
-        let double = sums(2.0 * STEP).of(samples.times.iter().map(|_| [1.0, 0.0]));
+        let double = sums(2.0 * STEP).of(samples.times.iter().map(|_| Complex::ONE));
         // cos² = (1 + cos 2ωt)/2, cos sin = (sin 2ωt)/2, sin² = (1 − cos 2ωt)/2.
         let squares = |sum: &[Complex<f64>; 2]| [0.5 * (total + sum[0].re), 0.5 * sum[0].im, 0.5 * (total - sum[0].re)];
         Self {
@@ -63,7 +63,7 @@ impl<'a> Periodogram<'a> {
     }
 
     /// Sums of two series with cosines (real part) and sines, for each frequency.
-    fn transform(&self, values: impl Iterator<Item = [f64; 2]>) -> impl Iterator<Item = [Complex<f64>; 2]> {
+    fn transform(&self, values: impl Iterator<Item = Complex<f64>>) -> impl Iterator<Item = [Complex<f64>; 2]> {
         self.sums.of(values).into_iter().skip(self.lowest)
     }
 
@@ -73,17 +73,17 @@ impl<'a> Periodogram<'a> {
         while self.basis.len() <= degree {
             self.extend();
         }
-        let with_rest = self.transform(rest.iter().map(|rest| [rest.x, rest.y]));
+        let with_rest = self.transform(rest.iter().map(|rest| Complex::new(rest.x, rest.y)));
         // The residual is orthogonal to the drift: its products with the waves do not change.
         with_rest.zip(&self.squares[degree + 1]).map(|(with_rest, squares)| power(with_rest, *squares)).collect()
     }
 
-    /// Adds two polynomials to the basis, and their sums. One transform has two series.
+    /// Adds two polynomials to the basis, and their sums. One Fourier transform computes the sums of both.
     fn extend(&mut self) {
         for _ in 0..2 {
             let degree = self.basis.len();
-            let value = |t: &f64| legendre_sequence(*t).nth(degree).unwrap_or_default();
-            let mut next = DVector::from_iterator(self.samples.times.len(), self.samples.times.iter().map(value));
+            let times = &self.samples.times;
+            let mut next = DVector::from_fn(times.len(), |i, _| legendre(degree, times[i]).0);
             orthogonalise(&self.basis, &mut next, |_, _| ());
             let norm = next.norm();
             // A polynomial that is zero at all times has no share in the drift.
@@ -91,7 +91,7 @@ impl<'a> Periodogram<'a> {
             self.basis.push(next);
         }
         let [first, second] = [2, 1].map(|back| &self.basis[self.basis.len() - back]);
-        let pairs = self.transform(first.iter().zip(second).map(|(a, b)| [*a, *b]));
+        let pairs = self.transform(first.iter().zip(second).map(|(a, b)| Complex::new(*a, *b)));
         let (first, second): (Vec<_>, Vec<_>) = pairs.map(|[a, b]| (a, b)).unzip();
         for drift in [first, second] {
             let last = &self.squares[self.squares.len() - 1];

@@ -7,7 +7,7 @@ use nalgebra::{Complex, Vector2};
 use super::background::Background;
 use super::ellipse::Ellipse;
 use super::statistics::{chosen, normal_deviate};
-use super::wavelet::{Sampling, gain, period_over_scale, transform};
+use super::wavelet::{Sampling, Transform, gain, period_over_scale, transform};
 use crate::numerics::scalar::vertex;
 
 /// Factor by which scales reach beyond the band on both sides, so that waves outside the band have their maxima
@@ -48,10 +48,8 @@ pub struct RidgePoint {
 pub(super) struct Analysis {
     pub scalogram: Scalogram,
     scales: Vec<f64>,
-    /// Analytic signals by scale and time.
-    waves: Vec<Vec<Vector2<Complex<f64>>>>,
-    /// Mean of |wave|² by scale and time, for a coordinate of white noise with variance 1.
-    noise: Vec<Vec<f64>>,
+    /// The transform at each scale.
+    transforms: Vec<Transform>,
     /// Variance of a coordinate without drift.
     variance: f64,
     /// Variance of a coordinate of the residual without oscillations.
@@ -75,13 +73,7 @@ pub(super) struct RidgePlace {
 
 impl Analysis {
     /// Transforms positions without drift for periods in a band. `rest` is the residual without oscillations.
-    pub fn new(
-        sampling: &Sampling,
-        positions: &[Vector2<f64>],
-        rest: &[Vector2<f64>],
-        variance: f64,
-        band: [f64; 2],
-    ) -> Self {
+    pub fn new(sampling: &Sampling, [positions, rest]: [&[Vector2<f64>]; 2], variance: f64, band: [f64; 2]) -> Self {
         let lowest = (band[0] / BEYOND).max(2.0 * sampling.interval);
         let octaves = (BEYOND * band[1] / lowest).log2();
         // With 16 scales in an octave the vertex of the parabola through three of them has a relative error below
@@ -91,23 +83,18 @@ impl Analysis {
         let periods: Vec<f64> = (0..count).map(|j| lowest * (step * j as f64).exp2()).collect();
         let scales: Vec<f64> = periods.iter().map(|period| period / period_over_scale()).collect();
         let times = sampling.instants();
-        let (mut power, mut waves, mut noise, mut outside_cone) = (vec![], vec![], vec![], vec![]);
-        for scale in &scales {
-            let transformed = transform(sampling, positions, *scale);
-            let ratio = |(wave, noise): (&Vector2<Complex<f64>>, &f64)| {
-                let expected = 2.0 * variance * noise;
-                if expected > 0.0 { wave.norm_squared() / expected } else { 0.0 }
-            };
-            power.push(transformed.waves.iter().zip(&transformed.noise).map(ratio).collect());
-            outside_cone.push(sampling.outside_cone(*scale, &times));
-            waves.push(transformed.waves);
-            noise.push(transformed.noise);
-        }
+        let ratio = |(wave, noise): (&Vector2<Complex<f64>>, &f64)| {
+            let expected = 2.0 * variance * noise;
+            if expected > 0.0 { wave.norm_squared() / expected } else { 0.0 }
+        };
+        let transforms: Vec<_> = scales.iter().map(|scale| transform(sampling, positions, *scale)).collect();
+        let power = transforms.iter().map(|at| at.waves.iter().zip(&at.noise).map(ratio).collect()).collect();
+        let outside_cone = scales.iter().map(|scale| sampling.outside_cone(*scale, &times)).collect();
         let background = Background::of(sampling.times, rest);
         let rest_variance = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;
         let scalogram = Scalogram { times, periods, power, outside_cone };
         let every = sampling.every;
-        Self { scalogram, scales, waves, noise, variance, rest_variance, background, band, every }
+        Self { scalogram, scales, transforms, variance, rest_variance, background, band, every }
     }
 
     /// The ridge: the places of largest power in the band that exceed white noise and lie outside the cones of
@@ -119,7 +106,7 @@ impl Analysis {
         let Scalogram { times, periods, power, outside_cone } = &self.scalogram;
         let top = |k: usize| {
             // The power |W|² of Torrence and Compo (1998) is proportional to the scale.
-            let height = |j: usize| self.waves[j][k].norm_squared() * self.scales[j];
+            let height = |j: usize| self.transforms[j].waves[k].norm_squared() * self.scales[j];
             let inside = |j: &usize| (self.band[0]..=self.band[1]).contains(&periods[*j]);
             let highest = |j: &usize| height(*j) >= height(j - 1) && height(*j) > height(j + 1);
             let tops = (1..periods.len() - 1).filter(inside).filter(highest);
@@ -127,15 +114,14 @@ impl Analysis {
             if !outside_cone[j][k] || !(power[j][k] >= least) || power[j][k] == 0.0 {
                 return None;
             }
-            let [a, b, c] = [j - 1, j, j + 1].map(|j| height(j).ln());
-            let shift = vertex([a, b, c]);
+            let shift = vertex([j - 1, j, j + 1].map(|j| height(j).ln()));
             // A flat maximum has no vertex.
             let shift = if shift.is_finite() { shift.clamp(-0.5, 0.5) } else { 0.0 };
             let period = periods[j] * (periods[j + 1] / periods[j]).powf(shift);
             let size = gain(self.scales[j], period).recip();
             // The real part has half of |wave|².
-            let error = size * (0.5 * noise * self.noise[j][k]).sqrt();
-            Some(RidgePlace { time: k, scale: j, period, wave: self.waves[j][k].map(|z| z * size), error })
+            let error = size * (0.5 * noise * self.transforms[j].noise[k]).sqrt();
+            Some(RidgePlace { time: k, scale: j, period, wave: self.transforms[j].waves[k].map(|z| z * size), error })
         };
         (0..times.len()).filter_map(top).collect()
     }
@@ -193,10 +179,10 @@ mod tests {
             power: vec![vec![2.0; count]],
             outside_cone: vec![vec![true; count]],
         };
-        let (scales, waves, noise) = (vec![1.0], vec![], vec![]);
+        let (scales, transforms) = (vec![1.0], vec![]);
         let (background, band) = (Background::WHITE, [1.0, 1.0]);
         let analysis =
-            Analysis { scalogram, scales, waves, noise, variance: 1.0, rest_variance: 1.0, background, band, every };
+            Analysis { scalogram, scales, transforms, variance: 1.0, rest_variance: 1.0, background, band, every };
         let ridge = [RidgePlace { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros(), error: 0.0 }];
         // The probabilities of twice the mean are from tables of the χ² distribution. The bound that is computed
         // exceeds them by 14 % and 12 %.

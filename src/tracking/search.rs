@@ -16,8 +16,8 @@ const SMALLEST: f64 = 5e-3;
 /// Settings of the search for periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4
-    /// while the residual has significantly more power along the next two Legendre polynomials than at the lowest
+    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4 while
+    /// the residual has significantly more power along one of the next two Legendre polynomials than at the lowest
     /// frequencies above the drift. A track needs at least 2 (`drift` + 4) positions.
     pub drift: usize,
     /// Smallest number of periods in the track; 2 by default. Slower motion is drift. At least 1, and at most the
@@ -54,26 +54,25 @@ fn waves(samples: &Samples, search: &Search, degree: usize, periodogram: &mut Pe
     let mut best = Harmonics::new(degree, &[]);
     let _ = best.fit(samples, 0);
     let mut refused: Vec<f64> = Vec::new();
-    while best.waves.len() < search.most && refused.len() <= search.most {
+    // Whether the residual contains more waves. A rejected wave, such as one that is too close to another, leaves its
+    // motion there.
+    let more = loop {
         let known = [best.omegas(), refused.clone()].concat();
-        let Some(omega) = strongest(samples, &best, &known, periodogram) else { break };
-        let omegas = [best.omegas(), vec![omega]].concat();
-        let mut next = Harmonics::new(degree, &omegas);
-        if !next.fit(samples, omegas.len()) || !sound(&next, search.least_turns) {
+        let Some(omega) = strongest(samples, &best, &known, periodogram) else { break !refused.is_empty() };
+        if best.waves.len() >= search.most || refused.len() > search.most {
+            break true;
+        }
+        let Some(next) = resolved(samples, search, degree, &[best.omegas(), vec![omega]].concat()) else {
             refused.push(omega);
             continue;
-        }
+        };
         let smallest = SMALLEST * next.largest();
         if next.waves.iter().any(|wave| wave.ellipse().major < smallest) {
-            best.widen();
-            return best;
+            break true;
         }
         best = next;
-    }
-    let known = [best.omegas(), refused.clone()].concat();
-    let more = best.waves.len() == search.most && strongest(samples, &best, &known, periodogram).is_some();
-    // A rejected wave, as one that is too close to another, leaves its motion in the residual.
-    if more || !refused.is_empty() {
+    };
+    if more {
         best.widen();
     }
     best
@@ -91,27 +90,26 @@ fn raised(fit: &Harmonics, samples: &Samples, search: &Search) -> usize {
     let smallest = SMALLEST * fit.largest();
     let mut last = fit.clone();
     while last.degree() < highest && last.drifts(samples, smallest) {
-        let mut next = Harmonics::new(last.degree() + 1, &omegas);
-        if !next.fit(samples, omegas.len()) || !sound(&next, search.least_turns) {
-            break;
-        }
+        let Some(next) = resolved(samples, search, last.degree() + 1, &omegas) else { break };
         last = next;
     }
     last.degree()
 }
 
-/// Whether the waves of a fit are resolved. No frequency is below the lowest one of the search, where a wave would
-/// cancel the drift. Any two differ by a turn over the whole track: two closer ones fit a swing with growing
-/// amplitude as well as one does, but they nearly cancel and their amplitudes are undetermined. Each wave exceeds
-/// three standard errors.
-fn sound(fit: &Harmonics, least_turns: f64) -> bool {
+/// Fit of a drift and waves with initial frequencies, if it converges and the waves are resolved. No frequency is then
+/// below the lowest one of the search, where a wave would cancel the drift. Any two differ by a turn over the whole
+/// track: two closer ones fit a swing with growing amplitude as well as one does, but they nearly cancel and their
+/// amplitudes are undetermined. Each wave exceeds three standard errors.
+fn resolved(samples: &Samples, search: &Search, degree: usize, omegas: &[f64]) -> Option<Harmonics> {
+    let mut fit = Harmonics::new(degree, omegas);
+    let converged = fit.fit(samples, omegas.len());
+    let lowest = PI * (search.least_turns - 1.0 / DENSITY);
     let near = |a: &Wave, b: &Wave| (a.omega - b.omega).abs() < PI;
-    let lowest = PI * (least_turns - 1.0 / DENSITY);
-    let resolved = |(i, a): (usize, &Wave)| {
+    let sound = |(i, a): (usize, &Wave)| {
         let size = a.ellipse().major;
         a.omega > lowest && size > SIGNIFICANT * a.error() && !fit.waves[..i].iter().any(|b| near(a, b))
     };
-    fit.waves.iter().enumerate().all(resolved)
+    (converged && fit.waves.iter().enumerate().all(sound)).then_some(fit)
 }
 
 /// Power over the variance of white noise above which a peak is significant, for a number of independent frequencies.
@@ -130,7 +128,7 @@ fn significant_power(independent: f64) -> f64 {
 fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], periodogram: &mut Periodogram) -> Option<f64> {
     let rest = fit.residuals(samples);
     let noise = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;
-    if !(noise > samples.rounding.powi(2)) {
+    if !(noise > samples.rounding().powi(2)) {
         return None;
     }
     let background = Background::of(&samples.times, &rest);

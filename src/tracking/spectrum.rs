@@ -27,7 +27,7 @@ impl Spectrum {
         let angles: Vec<f64> = times.iter().map(|t| TAU * step * (t - start)).collect();
         // The highest frequency belongs to the spectrum in spite of rounding.
         let count = (highest / step * (1.0 + 1e-9)) as usize;
-        let tapered = positions.iter().zip(&tapers).map(|(position, taper)| [position.x * taper, position.y * taper]);
+        let tapered = positions.iter().zip(&tapers).map(|(p, taper)| Complex::new(p.x * taper, p.y * taper));
         let sums = FourierSums::new(&angles, count + 1).of(tapered);
         let power = |[x, y]: &[Complex<f64>; 2]| (x.norm_sqr() + y.norm_sqr()) / noise;
         Self(sums.iter().enumerate().skip(1).map(|(k, sums)| (step * k as f64, power(sums))).collect())

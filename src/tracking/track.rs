@@ -1,9 +1,12 @@
-//! Tip tracks: positions in a plane at increasing times.
+//! Tip tracks are positions in a plane at increasing times. Their drift is motion slower than a given period, such as
+//! growth and the course of the day.
 
-use nalgebra::{SVector, Vector2, Vector3};
+use std::f64::consts::TAU;
+
+use nalgebra::{Matrix3, SVector, Vector2, Vector3};
 
 use super::TrackingError;
-use super::statistics::{chosen, median};
+use super::statistics::{GAMMA_MEDIAN, chosen, median};
 use crate::error::ParameterError;
 
 /// Largest number of windows. The shortest of them take a microsecond, so that more of them take hours: the unit of the
@@ -108,9 +111,9 @@ impl Track {
         Self { times: self.times.clone(), positions: self.positions.iter().map(|p| p / unit).collect() }
     }
 
-    /// The power of two below the median size of a position, m. If that is zero, the largest size is used, and 1 m for
-    /// a track that is zero. Squares of positions in this unit neither overflow nor underflow, except those of
-    /// outliers, and the conversion is exact.
+    /// The largest power of two up to the median size of a position, m. If the median is zero, the largest size
+    /// replaces it. The unit is 1 m if all positions are zero. Squares of positions in this unit neither overflow nor
+    /// underflow, except those of outliers, and the conversion is exact.
     pub(super) fn unit(&self) -> f64 {
         let typical = median(self.positions.iter().map(Vector2::amax).collect());
         let size = if typical > 0.0 { typical } else { self.size() };
@@ -156,9 +159,111 @@ impl Track {
         let beginnings = (0..count).map(move |k| start + every * k as f64);
         Ok(beginnings.map(move |from| (from + 0.5 * length, self.between(from, from + length))))
     }
+
+    /// The direction angle of the velocity at every position: ψ_g of Bastien and Meroz (2016), from the first
+    /// coordinate towards the second, unwrapped (rad). It increases by 2π in a counterclockwise turn, decreases by
+    /// 2π in a clockwise one, and changes by ±π where a tip swings in a plane. Velocities are differences of both
+    /// neighbours. Noise that is not small against a step should be removed before;
+    /// [`Nutation::direction`](super::Nutation::direction) does so. A tip at rest keeps its last direction.
+    ///
+    /// # Errors
+    /// Fewer than two positions.
+    pub fn direction(&self) -> Result<Vec<f64>, TrackingError> {
+        let n = self.positions.len();
+        TrackingError::unless_positions(2, n)?;
+        let velocity = |i: usize| self.positions[(i + 1).min(n - 1)] - self.positions[i.saturating_sub(1)];
+        let moving = |v: &Vector2<f64>| v.x != 0.0 || v.y != 0.0;
+        let angle = |i: usize| Some(velocity(i)).filter(moving).map(|v| v.y.atan2(v.x));
+        // Before its first motion the tip has the direction of that motion.
+        let (first, mut last) = ((0..n).find_map(angle).unwrap_or(0.0), None);
+        let unwrapped = |angle: Option<f64>| {
+            last = angle.map(|angle| last.map_or(angle, |last| nearest_turn(angle, last))).or(last);
+            last.unwrap_or(first)
+        };
+        Ok((0..n).map(angle).map(unwrapped).collect())
+    }
+
+    /// The drift of a track at its own times, by local quadratic regression with Gaussian weights (Cleveland and
+    /// Loader 1996). Times need not be evenly spaced. Away from the ends and from gaps the drift contains the share
+    /// (1 + u) e⁻ᵘ of a wave with period P, with u = 1.678 (`period`/P)²:
+    ///
+    /// | P over `period` | 1/2 | 1 | 2 | 4 | 10 |
+    /// |---|---|---|---|---|---|
+    /// | share in the drift | 0.009 | 1/2 | 0.93 | 0.995 | 0.9999 |
+    ///
+    /// At distances below `period`/2 from an end the drift contains more fast motion; at the end itself about as
+    /// much as of a motion twice as slow. A parabola is drift entirely. The time to compute it is proportional to
+    /// the number of positions and to their number in 2.9 periods.
+    ///
+    /// # Errors
+    /// A period that is not positive or longer than the track, or fewer than four positions.
+    pub fn drift(&self, period: f64) -> Result<Self, TrackingError> {
+        ParameterError::positive("period at which drift begins", period, "s")?;
+        // One more than the number of coefficients of a parabola.
+        TrackingError::unless_positions(4, self.times.len())?;
+        let duration = self.times[self.times.len() - 1] - self.times[0];
+        TrackingError::unless_at_least(period, "duration of the track (s)", duration)?;
+        let width = period * (2.0 * GAMMA_MEDIAN).sqrt() / TAU;
+        // The weights are 4e-6 at five standard deviations, where they are truncated.
+        let reach = 5.0;
+        let fitted = self.times.iter().enumerate().map(|(i, t)| {
+            let begin = self.times.partition_point(|other| t - other > reach * width);
+            let near = self.times[begin..].iter().zip(&self.positions[begin..]);
+            let near = near.map(|(other, p)| ((other - t) / width, p)).take_while(|(u, _)| *u <= reach);
+            parabola(near, &self.positions[i])
+        });
+        Ok(Self { times: self.times.clone(), positions: fitted.collect() })
+    }
+
+    /// The track less its [`drift`](Self::drift). It contains at least 99 % of waves with less than half of the
+    /// given period.
+    ///
+    /// # Errors
+    /// The errors of [`drift`](Self::drift).
+    pub fn without_drift(&self, period: f64) -> Result<Self, TrackingError> {
+        let drift = self.drift(period)?;
+        let positions = self.positions.iter().zip(&drift.positions).map(|(p, slow)| p - slow).collect();
+        Ok(Self { times: drift.times, positions })
+    }
 }
 
 /// Number of whole steps in a duration, up to rounding of their quotient.
 pub(super) fn whole_steps(duration: f64, step: f64) -> usize {
     (duration / step * (1.0 + 4.0 * f64::EPSILON)).floor() as usize
+}
+
+/// The angle that differs from `angle` by whole turns and is nearest to `other`.
+pub(super) fn nearest_turn(angle: f64, other: f64) -> f64 {
+    angle + TAU * ((other - angle) / TAU).round()
+}
+
+/// The share of a wave with a period (s) that the drift for the period `drift` (s) contains. It is a half if both
+/// are equal.
+pub(super) fn in_drift(period: f64, drift: f64) -> f64 {
+    let u = GAMMA_MEDIAN * (drift / period).powi(2);
+    (1.0 + u) * (-u).exp()
+}
+
+/// The value at zero of the parabola that fits neighbouring positions best. Distances are in standard deviations of
+/// the weights. Positions are taken relative to that in the `middle`, which avoids cancellation.
+fn parabola<'a>(near: impl Iterator<Item = (f64, &'a Vector2<f64>)>, middle: &Vector2<f64>) -> Vector2<f64> {
+    let (mut moments, mut right) = ([0.0; 5], [Vector2::zeros(); 3]);
+    for (u, position) in near {
+        let mut term = (-0.5 * u * u).exp();
+        for (k, moment) in moments.iter_mut().enumerate() {
+            *moment += term;
+            if let Some(right) = right.get_mut(k) {
+                *right += (position - middle) * term;
+            }
+            term *= u;
+        }
+    }
+    let matrix = Matrix3::from_fn(|i, j| moments[i + j]);
+    // One or two positions between gaps do not determine a parabola: its last pivot is rounding. Such positions are
+    // their own drift.
+    let determined = |last: f64| last.powi(2) > f64::EPSILON.sqrt() * moments[4];
+    let factors = matrix.cholesky().filter(|factors| determined(factors.l_dirty()[(2, 2)]));
+    let Some(inverse) = factors.map(|factors| factors.solve(&Vector3::x())) else { return *middle };
+    let change = right[0] * inverse[0] + right[1] * inverse[1] + right[2] * inverse[2];
+    if change.iter().all(|x| x.is_finite()) { middle + change } else { *middle }
 }

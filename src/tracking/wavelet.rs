@@ -9,8 +9,8 @@ use super::track::whole_steps;
 /// Angular frequency of the wave at scale 1, ω0, for which Torrence and Compo (1998) tabulate the properties of the
 /// wavelet.
 pub(super) const OMEGA: f64 = 6.0;
-/// Width of the cone of influence on one side over the scale: the power of a jump has fallen by e² there (Torrence
-/// and Compo 1998, table 1).
+/// Width of the cone of influence on one side over the scale: the power of a jump has fallen by the factor e² there
+/// (Torrence and Compo 1998, table 1).
 pub(super) const CONE: f64 = SQRT_2;
 /// Length of a gap at a period, over the period. Linear interpolation across it has an error of up to 0.3
 /// amplitudes.
@@ -63,13 +63,8 @@ impl<'a> Sampling<'a> {
 
     /// First and last times of the parts without a gap at a period.
     pub fn parts(&self, period: f64) -> Vec<[f64; 2]> {
-        let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else { return Vec::new() };
-        let mut edges = vec![*first];
-        for pair in self.times.windows(2).filter(|pair| pair[1] - pair[0] > self.shortest_gap(period)) {
-            edges.extend([pair[0], pair[1]]);
-        }
-        edges.push(*last);
-        edges.chunks(2).map(|pair| [pair[0], pair[1]]).collect()
+        let parts = self.times.chunk_by(|a, b| b - a <= self.shortest_gap(period));
+        parts.map(|part| [part[0], part[part.len() - 1]]).collect()
     }
 
     /// All instants, s.
@@ -83,12 +78,9 @@ impl<'a> Sampling<'a> {
     pub fn outside_cone(&self, scale: f64, instants: &[f64]) -> Vec<bool> {
         let cone = CONE * scale;
         let parts = self.parts(scale * period_over_scale());
-        let mut part = 0;
         let clear = |t: &f64| {
-            while part + 1 < parts.len() && parts[part][1] < *t {
-                part += 1;
-            }
-            parts.get(part).is_some_and(|[from, to]| t - from >= cone && to - t >= cone)
+            let part = parts.get(parts.partition_point(|[_, to]| to < t));
+            part.is_some_and(|[from, to]| t - from >= cone && to - t >= cone)
         };
         instants.iter().map(clear).collect()
     }

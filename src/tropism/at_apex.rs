@@ -19,11 +19,6 @@ pub struct AtApex<P>(
 impl<P: Perception> Perception for AtApex<P> {
     type Signal = P::Signal;
 
-    #[inline(always)]
-    fn declare(&self, to: &mut Declaration) -> Source {
-        self.0.declare(to)
-    }
-
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let unknown = Vector3::repeat(f64::NAN);
         let apex = Site {

@@ -8,10 +8,11 @@ use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
 
-/// Forwards all methods of a law to a part, except its declaration, its gradient and its check.
+/// Forwards all methods of a law to a part, except its gradient and its check.
 macro_rules! forward_state {
     ($self:ident, $part:expr) => {
         $crate::pointers::forward_methods!($self, TropismLaw of $part =>
+            fn declare(to: &mut Declaration);
             fn sense(site: &Site, stimuli: &mut [f64]);
             fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
             fn coupled_rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
@@ -29,7 +30,6 @@ pub(super) use forward_state;
 
 forward_pointers!(TropismLaw forward_state {
     fn gradient(at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
-    fn declare(to: &mut Declaration);
     fn size() -> Size;
     fn check() -> Result<(), ParameterError>;
 });

@@ -30,6 +30,7 @@ impl Source {
 
 /// Variable of a law at every material point of the growth zone.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[must_use]
 pub struct Variable {
     /// Delay with which [`gradient`](TropismLaw::gradient) reads the variable, s; `None` if it does not read it.
     pub delay: Option<f64>,
@@ -56,14 +57,12 @@ pub struct Variable {
 
 impl Variable {
     /// Variable that the gradient reads with a delay (s).
-    #[must_use]
     #[inline]
     pub fn read_after(delay: f64) -> Self {
         Self { delay: Some(delay), ..Self::unread() }
     }
 
     /// Variable that only the rates of other variables depend on.
-    #[must_use]
     #[inline]
     pub fn unread() -> Self {
         Self {
@@ -108,21 +107,18 @@ impl Variable {
     }
 
     /// The variable with a time constant (s).
-    #[must_use]
     #[inline]
     pub fn relaxing_in(self, time_constant: f64) -> Self {
         Self { time_constant, ..self }
     }
 
     /// The variable, which approaches a stimulus with its time constant.
-    #[must_use]
     #[inline]
     pub fn approaching(self, stimulus: Source) -> Self {
         Self { approaches: stimulus, ..self }
     }
 
     /// The variable with a transformation under rotations about d3.
-    #[must_use]
     #[inline]
     pub fn turning(self, rotation: Rotation) -> Self {
         Self { rotation, ..self }
@@ -228,20 +224,14 @@ impl Declaration {
     /// Declares a number of [damped oscillations](Variable::turns) of consecutive sources that begin with `of`: first
     /// the variables p of all, then the variables q. τ (s) and ω (rad/s) are given, and `delay` is that of
     /// [`Variable::delay`]. They are not [coupled](Variable::coupled). Returns the first.
-    pub fn oscillations(
-        &mut self,
-        number: usize,
-        of: Source,
-        (time, frequency): (f64, f64),
-        delay: Option<f64>,
-    ) -> Source {
+    pub fn oscillations(&mut self, number: usize, of: Source, (time, omega): (f64, f64), delay: Option<f64>) -> Source {
         let first = self.add_memories(number, of, time, (delay, false));
         self.add_memories(number, of, time, (delay, false));
         if let (Source::Variable(first), false) = (first, self.counts_only) {
             let pair = &mut self.variables[first..first + 2 * number];
             for (k, variable) in pair.iter_mut().enumerate() {
                 variable.turns =
-                    Some(if k < number { (frequency, first + number + k) } else { (-frequency, first + k - number) });
+                    Some(if k < number { (omega, first + number + k) } else { (-omega, first + k - number) });
             }
         }
         first
@@ -356,10 +346,8 @@ impl Declaration {
             if let Some((frequency, other)) = variable.turns {
                 // The integrator treats both variables together.
                 let mutual = self.variables.get(other).is_some_and(|other| {
-                    let Variable { delay, time_constant, remembers, coupled, .. } = *other;
-                    other.turns == Some((-frequency, i))
-                        && (time_constant, remembers) == (time, variable.remembers)
-                        && (delay, coupled) == (variable.delay, variable.coupled)
+                    let Variable { approaches, rotation, .. } = *other;
+                    *other == Variable { turns: Some((-frequency, i)), approaches, rotation, ..*variable }
                 });
                 let name = "angular frequency of a damped oscillation";
                 let requirement = "finite and not zero, and minus that of the other variable, which refers to this one \

@@ -48,12 +48,8 @@ impl MemoryKernel {
         ParameterError::unless(enough, name, values.len() as f64, needed)?;
         let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         let sum: f64 = values.iter().map(|value| value.abs()).sum();
-        ParameterError::unless(
-            largest > 0.0 && sum.is_finite(),
-            "sum of the values of a kernel",
-            sum,
-            "not zero, and finite (1/s)",
-        )?;
+        let (name, requirement) = ("sum of the values of a kernel", "not zero, and finite (1/s)");
+        ParameterError::unless(largest > 0.0 && sum.is_finite(), name, sum, requirement)?;
         // Squares of scaled values do not overflow.
         let fitted: Vec<f64> = values.iter().step_by(2).map(|value| value / largest).collect();
         let rows = fitted.len() / 2;
@@ -70,12 +66,9 @@ impl MemoryKernel {
             let finite = kernel.check().is_ok() && kernel.integral().is_finite() && error.is_finite();
             finite.then_some((kernel, error))
         });
+        let (name, last) = ("last value of a kernel", values[values.len() - 1]);
         let best = fits.min_by(|(_, a), (_, b)| a.total_cmp(b));
-        best.ok_or(ParameterError::refused(
-            "last value of a kernel",
-            values[values.len() - 1],
-            "small: the kernel decays",
-        ))
+        best.ok_or(ParameterError::refused(name, last, "small: the kernel decays"))
     }
 }
 
@@ -94,16 +87,12 @@ fn rates(vectors: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
 fn terms(values: &[f64], spacing: f64, rates: &[Complex<f64>]) -> Option<Vec<KernelTerm>> {
     // One of two conjugate rates is kept.
     let rates: Vec<_> = rates.iter().filter(|rate| rate.im >= 0.0).collect();
-    let columns: Vec<_> = rates
-        .iter()
-        .flat_map(|rate| {
-            let wave = |sine: bool| {
-                let value = |i: usize| (-**rate * i as f64).exp();
-                DVector::from_fn(values.len(), |i, _| if sine { value(i).im } else { value(i).re })
-            };
-            if rate.im == 0.0 { vec![wave(false)] } else { vec![wave(false), wave(true)] }
-        })
-        .collect();
+    let columns = rates.iter().flat_map(|rate| {
+        let wave = DVector::from_fn(values.len(), |i, _| (-**rate * i as f64).exp());
+        let (cosine, sine) = (wave.map(|z| z.re), wave.map(|z| z.im));
+        if rate.im == 0.0 { vec![cosine] } else { vec![cosine, sine] }
+    });
+    let columns: Vec<_> = columns.collect();
     if columns.is_empty() {
         return None;
     }

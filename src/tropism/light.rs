@@ -152,13 +152,8 @@ impl<S: LightSource> LightSource for During<S> {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        let (from, until) = (self.from, self.until);
-        ParameterError::unless(
-            from <= until,
-            "time at which a light is switched on",
-            from,
-            "at most that of its end (s)",
-        )?;
+        let (name, requirement) = ("time at which a light is switched on", "at most that of its end (s)");
+        ParameterError::unless(self.from <= self.until, name, self.from, requirement)?;
         self.source.check()
     }
 }

@@ -73,22 +73,13 @@ impl<L: TropismLaw> TropismLaw for Localised<L> {
         }
     }
 
-    #[inline(always)]
-    fn declare(&self, to: &mut Declaration) {
-        self.law.declare(to);
-    }
-
     forward_state!(self, self.law);
 
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("distance from the apex at which a law begins", self.from, "m")?;
-        let finite = self.to.is_finite() && self.to > self.from;
-        ParameterError::unless(
-            finite,
-            "distance from the apex at which a law ends",
-            self.to,
-            "finite, and beyond its beginning (m)",
-        )?;
+        let name = "distance from the apex at which a law ends";
+        let ok = self.to.is_finite() && self.to > self.from;
+        ParameterError::unless(ok, name, self.to, "finite, and beyond its beginning (m)")?;
         ParameterError::positive("edge of a localised law", self.edge, "m")?;
         self.law.check()
     }

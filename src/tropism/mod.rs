@@ -84,7 +84,7 @@ impl<'a> Site<'a> {
             couple: Vector3::zeros(),
             arc_length: 0.0,
             apex_distance: rod.length(),
-            initial_apex_distance: rod.initial_length(),
+            initial_apex_distance: rod.initial_length,
             section: rod.points()[0].section,
             position: Vector3::repeat(f64::NAN),
             tip: Vector3::repeat(f64::NAN),

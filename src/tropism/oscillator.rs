@@ -22,11 +22,8 @@ pub enum Handedness {
 impl Handedness {
     /// The sense of a rotation by an angle or of an area with a sign, none if it is zero or NaN.
     pub(crate) fn of(turn: f64) -> Option<Self> {
-        match turn {
-            turn if turn > 0.0 => Some(Self::Counterclockwise),
-            turn if turn < 0.0 => Some(Self::Clockwise),
-            _ => None,
-        }
+        let sense = if turn > 0.0 { Self::Counterclockwise } else { Self::Clockwise };
+        (turn.abs() > 0.0).then_some(sense)
     }
 }
 

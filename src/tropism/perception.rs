@@ -162,10 +162,11 @@ pub trait Perception {
     }
 }
 
-/// Forwards all methods of a perception to a part with the same signal, except its declaration and its sensing.
+/// Forwards all methods of a perception to a part with the same signal, except its sensing.
 macro_rules! forward_signal {
     ($self:ident, $part:expr) => {
         $crate::pointers::forward_methods!($self, Perception of $part =>
+            fn declare(to: &mut Declaration) -> Source;
             fn signal(variables: &[f64], stimuli: &[f64]) -> Self::Signal;
             fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
             fn steady(stimuli: &[f64], variables: &mut [f64]);
@@ -181,6 +182,5 @@ pub(super) use forward_signal;
 
 forward_pointers!(Perception forward_signal {
     type Signal;
-    fn declare(to: &mut Declaration) -> Source;
     fn sense(site: &Site, stimuli: &mut [f64]);
 });

@@ -63,12 +63,11 @@ impl RandomDrive {
 
     /// The values at four successive knots from `first` on.
     fn knots(&self, first: i64) -> [[f64; 2]; 4] {
-        let width = 1 << LEVELS;
+        let width = 1_i64 << LEVELS;
         let mut out = [[0.0; 2]; 4];
-        let mut low = first & !(width - 1);
-        while low < first + 4 {
+        let start = first & !(width - 1);
+        for low in (start..first + 4).step_by(width as usize) {
             self.divide((low, width), [self.normal(low), self.normal(low + width)], first, &mut out);
-            low += width;
         }
         out
     }

@@ -4,7 +4,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use crate::fixtures::shoots::{ETA, HOUR, MEMORY, STATOLITHS, WEIGHT, growing, reduced, steering};
+use crate::fixtures::shoots::{ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, steering};
+use morphorod::constitutive::Timoshenko;
+use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::ApicalForce;
 use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
@@ -95,6 +97,15 @@ fn step_of_a_shoot_of_constant_length_allocates_no_memory() {
             assert_eq!(found, [0; 7], "delay {delay} s, step {step} s: allocations in calls of {calls:?} steps");
         }
     }
+}
+
+#[test]
+fn step_of_a_shoot_that_shears_and_stretches_allocates_no_memory() {
+    let shoot = Shoot::builder(Timoshenko::circular(YOUNG)).length(0.0659).radius(RADIUS);
+    let growth = Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR });
+    let shoot = shoot.growth(growth).tropism(steering(STATOLITHS)).load(WEIGHT).build().unwrap();
+    let found = in_calls(shoot, MethodOfSteps::new(100.0), 100.0, &[1, 5, 20]);
+    assert_eq!(found, [0; 3], "allocations in calls of 1, 5 and 20 steps");
 }
 
 #[test]

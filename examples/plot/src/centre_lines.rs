@@ -4,7 +4,7 @@ use std::path::Path;
 
 use morphorod::nalgebra::{Matrix4, Vector3, Vector4};
 
-use super::tracks::{Layout, Row, TrackError, rows, text_of};
+use super::tracks::{Layout, Row, TrackError, not_later, rows, text_of};
 
 /// Range of the Gaussian weights in standard deviations. At its ends they are 4e-6.
 const REACH: f64 = 5.0;
@@ -45,10 +45,7 @@ pub fn centre_lines(text: &str, layout: &Layout, track: &str) -> Result<Vec<Cent
         let Row { line, track, time, position, .. } = row;
         match found.last_mut() {
             Some(last) if last.time == time => last.points.push(position),
-            Some(last) if time < last.time => {
-                let unit = layout.seconds.unwrap_or(1.0);
-                return Err(TrackError::NotLater { line, track, time: time / unit, before: last.time / unit });
-            }
+            Some(last) if time < last.time => return Err(not_later(layout, line, track, [time, last.time])),
             _ => found.push(CentreLine { time, points: vec![position] }),
         }
     }

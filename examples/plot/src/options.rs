@@ -107,11 +107,8 @@ impl Options {
                 Some((name, value)) => (name, Some(value.to_string())),
                 None => (arg.as_str(), None),
             };
-            let known =
-                name.strip_prefix("--").and_then(|name| parsed.declared.iter().find(|o| o.name == name).copied());
-            let Some(option) = known else {
-                fail(&format!("unknown option '{arg}'; --help lists the options"));
-            };
+            let known = name.strip_prefix("--").and_then(|name| parsed.find(name));
+            let option = known.unwrap_or_else(|| fail(&format!("unknown option '{arg}'; --help lists the options")));
             let value = match (option.placeholder, inline) {
                 (None, None) => String::new(),
                 (None, Some(value)) => fail(&format!("option {name} takes no value, but '{value}' was given")),
@@ -178,11 +175,13 @@ impl Options {
         dir
     }
 
+    /// The declared option with a name.
+    fn find(&self, name: &str) -> Option<Opt> {
+        self.declared.iter().find(|option| option.name == name).copied()
+    }
+
     fn declaration(&self, name: &str) -> Opt {
-        match self.declared.iter().find(|o| o.name == name) {
-            Some(option) => *option,
-            None => panic!("the option --{name} is not declared"),
-        }
+        self.find(name).unwrap_or_else(|| panic!("the option --{name} is not declared"))
     }
 
     fn usage(&self, command: &str, example: &str, about: &str, out: &str) -> String {
@@ -190,24 +189,18 @@ impl Options {
             Some(placeholder) => format!("--{} {placeholder}", option.name),
             None => format!("--{}", option.name),
         };
-        let mut rows: Vec<(String, String)> = self
-            .declared
-            .iter()
-            .map(|option| {
-                let default = match (option.name, option.placeholder) {
-                    ("out", _) => format!(" [default: {out}]"),
-                    (_, Some(_)) if !option.default.is_empty() => format!(" [default: {}]", option.default),
-                    _ => String::new(),
-                };
-                (left(option), format!("{}{default}", option.help))
-            })
-            .collect();
+        let row = |option: &Opt| {
+            let default = match (option.name, option.placeholder) {
+                ("out", _) => format!(" [default: {out}]"),
+                (_, Some(_)) if !option.default.is_empty() => format!(" [default: {}]", option.default),
+                _ => String::new(),
+            };
+            (left(option), format!("{}{default}", option.help))
+        };
+        let mut rows: Vec<(String, String)> = self.declared.iter().map(row).collect();
         rows.push(("--help".into(), "print this text".into()));
-        let width = rows.iter().map(|(l, _)| l.chars().count()).max();
-        let width = width.unwrap_or(0);
-        let mut text = format!("{example}: {about}\n\n");
-        text += &format!("Usage: {command} -- [OPTIONS]\n\n");
-        text += "Options:\n";
+        let width = rows.iter().map(|(left, _)| left.chars().count()).max().unwrap_or(0);
+        let mut text = format!("{example}: {about}\n\nUsage: {command} -- [OPTIONS]\n\nOptions:\n");
         for (left, right) in rows {
             text += &format!("  {left:width$}  {right}\n");
         }

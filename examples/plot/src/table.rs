@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use super::file::named;
+
 /// Writer of a CSV file.
 pub struct Table {
     out: BufWriter<File>,
@@ -20,11 +22,7 @@ impl Table {
             )));
         }
         let file = file.as_ref();
-        let created = File::create(file).map_err(|error| {
-            // The message of the system does not contain the file name.
-            io::Error::new(error.kind(), format!("{}: {error}", file.display()))
-        })?;
-        let mut out = BufWriter::new(created);
+        let mut out = BufWriter::new(File::create(file).map_err(|error| named(file, &error))?);
         writeln!(out, "{}", columns.join(","))?;
         Ok(Self { out, columns: columns.len() })
     }
@@ -32,17 +30,11 @@ impl Table {
     /// Writes one row, which must have one value for each column.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         if values.len() != self.columns {
-            return Err(invalid(format!(
-                "a row has {} values, but the table has {} columns",
-                values.len(),
-                self.columns
-            )));
+            let (found, expected) = (values.len(), self.columns);
+            return Err(invalid(format!("a row has {found} values, but the table has {expected} columns")));
         }
-        for (i, &value) in values.iter().enumerate() {
-            let comma = if i == 0 { "" } else { "," };
-            write!(self.out, "{comma}{}", number(value))?;
-        }
-        writeln!(self.out)
+        let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect();
+        writeln!(self.out, "{}", numbers.join(","))
     }
 
     /// Writes buffered rows. Without this call, an error would be ignored.
@@ -54,20 +46,15 @@ impl Table {
 /// Reads the rows of a table after its header. Lines that begin with `#` are comments.
 pub fn read(file: impl AsRef<Path>) -> io::Result<Vec<Vec<f64>>> {
     let file = file.as_ref();
-    let wrong = |what: String| invalid(format!("{}: {what}", file.display()));
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", file.display())))?;
+    let text = std::fs::read_to_string(file).map_err(|error| named(file, &error))?;
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let columns = lines.next().unwrap_or_default().split(',').count();
-    lines
-        .map(|line| {
-            let row: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
-            match row {
-                Ok(row) if row.len() == columns => Ok(row),
-                _ => Err(wrong(format!("'{line}' is not a row of {columns} numbers"))),
-            }
-        })
-        .collect()
+    let row = |line: &str| {
+        let row: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
+        let wrong = || invalid(format!("{}: '{line}' is not a row of {columns} numbers", file.display()));
+        row.ok().filter(|row| row.len() == columns).ok_or_else(wrong)
+    };
+    lines.map(row).collect()
 }
 
 /// Returns the shortest text that is parsed to the same number.

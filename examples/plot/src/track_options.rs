@@ -32,10 +32,7 @@ pub fn layout(options: &Options) -> Result<Layout<'_>, String> {
         track: named(options, "tracks"),
         seconds: given("seconds"),
         metres: given("mm").map(|mm| M_PER_MM * mm),
-        signs: match options.text("axes") {
-            "" => None,
-            text => Some(signs(text, &coordinates)?),
-        },
+        signs: named(options, "axes").map(|text| signs(text, &coordinates)).transpose()?,
         length: None,
         gravity: None,
         coordinates,
@@ -96,9 +93,7 @@ fn explained(file: &str, error: &TrackError) -> String {
             let options: Vec<&str> = missing.iter().map(option).collect();
             format!("{file}: {error}. Give {}", options.join("; "))
         }
-        TrackError::NoColumn(..) => {
-            format!("{file}: {error}. Options such as --time and --columns name columns")
-        }
+        TrackError::NoColumn(..) => format!("{file}: {error}. Options such as --time and --columns name columns"),
         _ => format!("{file}: {error}"),
     }
 }

@@ -221,21 +221,13 @@ pub(super) fn text_of(file: &Path) -> Result<String, TrackError> {
 pub fn tracks(text: &str, layout: &Layout) -> Result<Vec<Track>, TrackError> {
     let mut found: Vec<Track> = Vec::new();
     for Row { line, track, time, position, length, gravity } in rows(text, layout)? {
-        let one = match found.iter().position(|other| other.name == track) {
-            Some(place) => &mut found[place],
-            None => {
-                found.push(Track { name: track, times: vec![], positions: vec![], lengths: vec![], gravity });
-                found.last_mut().ok_or(TrackError::Empty)?
-            }
-        };
+        let place = found.iter().position(|other| other.name == track).unwrap_or(found.len());
+        if place == found.len() {
+            found.push(Track { name: track, times: vec![], positions: vec![], lengths: vec![], gravity });
+        }
+        let one = &mut found[place];
         if let Some(before) = one.times.last().copied().filter(|before| time <= *before) {
-            let unit = layout.seconds.unwrap_or(1.0);
-            return Err(TrackError::NotLater {
-                line,
-                track: one.name.clone(),
-                time: time / unit,
-                before: before / unit,
-            });
+            return Err(not_later(layout, line, one.name.clone(), [time, before]));
         }
         if one.gravity != gravity {
             return Err(TrackError::GravityChanges(line));
@@ -245,6 +237,12 @@ pub fn tracks(text: &str, layout: &Layout) -> Result<Vec<Track>, TrackError> {
         one.lengths.extend(length);
     }
     Ok(found)
+}
+
+/// The error for a line of the table whose time (s) is not later than the one before (s).
+pub(super) fn not_later(layout: &Layout, line: usize, track: String, [time, before]: [f64; 2]) -> TrackError {
+    let unit = layout.seconds.unwrap_or(1.0);
+    TrackError::NotLater { line, track, time: time / unit, before: before / unit }
 }
 
 /// Reads all rows of a table. Lines that are empty or begin with `#` are skipped.

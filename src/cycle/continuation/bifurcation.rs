@@ -11,7 +11,7 @@ use super::{BranchPoint, BranchState, Continuation, OnBranch, OrbitSolver, obser
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
 use crate::model::Model;
-use crate::numerics::scalar::{bracketed_root, maximum};
+use crate::numerics::scalar::{bracketed_root, maximum, sort_by_value};
 use crate::shoot::Shoot;
 
 /// Accuracy of a bifurcation: modulus of the real part of its exponent times the period, relative difference
@@ -40,10 +40,7 @@ pub enum Bifurcation {
     Torus,
 }
 
-impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
-where
-    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
-{
+impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Continuation<S, F> {
     /// Locates the bifurcations between the last point and the next one, and appends them to the queue.
     pub(super) fn bifurcations_between(&mut self, to: &BranchState) -> Result<(), CycleError> {
         // A planar orbit has two lists. Its neighbours may have one list.
@@ -90,7 +87,7 @@ where
                 }
             }
         }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_by_value(&mut found, |(share, _)| *share);
         self.waiting.extend(found.into_iter().map(|(_, point)| point));
         Ok(())
     }
@@ -164,7 +161,7 @@ fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [Vec<Complex<
         return exponents.lists().map(<[_]>::to_vec);
     }
     let mut all: Vec<_> = exponents.iter().copied().collect();
-    all.sort_by(|a, b| b.re.total_cmp(&a.re));
+    sort_by_value(&mut all, |exponent| -exponent.re);
     [all, Vec::new()]
 }
 

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::DVector;
 
-use crate::cycle::extended::{Arclength, Condition, Difference, ExtraConditions, OrbitUnknowns};
+use crate::cycle::extended::{Arclength, Condition, ExtraConditions, OrbitUnknowns};
 
 /// The inner product along a branch: the mean square of strain times the length of the shoot, plus that of the
 /// variables, scaled to the norm of the strain at the first point, plus the square of the parameter over its range.
@@ -13,8 +13,10 @@ pub struct InnerProduct {
     /// Weights of the squares of strain and variables.
     pub weights: DVector<f64>,
     /// Range of the parameter, and weight of its square.
-    range: [f64; 2],
+    pub range: [f64; 2],
     parameter: f64,
+    /// Length of the first shoot, m.
+    pub length: f64,
 }
 
 impl InnerProduct {
@@ -22,12 +24,12 @@ impl InnerProduct {
     pub fn new(first: &OrbitUnknowns, length: f64, range: &RangeInclusive<f64>) -> Self {
         let weights = first.start.weights() * (length.powi(2) / first.start.strain.len() as f64);
         let range = [*range.start(), *range.end()];
-        Self { weights, range, parameter: (range[1] - range[0]).powi(2).recip() }
+        Self { weights, range, parameter: (range[1] - range[0]).powi(2).recip(), length }
     }
 
     /// The product of two differences.
-    pub fn product(&self, a: &Difference, b: &Difference) -> f64 {
-        self.of_states(&a.present(), &b.present()) + a.parameter * b.parameter * self.parameter
+    pub fn product(&self, a: &OrbitUnknowns, b: &OrbitUnknowns) -> f64 {
+        self.of_states(&a.start.present(), &b.start.present()) + a.parameter * b.parameter * self.parameter
     }
 
     /// The product of strain and variables.
@@ -36,13 +38,13 @@ impl InnerProduct {
     }
 
     /// The norm of a difference.
-    pub fn norm(&self, tangent: &Difference) -> f64 {
+    pub fn norm(&self, tangent: &OrbitUnknowns) -> f64 {
         self.product(tangent, tangent).sqrt()
     }
 
     /// The pseudo-arclength condition: the projection on a tangent is that of the guess.
-    pub fn arclength(&self, tangent: &Difference, guess: &OrbitUnknowns) -> ExtraConditions {
-        let (state, parameter) = (self.weights.component_mul(&tangent.present()), tangent.parameter);
+    pub fn arclength(&self, tangent: &OrbitUnknowns, guess: &OrbitUnknowns) -> ExtraConditions {
+        let (state, parameter) = (self.weights.component_mul(&tangent.start.present()), tangent.parameter);
         let condition = Condition::through(state, parameter * self.parameter, guess);
         ExtraConditions { arclength: Some(Arclength { condition, range: self.range }), ..self.at_fixed_parameter() }
     }
@@ -53,20 +55,22 @@ impl InnerProduct {
     }
 
     /// A difference without its components along symmetry tangents, which lead to other states of the same orbit.
-    pub fn without(&self, tangent: &Difference, symmetry_tangents: &[DVector<f64>]) -> Difference {
+    pub fn without(&self, tangent: &OrbitUnknowns, symmetry_tangents: &[DVector<f64>]) -> OrbitUnknowns {
         let mut out = tangent.clone();
         for symmetry in symmetry_tangents {
             let size = self.of_states(symmetry, symmetry);
             if size > 0.0 {
-                let component = self.of_states(symmetry, &out.present()) / size;
-                out.state.rows_mut(0, out.present).axpy(-component, symmetry, 1.0);
+                let component = self.of_states(symmetry, &out.start.present()) / size;
+                let mut state = out.start.flat();
+                state.rows_mut(0, symmetry.len()).axpy(-component, symmetry, 1.0);
+                out.start = out.start.with_values(&state);
             }
         }
         out
     }
 
     /// A difference without these components, of unit norm.
-    pub fn unit(&self, tangent: &Difference, symmetry_tangents: &[DVector<f64>]) -> Difference {
+    pub fn unit(&self, tangent: &OrbitUnknowns, symmetry_tangents: &[DVector<f64>]) -> OrbitUnknowns {
         let out = self.without(tangent, symmetry_tangents);
         out.scaled(self.norm(&out).recip())
     }

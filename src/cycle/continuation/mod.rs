@@ -18,9 +18,10 @@ use super::corrector::{Corrected, correct, correct_resolved};
 use super::disturbances::Disturbances;
 use super::equations::{Equations, Observation};
 use super::error::CycleError;
-use super::extended::{Difference, ExtraConditions, OrbitUnknowns};
-use crate::error::ParameterError;
+use super::extended::{ExtraConditions, OrbitUnknowns};
+use crate::error::{ParameterError, ensure};
 use crate::model::Model;
+use crate::numerics::scalar::sort_by_value;
 use crate::shoot::Shoot;
 use crate::stability::{Crossing, Linearisation};
 use bifurcation::growing;
@@ -104,17 +105,14 @@ struct BranchState {
 pub struct Continuation<S: OrbitSolver, F> {
     solver: S,
     family: F,
-    within: RangeInclusive<f64>,
     largest_step: f64,
     inner: InnerProduct,
-    /// Length of the first shoot, m.
-    length: f64,
     first_step: f64,
     /// Length of the next step.
     step: f64,
     last: BranchState,
     /// Direction of the next step, of unit norm.
-    tangent: Difference,
+    tangent: OrbitUnknowns,
     /// Whether that direction is a guess and not a secant.
     rough: bool,
     /// Points that have been computed and not yet returned.
@@ -122,10 +120,7 @@ pub struct Continuation<S: OrbitSolver, F> {
     ended: bool,
 }
 
-impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
-where
-    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
-{
+impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Continuation<S, F> {
     /// The branch that begins at an onset of oscillations (a Hopf bifurcation) in the range, found by
     /// [`onset`](crate::stability::onset()) or [`crossings`](crate::stability::crossings()). The first point has about
     /// the given `amplitude` of the tip (m), at least a hundredth of the length; its parameter is computed.
@@ -162,7 +157,7 @@ where
         let (what, parameter) = ("parameter of the first orbit", found.unknowns.parameter);
         ParameterError::unless(within.contains(&parameter), what, parameter, "within the given range: extend it")?;
         let secant = of_amplitude(&solver, 0.0)?.with_past_of(&found.unknowns).to(&found.unknowns);
-        Self::begin(solver, family, within, (inner, shoot.rod().length()), secant, found)
+        Self::begin(solver, family, inner, secant, found)
     }
 
     /// The branch that begins at a known orbit, at a value of the parameter. `step` is the first change of the
@@ -185,17 +180,16 @@ where
         let guess = OrbitUnknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
-        let tangent = Difference { parameter: step, ..found.unknowns.to(&found.unknowns) };
-        Self::begin(solver, family, within, (inner, shoot.rod().length()), tangent, found)
+        let tangent = OrbitUnknowns { parameter: step, ..found.unknowns.to(&found.unknowns) };
+        Self::begin(solver, family, inner, tangent, found)
     }
 
     /// The branch with a first point and a guess of its direction.
     fn begin(
         solver: S,
         family: F,
-        within: RangeInclusive<f64>,
-        (inner, length): (InnerProduct, f64),
-        tangent: Difference,
+        inner: InnerProduct,
+        tangent: OrbitUnknowns,
         found: OnBranch<S, M>,
     ) -> Result<Self, CycleError> {
         let (point, last) = observe(&solver, found)?;
@@ -203,10 +197,8 @@ where
         Ok(Self {
             solver,
             family,
-            within,
             largest_step: 0.05,
             inner,
-            length,
             first_step: step,
             step,
             last,
@@ -239,21 +231,15 @@ where
                 going_on => return going_on,
             };
             self.step = 0.5 * self.step.min(self.largest_step);
-            if self.step < SHORTEST * self.first_step.min(self.largest_step) {
-                return Err(error);
-            }
+            ensure(self.step >= SHORTEST * self.first_step.min(self.largest_step), error)?;
         }
     }
 
     /// Refines the grid in time. Returns false if there is no finer grid.
     fn refine(&mut self) -> bool {
-        let Some(refined) = self.solver.refined() else { return false };
-        // Interpolation is linear, so that a change of a state is interpolated like a state.
-        let at = &self.last.unknowns;
-        let change = OrbitUnknowns { start: at.start.with_values(&self.tangent.state), ..at.clone() };
-        self.tangent.state = self.solver.on_finer_grid(change).start.flat();
-        self.last.unknowns = self.solver.on_finer_grid(self.last.unknowns.clone());
-        self.solver = refined;
+        let states = [self.last.unknowns.clone(), self.tangent.clone()];
+        let Some(finer) = self.solver.refine(states) else { return false };
+        [self.last.unknowns, self.tangent] = finer;
         true
     }
 
@@ -267,9 +253,7 @@ where
             Some(bound) => self.at_bound(&from, &self.tangent.clone(), bound)?,
             None => self.correct(guess.clone(), self.inner.arclength(&self.tangent, &guess))?,
         };
-        if bound.is_none()
-            && let Some(passed) = self.bound_before(found.unknowns.parameter)
-        {
+        if let Some(passed) = self.bound_before(found.unknowns.parameter) {
             let from = from.clone().with_past_of(&found.unknowns);
             found = self.at_bound(&from, &from.to(&found.unknowns), passed)?;
             bound = Some(passed);
@@ -289,12 +273,11 @@ where
         let turn = self.inner.product(&secant, &self.tangent) / size;
         // If the tangent is a guess, only its sign is compared. The secant must not lead along the symmetries.
         let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetry_tangents));
-        if !(if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN }) {
-            let what = "the direction of the branch changes by more than 26°";
-            return Err(CycleError::Lost { what, parameter: self.last.unknowns.parameter, step });
-        }
+        let ahead = if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN };
+        let what = "the direction of the branch changes by more than 26°";
+        ensure(ahead, CycleError::Lost { what, parameter: self.last.unknowns.parameter, step })?;
         let (point, place) = observe(&self.solver, found)?;
-        if point.excursion < LEAST * self.length {
+        if point.excursion < LEAST * self.inner.length {
             return Ok(false);
         }
         self.bifurcations_between(&place)?;
@@ -310,7 +293,7 @@ where
     fn at_bound(
         &mut self,
         from: &OrbitUnknowns,
-        secant: &Difference,
+        secant: &OrbitUnknowns,
         bound: f64,
     ) -> Result<OnBranch<S, M>, CycleError> {
         let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
@@ -322,7 +305,7 @@ where
     fn correct(&mut self, guess: OrbitUnknowns, mut conditions: ExtraConditions) -> Result<OnBranch<S, M>, CycleError> {
         if !self.rough {
             let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
-            conditions = conditions.with_phases_of(unknowns, symmetry_tangents, &self.inner.weights);
+            conditions = conditions.with_phases_of(unknowns, symmetry_tangents);
         }
         let found = correct(&self.solver, &mut self.family, guess, &conditions, &mut 0)?;
         self.solver.check_resolution(&found.orbit)?;
@@ -331,15 +314,12 @@ where
 
     /// The end of the range that a parameter has passed; none if it is within the range.
     fn bound_before(&self, parameter: f64) -> Option<f64> {
-        let bound = parameter.clamp(*self.within.start(), *self.within.end());
+        let bound = parameter.clamp(self.inner.range[0], self.inner.range[1]);
         ((parameter - bound).abs() > 0.0).then_some(bound)
     }
 }
 
-impl<S: OrbitSolver, F, M: Model> Iterator for Continuation<S, F>
-where
-    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
-{
+impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Iterator for Continuation<S, F> {
     type Item = Result<BranchPoint<S::Orbit>, CycleError>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -362,7 +342,7 @@ fn observe<S: OrbitSolver, M: Model>(
     let Corrected { orbit, unknowns, symmetry_tangents, shoot } = found;
     let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot)?;
     let exponents = exponents.map(|mut list| {
-        list.sort_by(|a, b| b.re.total_cmp(&a.re));
+        sort_by_value(&mut list, |exponent| -exponent.re);
         list
     });
     let place = BranchState { unknowns, symmetry_tangents, exponents: exponents.clone() };

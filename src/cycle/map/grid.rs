@@ -8,7 +8,7 @@
 use std::convert::Infallible;
 
 use crate::error::ParameterError;
-use crate::numerics::interpolation::lagrange;
+use crate::numerics::interpolation::lagrange_value;
 use crate::numerics::quadrature::{gauss, legendre};
 use crate::numerics::scalar::bracketed_root;
 
@@ -41,12 +41,11 @@ impl TimeGrid {
     /// Integrals of the Lagrange polynomials from 0 to `x`.
     pub fn integrals(&self, x: f64) -> Vec<f64> {
         let mut out = vec![0.0; self.order()];
-        let mut values = out.clone();
         // The Gauss rule with as many points is exact.
         let (points, weights) = gauss(self.order());
         for (point, weight) in points.iter().zip(weights) {
-            lagrange(&self.stages, x * point, &mut values);
-            out.iter_mut().zip(&values).for_each(|(sum, value)| *sum += x * weight * value);
+            let value = |k: usize| lagrange_value(&self.stages, k, x * point);
+            out.iter_mut().enumerate().for_each(|(k, sum)| *sum += x * weight * value(k));
         }
         out
     }

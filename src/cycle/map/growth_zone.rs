@@ -3,9 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::cycle::error::CycleError;
-use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::error::{ParameterError, ensure};
+use crate::model::{GrowthLaw, Model};
 use crate::shoot::Shoot;
 use crate::stability::StabilityError;
 use crate::tropism::Growing;
@@ -20,9 +19,7 @@ pub(crate) const ROUNDING: f64 = 1e-8;
 /// A shoot that elongates, or a point without growth, whose strain would be arbitrary.
 pub(crate) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, Vec<f64>), CycleError> {
     let (growth, rod, time) = (shoot.model.growth(), shoot.rod(), shoot.environment().time);
-    if growth.elongates() {
-        return Err(CycleError::Elongates);
-    }
+    ensure(!growth.elongates(), CycleError::Elongates)?;
     let points = rod.points()[rod.zone()].iter();
     let places: Vec<Growing> = points.map(|point| Growing::of(point, time, point.apex_distance)).collect();
     let regr: Vec<f64> = places.iter().map(|at| growth.regr(at.apex_distance, time)).collect();
@@ -33,15 +30,10 @@ pub(crate) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, 
 }
 
 /// Returns an error for growth gradients that are not finite, or that twist the shoot.
-pub(crate) fn check_gradients<'a>(gradients: impl Iterator<Item = &'a Vector3<f64>>) -> Result<(), CycleError> {
-    let (mut bend, mut twist, mut finite) = (0.0_f64, 0.0_f64, true);
-    for gradient in gradients {
-        finite &= gradient.iter().all(|x| x.is_finite());
-        bend = bend.max(gradient.xy().norm());
-        twist = twist.max(gradient.z.abs());
-    }
-    if !finite {
-        return Err(StabilityError::NotFinite { what: "growth gradient" }.into());
-    }
-    if twist > ROUNDING * bend { Err(CycleError::Twists { twist }) } else { Ok(()) }
+pub(crate) fn check_gradients(gradients: &[Vector3<f64>]) -> Result<(), CycleError> {
+    let finite = gradients.iter().flatten().all(|x| x.is_finite());
+    ensure(finite, StabilityError::NotFinite { what: "growth gradient" })?;
+    let bend = gradients.iter().map(|gradient| gradient.xy().norm()).fold(0.0, f64::max);
+    let twist = gradients.iter().map(|gradient| gradient.z.abs()).fold(0.0, f64::max);
+    ensure(twist <= ROUNDING * bend, CycleError::Twists { twist })
 }

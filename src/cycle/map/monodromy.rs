@@ -10,11 +10,11 @@ use super::grid::TimeGrid;
 use super::phase_state::PhaseState;
 use super::polynomials::{Polynomials, Readings, carried};
 use super::return_map::{self, CONVERGED, PASSES, ReturnMap, Trajectory};
-use super::rotation::{StateRotation, rotated_back};
+use super::rotation::StateRotation;
 use crate::cycle::error::CycleError;
 use crate::cycle::sensitivity::stimuli_by_strain;
-use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::error::ensure;
+use crate::model::{GrowthLaw, Model};
 
 /// The monodromy operator of a trajectory. For a periodic orbit its eigenvalues are the Floquet multipliers.
 pub struct Monodromy {
@@ -81,16 +81,9 @@ impl Monodromy {
             let factors = (0..points).map(|point| return_map.matrix(point, length, stages).lu()).collect();
             intervals.push(Interval { stages: made, factors });
         }
-        Ok(Self {
-            start: path.start.clone(),
-            intervals,
-            readings,
-            grid: grid.clone(),
-            length,
-            reads_present: return_map.laws.size().reads_present,
-            sizes: return_map.sizes(),
-            turn: return_map.turn.clone(),
-        })
+        let (start, grid, turn) = (path.start.clone(), grid.clone(), return_map.turn.clone());
+        let (sizes, reads_present) = (return_map.sizes(), return_map.laws.size().reads_present);
+        Ok(Self { start, intervals, readings, grid, length, reads_present, sizes, turn })
     }
 
     /// Maps a disturbance, given by its components, over a period.
@@ -103,12 +96,11 @@ impl Monodromy {
         let mut path = Polynomials::of(start, &self.grid);
         let mut strain = start.strain.clone();
         for interval in &self.intervals {
-            let present = path.slopes.len();
             path.slopes.push(vec![DVector::zeros(start.variables.len()); self.grid.order()]);
             let mut stimuli: Vec<DVector<f64>> = Vec::new();
             let mut strain_slopes = Vec::new();
             for pass in 0..PASSES {
-                strain_slopes = self.strain_slopes(interval, present, &path, &stimuli);
+                strain_slopes = self.strain_slopes(interval, &path, &stimuli);
                 let stages = interval.stages.iter().zip(&self.grid.upto);
                 let now: Vec<DVector<f64>> =
                     stages.map(|(stage, upto)| &stage.response * carried(&strain, &strain_slopes, upto)).collect();
@@ -116,28 +108,21 @@ impl Monodromy {
                 let size = now.iter().map(DVector::norm).sum::<f64>();
                 let done = pass > 0 && change <= CONVERGED * size;
                 stimuli = now;
-                self.integrate_variables(interval, &path.begins[present], &mut path.slopes[present], &stimuli);
+                self.integrate_variables(interval, &mut path, &stimuli);
                 if done || !self.readings.implicit {
                     break;
                 }
-                if pass + 1 == PASSES {
-                    return Err(CycleError::variables(PASSES, change / size));
-                }
+                ensure(pass + 1 < PASSES, CycleError::variables(PASSES, change / size))?;
             }
             strain = carried(&strain, &strain_slopes, &self.grid.whole);
             path.complete(&self.grid);
         }
-        Ok(rotated_back(self.turn.as_ref(), path.into_state(strain, self.intervals.len())))
+        let end = path.into_state(strain, self.intervals.len());
+        Ok(if let Some(turn) = &self.turn { turn.back(&end) } else { end })
     }
 
     /// Slopes of the strain at the stages of an interval. There are no stimuli before the first iteration.
-    fn strain_slopes(
-        &self,
-        interval: &Interval,
-        present: usize,
-        path: &Polynomials,
-        stimuli: &[DVector<f64>],
-    ) -> Vec<DVector<f64>> {
+    fn strain_slopes(&self, interval: &Interval, path: &Polynomials, stimuli: &[DVector<f64>]) -> Vec<DVector<f64>> {
         let (v, m, p) = self.sizes;
         let mut out = vec![DVector::zeros(2 * p); self.grid.order()];
         let mut past = vec![0.0; v];
@@ -145,7 +130,7 @@ impl Monodromy {
             let stimuli = stimuli.get(i).filter(|_| self.reads_present);
             for (point, [.., strain_y, strain_x]) in stage.laws.iter().enumerate() {
                 for (a, reading) in self.readings.stages[i].iter().enumerate() {
-                    past[a] = reading.as_ref().map_or(0.0, |reading| path.read(present, reading, point * v + a));
+                    past[a] = reading.as_ref().map_or(0.0, |reading| path.read(reading, point * v + a));
                 }
                 for c in 0..2 {
                     let by_past = (0..v).map(|a| strain_y[(c, a)] * past[a]).sum::<f64>();
@@ -159,14 +144,8 @@ impl Monodromy {
     }
 
     /// Solves for the slopes of the variables of all points.
-    fn integrate_variables(
-        &self,
-        interval: &Interval,
-        begin: &DVector<f64>,
-        slopes: &mut [DVector<f64>],
-        stimuli: &[DVector<f64>],
-    ) {
-        let ((v, m, _), s) = (self.sizes, self.grid.order());
+    fn integrate_variables(&self, interval: &Interval, path: &mut Polynomials, stimuli: &[DVector<f64>]) {
+        let ((v, m, _), s, (begin, slopes)) = (self.sizes, self.grid.order(), path.last());
         if v == 0 {
             return;
         }

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 use super::grid::TimeGrid;
 use crate::error::ParameterError;
-use crate::numerics::interpolation::lagrange;
+use crate::numerics::interpolation::lagrange_value;
 use crate::rod::Rod;
 
 /// A state of the shoot, with its past.
@@ -29,21 +29,17 @@ pub(crate) fn bends(rod: &Rod) -> DVector<f64> {
 impl PhaseState {
     /// All components in one vector: strain, variables, slopes.
     pub fn flat(&self) -> DVector<f64> {
-        let slopes = self.slopes.iter().flatten().flat_map(|slope| slope.iter());
-        let all: Vec<f64> = self.strain.iter().chain(self.variables.iter()).chain(slopes).copied().collect();
-        DVector::from_vec(all)
+        let all = [&self.strain, &self.variables].into_iter().chain(self.slopes.iter().flatten());
+        DVector::from_vec(all.flat_map(|part| part.iter().copied()).collect())
     }
 
     /// A state of the same sizes with the components of a vector.
     pub fn with_values(&self, flat: &DVector<f64>) -> Self {
-        let (n, v) = (self.strain.len(), self.variables.len());
-        let mut at = n + v;
-        let mut out = self.clone();
-        out.strain.copy_from(&flat.rows(0, n));
-        out.variables.copy_from(&flat.rows(n, v));
-        for slope in out.slopes.iter_mut().flatten() {
-            slope.copy_from(&flat.rows(at, v));
-            at += v;
+        let (mut out, mut at) = (self.clone(), 0);
+        let present = [&mut out.strain, &mut out.variables];
+        for part in present.into_iter().chain(out.slopes.iter_mut().flatten()) {
+            part.copy_from(&flat.rows(at, part.len()));
+            at += part.len();
         }
         out
     }
@@ -92,11 +88,10 @@ impl PhaseState {
             // Time in intervals of the old grid. The polynomial of the oldest interval is extrapolated.
             let time = time * ratio;
             let back = (-time).ceil().clamp(1.0, self.slopes.len() as f64) as usize;
-            let mut weights = vec![0.0; old.order()];
-            lagrange(&old.stages, time + back as f64, &mut weights);
+            let weight = |k: usize| lagrange_value(&old.stages, k, time + back as f64);
             let mut slope = DVector::zeros(self.variables.len());
             let known = &self.slopes[self.slopes.len() - back];
-            known.iter().zip(&weights).for_each(|(known, w)| slope.axpy(w * ratio, known, 1.0));
+            known.iter().enumerate().for_each(|(k, known)| slope.axpy(weight(k) * ratio, known, 1.0));
             slope
         };
         let interval = |n: usize| new.stages.iter().map(|stage| at(n as f64 - kept as f64 + stage)).collect();
@@ -107,12 +102,9 @@ impl PhaseState {
     /// interval.
     pub fn keep(&mut self, kept: usize) {
         self.slopes.drain(..self.slopes.len().saturating_sub(kept));
-        if self.slopes.is_empty() {
-            return;
-        }
+        let Some(oldest) = self.slopes.first().cloned() else { return };
         while self.slopes.len() < kept {
-            let oldest = self.slopes[0].clone();
-            self.slopes.insert(0, oldest);
+            self.slopes.insert(0, oldest.clone());
         }
     }
 }

@@ -49,9 +49,16 @@ impl Polynomials {
         self.begins[interval][k] + weighted(&self.slopes[interval], weights, k)
     }
 
-    /// Component `k` of the variables at a delayed time, as seen from the interval `present`.
-    pub fn read(&self, present: usize, reading: &DelayedReading, k: usize) -> f64 {
-        self.value((present as isize + reading.interval) as usize, &reading.weights, k)
+    /// Component `k` of the variables at a delayed time, as seen from the last interval.
+    pub fn read(&self, reading: &DelayedReading, k: usize) -> f64 {
+        let last = self.slopes.len() as isize - 1;
+        self.value((last + reading.interval) as usize, &reading.weights, k)
+    }
+
+    /// The beginning and the slopes of the last interval.
+    pub fn last(&mut self) -> (&DVector<f64>, &mut [DVector<f64>]) {
+        let last = self.slopes.len() - 1;
+        (&self.begins[last], &mut self.slopes[last])
     }
 
     /// Completes the last interval: its end is the beginning of the next one.

@@ -12,16 +12,14 @@ use super::grid::{TimeGrid, kept};
 use super::growth_zone::{check_gradients, driven_points};
 use super::phase_state::PhaseState;
 use super::polynomials::{DelayedReading, Polynomials, Readings, carried, weighted};
-use super::rotation::{StateRotation, rotated_back};
+use super::rotation::StateRotation;
 use crate::cycle::error::CycleError;
 use crate::equilibrium::NewtonSolver;
-use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
+use crate::error::{ParameterError, ensure};
 use crate::linearisation::{equilibrate, visit_stimuli};
 use crate::load::InternalForce;
-use crate::model::{Model, check_unsupported};
+use crate::model::{GrowthLaw, Model, Scene, check_unsupported};
 use crate::rod::Rod;
-use crate::scene::Scene;
 use crate::shoot::Shoot;
 use crate::support::{Reaction, Support};
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
@@ -36,7 +34,6 @@ pub(crate) const PASSES: usize = 60;
 pub(crate) const CONVERGED: f64 = 1e-14;
 
 /// The shoot at a stage of an interval.
-#[derive(Debug, Clone)]
 pub(crate) struct Stage {
     /// Rod in equilibrium.
     pub rod: Rod,
@@ -122,11 +119,6 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         (size.variables, size.stimuli, self.places.len())
     }
 
-    /// Angle of the rotation that is undone, rad.
-    pub fn angle(&self) -> f64 {
-        self.turn.as_ref().map_or(0.0, |turn| turn.angle)
-    }
-
     /// The delayed values that the equations of an interval read.
     pub fn readings(&self, period: f64) -> Readings {
         let length = period / self.grid.intervals as f64;
@@ -156,8 +148,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         self.rod.place_base((scene.base(time), scene.position(time)), support.base())?;
         let (material, guess) = (self.shoot.model.constitutive(), &self.reactions);
         let (force, _) = equilibrate(&mut self.rod, material, (load, support), &environment, guess, &mut self.solver)?;
-        self.reactions.clear();
-        self.reactions.extend_from_slice(force.reactions());
+        self.reactions = force.reactions().to_vec();
         Ok((self.rod.clone(), force))
     }
 
@@ -168,71 +159,50 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         ParameterError::unless(needed <= self.kept as f64, what, needed, "within the past that the state contains")?;
         let readings = self.readings(period);
         let mut path = Polynomials::of(start, &self.grid);
-        let mut out = Trajectory {
-            start: start.clone(),
-            end: start.clone(),
-            period,
-            stages: Vec::new(),
-            strains: vec![start.strain.clone()],
-            strain_slopes: Vec::new(),
-        };
+        let (start, end, strains) = (start.clone(), start.clone(), vec![start.strain.clone()]);
+        let mut out = Trajectory { start, end, period, stages: Vec::new(), strains, strain_slopes: Vec::new() };
         for n in 0..k {
             // Initial guess of the slopes in this interval.
             path.slopes.push(path.slopes.last().cloned().unwrap_or_default());
-            let mut made: Vec<Stage> = Vec::new();
+            out.stages.push(Vec::new());
+            out.strain_slopes.push(Vec::new());
             let mut last = f64::INFINITY;
-            for pass in 0..PASSES {
-                let now = self.interval(n, &readings, &mut path, &made, &out)?;
-                self.equilibria += self.grid.order();
-                let change = change(&made, &now.0);
-                made = now.0;
+            for pass in 1.. {
+                let change = self.pass(&readings, &mut path, &mut out)?;
                 // Changes stagnate at the rounding of equilibria.
-                let converged = change <= CONVERGED || (change < 10.0 * PRECISE && change >= last);
-                last = change;
-                if pass == 0 && readings.implicit || pass > 0 && !converged {
-                    if pass + 1 == PASSES {
-                        return Err(CycleError::variables(PASSES, change));
-                    }
-                    continue;
+                if !readings.implicit || change <= CONVERGED || (change < 10.0 * PRECISE && change >= last) {
+                    break;
                 }
-                out.strain_slopes.push(now.1);
-                break;
+                ensure(pass < PASSES, CycleError::variables(PASSES, change))?;
+                last = change;
             }
             out.strains.push(carried(&out.strains[n], &out.strain_slopes[n], &self.grid.whole));
             path.complete(&self.grid);
-            out.stages.push(made);
         }
         self.guesses = out.stages.iter().flatten().map(|stage| stage.rod.clone()).collect();
-        out.end = rotated_back(self.turn.as_ref(), path.into_state(out.strains[k].clone(), k));
+        let end = path.into_state(out.strains[k].clone(), k);
+        out.end = if let Some(turn) = &self.turn { turn.back(&end) } else { end };
         Ok(out)
     }
 
-    /// One fixed-point iteration over interval `n`. Returns its stages and the slopes of the strain, and writes the
-    /// slopes of the variables.
-    fn interval(
-        &mut self,
-        n: usize,
-        readings: &Readings,
-        path: &mut Polynomials,
-        before: &[Stage],
-        out: &Trajectory,
-    ) -> Result<(Vec<Stage>, Vec<DVector<f64>>), CycleError> {
-        let ((v, m, p), stages) = (self.sizes(), self.grid.order());
+    /// One fixed-point iteration over the last interval of a trajectory. Writes its stages and the slopes of strain and
+    /// variables. Returns the relative change of the strain at the stages, infinite in the first iteration.
+    fn pass(&mut self, readings: &Readings, path: &mut Polynomials, out: &mut Trajectory) -> Result<f64, CycleError> {
+        let ((v, m, p), stages, n) = (self.sizes(), self.grid.order(), out.stages.len() - 1);
         let (law, reads_present) = (self.shoot.model.tropism(), self.laws.size().reads_present);
         let length = out.period / self.grid.intervals as f64;
-        let present = path.slopes.len() - 1;
         let mut past: Vec<DVector<f64>> = vec![DVector::zeros(v * p); stages];
         let mut strain_slopes: Vec<DVector<f64>> = vec![DVector::zeros(2 * p); stages];
         let mut gradients = Vec::with_capacity(stages * p);
         for i in 0..stages {
             for (a, reading) in readings.stages[i].iter().enumerate() {
                 let Some(reading) = reading else { continue };
-                (0..p).for_each(|point| past[i][point * v + a] = path.read(present, reading, point * v + a));
+                (0..p).for_each(|point| past[i][point * v + a] = path.read(reading, point * v + a));
             }
             for (point, place) in self.places.iter().enumerate() {
                 let time = place.time + (n as f64 + self.grid.stages[i]) * length;
                 let at = Growing { time, ..*place };
-                let now = before.get(i).filter(|_| reads_present);
+                let now = out.stages[n].get(i).filter(|_| reads_present);
                 let now = now.map_or(&[][..], |stage| &stage.stimuli.as_slice()[point * m..][..m]);
                 if reads_present && now.is_empty() {
                     // There are no stimuli before the first iteration.
@@ -246,7 +216,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
                 }
             }
         }
-        check_gradients(gradients.iter())?;
+        check_gradients(&gradients)?;
         let mut made = Vec::with_capacity(stages);
         for (i, past) in past.into_iter().enumerate() {
             let strain = carried(&out.strains[n], &strain_slopes, &self.grid.upto[i]);
@@ -256,18 +226,19 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             }
             let (rod, force) = self.equilibrate_at(&strain, (n as f64 + self.grid.stages[i]) * length)?;
             let mut stimuli = DVector::zeros(m * p);
-            visit_stimuli(self.shoot, &rod, &force, |point, _, x| {
-                stimuli.as_mut_slice()[point * m..][..m].copy_from_slice(x);
-            });
+            let all = stimuli.as_mut_slice();
+            visit_stimuli(self.shoot, &rod, &force, |point, _, x| all[point * m..][..m].copy_from_slice(x));
             made.push(Stage { rod, force, strain, stimuli, variables: DVector::zeros(v * p), past });
         }
         if v > 0 {
             for point in 0..p {
-                let (begin, slopes) = (&path.begins[present], &mut path.slopes[present]);
-                self.integrate_variables(point, length, begin, slopes, &mut made)?;
+                self.integrate_variables(point, length, path.last(), &mut made)?;
             }
         }
-        Ok((made, strain_slopes))
+        self.equilibria += stages;
+        let change = change(&out.stages[n], &made);
+        (out.stages[n], out.strain_slopes[n]) = (made, strain_slopes);
+        Ok(change)
     }
 
     /// Solves the collocation equations of the variables of a point over an interval, by Newton's method for the
@@ -276,8 +247,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         &self,
         point: usize,
         length: f64,
-        begin: &DVector<f64>,
-        slopes: &mut [DVector<f64>],
+        (begin, slopes): (&DVector<f64>, &mut [DVector<f64>]),
         stages: &mut [Stage],
     ) -> Result<(), CycleError> {
         let ((v, m, _), law) = (self.sizes(), self.shoot.model.tropism());

@@ -63,11 +63,3 @@ impl StateRotation {
         out
     }
 }
-
-/// The state rotated back if there is a rotation.
-pub(crate) fn rotated_back(turn: Option<&StateRotation>, start: PhaseState) -> PhaseState {
-    match turn {
-        Some(turn) => turn.back(&start),
-        None => start,
-    }
-}

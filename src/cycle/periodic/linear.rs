@@ -4,10 +4,10 @@ use nalgebra::DVector;
 
 use super::PeriodicSolver;
 use crate::cycle::error::CycleError;
-use crate::cycle::extended::{Border, DIFFERENCE, StateJacobian, Symmetry};
-use crate::cycle::map::{Monodromy, PhaseState, ReturnMap, StateRotation, Trajectory, carried};
+use crate::cycle::extended::{Border, DIFFERENCE, OrbitUnknowns, StateJacobian, Symmetry};
+use crate::cycle::map::{Monodromy, PRECISE, ReturnMap, StateRotation, Trajectory, carried};
 use crate::model::Model;
-use crate::numerics::interpolation::lagrange;
+use crate::numerics::interpolation::lagrange_value;
 use crate::numerics::krylov::gmres;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -20,7 +20,9 @@ const LINEAR: f64 = 1e-4;
 /// wave. An ellipse whose axes differ by a thousandth has more.
 const CIRCLE: f64 = 1e-7;
 
-/// The Jacobian of x(T) − x(0), the monodromy operator minus the identity. The bordered system is solved by GMRES.
+/// The Jacobian J of the residual is the monodromy operator M minus the identity. GMRES solves the bordered system of
+/// [`extended`](crate::cycle::extended) with the signs of its first rows reversed:
+/// (I − M) δx − Σ columns δs = residual.
 impl StateJacobian for Monodromy {
     fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Result<Option<DVector<f64>>, CycleError> {
         let (size, more) = (residuals.len() - border.len(), border.len());
@@ -28,67 +30,75 @@ impl StateJacobian for Monodromy {
         let inverse = |norm: f64| norm.max(f64::MIN_POSITIVE).recip();
         let scales = DVector::from_fn(more, |k, _| inverse(border[k].column.norm()));
         let weights = DVector::from_fn(more, |k, _| inverse(border[k].row.norm().hypot(border[k].corner * scales[k])));
-        let scaled = |vector: &mut DVector<f64>, by: &DVector<f64>| {
-            (0..more).for_each(|k| vector[size + k] *= by[k]);
-        };
         let mut right = residuals.clone();
-        scaled(&mut right, &weights);
+        right.rows_mut(size, more).component_mul_assign(&weights);
         let (mut found, left) = gmres(&right, LINEAR, KRYLOV, |x| {
             let mut out = x.clone();
             let change = x.rows(0, size).clone_owned();
             let mut state = out.rows_mut(0, size);
             state -= self.apply_flat(&change)?;
-            for (k, Border { column, .. }) in border.iter().enumerate() {
-                state.axpy(-x[size + k] * scales[k], column, 1.0);
-            }
-            for (k, Border { row, corner, .. }) in border.iter().enumerate() {
+            for (k, Border { column, row, corner }) in border.iter().enumerate() {
+                out.rows_mut(0, size).axpy(-x[size + k] * scales[k], column, 1.0);
                 out[size + k] = weights[k] * (row.dot(&change.rows(0, row.len())) + corner * scales[k] * x[size + k]);
             }
             Ok::<_, CycleError>(out)
         })?;
-        scaled(&mut found, &scales);
+        found.rows_mut(size, more).component_mul_assign(&scales);
         // GMRES fails if it does not even halve the residual.
         Ok((left < 0.5).then_some(found))
     }
 }
 
-/// A trajectory over a period, and the return map that made it.
+/// A state that has been mapped over a period: its trajectory, and the return map that made it.
 pub struct Traced<'a, M: Model> {
+    /// Settings of the map and of its residual.
+    pub(crate) solver: PeriodicSolver,
+    /// Unknowns at the beginning of the period.
+    pub(crate) at: OrbitUnknowns,
     pub(crate) return_map: ReturnMap<'a, M>,
     pub(crate) path: Trajectory,
 }
 
 impl<'a, M: Model> Traced<'a, M> {
-    /// Maps a state over a period (s). Relative periodic orbits return rotated by an angle (rad). `rods` are initial
-    /// guesses of the equilibria.
+    /// Maps a state over a period, and rotates the result back by the angle. `rods` are initial guesses of the
+    /// equilibria.
     pub(crate) fn of(
-        solver: &PeriodicSolver,
+        solver: PeriodicSolver,
         shoot: &'a Shoot<M>,
-        (start, period, angle): (&PhaseState, f64, f64),
+        at: OrbitUnknowns,
         rods: Vec<Rod>,
     ) -> Result<Self, CycleError> {
-        let mut return_map = solver.return_map(shoot, period)?;
-        start.check(return_map.places.len(), return_map.laws.size().variables)?;
-        (return_map.kept, return_map.guesses) = (start.slopes.len(), rods);
-        return_map.turn.iter_mut().for_each(|turn| turn.angle = angle);
-        let path = return_map.run(start, period)?;
-        Ok(Self { return_map, path })
+        let mut return_map = solver.return_map(shoot, at.period_or_rate)?;
+        at.start.check(return_map.places.len(), return_map.laws.size().variables)?;
+        (return_map.kept, return_map.guesses) = (at.start.slopes.len(), rods);
+        return_map.turn.iter_mut().for_each(|turn| turn.angle = at.angle);
+        let path = return_map.run(&at.start, at.period_or_rate)?;
+        Ok(Self { solver, at, return_map, path })
+    }
+
+    /// Smallest norm of the strain in a residual, 1/m. The strain of a forced orbit may be zero up to the rounding
+    /// of equilibria.
+    pub(crate) fn least(&self) -> f64 {
+        let length = self.return_map.shoot.rod().length();
+        if self.at.forced { PRECISE / (self.solver.tolerance * length) } else { f64::MIN_POSITIVE }
     }
 
     /// The symmetries of an autonomous orbit: the shift in time, whose unknown is the logarithm of the period, and the
     /// rotation, whose unknown is the angle, if there is one.
     pub(crate) fn symmetries(&mut self) -> Result<Vec<Symmetry>, CycleError> {
-        let Self { return_map, path } = self;
+        let Self { return_map, path, .. } = self;
         let ahead = return_map.run(&path.start, path.period * (1.0 + DIFFERENCE))?.end.flat();
         let behind = return_map.run(&path.start, path.period * (1.0 - DIFFERENCE))?.end.flat();
-        let time = Symmetry { tangent: self.flow(), column: (ahead - behind) / (2.0 * DIFFERENCE) };
+        let by_angle = return_map.turn.as_ref().map(|turn| -turn.rate(&path.end).flat());
+        let columns = std::iter::once((ahead - behind) / (2.0 * DIFFERENCE)).chain(by_angle);
         self.check_not_circular()?;
-        let Self { return_map, path } = self;
-        let rotation = return_map
-            .turn
-            .as_ref()
-            .map(|turn| Symmetry { tangent: turn.rate(&path.start).present(), column: -turn.rate(&path.end).flat() });
-        Ok(std::iter::once(time).chain(rotation).collect())
+        Ok(self.tangents().zip(columns).map(|(tangent, column)| Symmetry { tangent, column }).collect())
+    }
+
+    /// The tangents of the symmetries at the beginning of the period.
+    pub(crate) fn tangents(&self) -> impl Iterator<Item = DVector<f64>> {
+        let rotation = self.return_map.turn.as_ref().map(|turn| turn.rate(&self.path.start).present());
+        std::iter::once(self.flow()).chain(rotation)
     }
 
     /// Returns an error for a rotating wave if the angle is unknown: it returns rotated after any time.
@@ -109,9 +119,9 @@ impl<'a, M: Model> Traced<'a, M> {
     pub(crate) fn flow(&self) -> DVector<f64> {
         // The slope of the strain is extrapolated. That of the variables is the one at the last Radau point of the
         // past.
-        let Self { return_map, path } = self;
-        let mut at_start = vec![0.0; return_map.grid.order()];
-        lagrange(&return_map.grid.stages, 0.0, &mut at_start);
+        let Self { return_map, path, .. } = self;
+        let stages = &return_map.grid.stages;
+        let at_start: Vec<f64> = (0..stages.len()).map(|k| lagrange_value(stages, k, 0.0)).collect();
         let strain = carried(&DVector::zeros(path.start.strain.len()), &path.strain_slopes[0], &at_start);
         let variables = path.start.slopes.last().and_then(|slopes| slopes.last());
         let all = strain.iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();

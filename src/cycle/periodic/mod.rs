@@ -4,7 +4,7 @@
 //! solves for x, T and φ by single shooting over one period. The phase conditions are those of DDE-BIFTOOL (`psol`).
 
 mod equations;
-pub(super) mod guess;
+mod guess;
 mod history;
 mod linear;
 mod multipliers;
@@ -22,13 +22,12 @@ use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{ExtraConditions, OrbitUnknowns};
-use super::map::{PRECISE, ReturnMap, TimeGrid};
+use super::map::{ReturnMap, TimeGrid};
 use super::symmetry::check_periodic;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Root;
-use guess::{state_of_run, state_of_steady_laws};
 
 /// Finds periodic orbits of shoots whose length is constant.
 ///
@@ -107,8 +106,8 @@ impl PeriodicSolver {
     /// Errors of [`from_mode`](Self::from_mode), or a shoot that no integrator has advanced.
     pub fn from_run(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
         let return_map = self.return_map(shoot, period)?;
-        let (start, angle) = (state_of_run(&return_map, period)?, return_map.angle());
-        let guess = OrbitUnknowns { start, clock: period, forced: false, angle, parameter: 0.0 };
+        let (start, angle) = (return_map.state_of_run(period)?, self.angle.unwrap_or(0.0));
+        let guess = OrbitUnknowns { start, period_or_rate: period, forced: false, angle, parameter: 0.0 };
         corrector::solve(*self, shoot, guess, &ExtraConditions::default())
     }
 
@@ -137,9 +136,9 @@ impl PeriodicSolver {
         let (what, angle) = ("angle of a forced orbit", self.angle.unwrap_or(0.0));
         ParameterError::unless(self.angle.is_none(), what, angle, "none: the forcing has no axis")?;
         let mut return_map = self.return_map(shoot, period)?;
-        let (start, rod) = state_of_steady_laws(&mut return_map)?;
+        let (start, rod) = return_map.state_of_steady_laws()?;
         check_periodic(shoot, &rod, period)?;
-        let guess = OrbitUnknowns { start, clock: period, forced: true, angle: 0.0, parameter: 0.0 };
+        let guess = OrbitUnknowns { start, period_or_rate: period, forced: true, angle: 0.0, parameter: 0.0 };
         corrector::solve(*self, shoot, guess, &ExtraConditions::default())
     }
 
@@ -164,11 +163,5 @@ impl PeriodicSolver {
     /// Period of the map over that of a swing: the settings may be for half a swing.
     fn share(&self) -> f64 {
         if self.angle.is_some_and(|angle| angle.cos() < 0.0) { 0.5 } else { 1.0 }
-    }
-
-    /// Smallest norm of the strain in a residual, 1/m. The strain of a forced orbit may be zero up to the rounding
-    /// of equilibria.
-    pub(crate) fn least(&self, shoot: &Shoot<impl Model>, forced: bool) -> f64 {
-        if forced { PRECISE / (self.tolerance * shoot.rod().length()) } else { f64::MIN_POSITIVE }
     }
 }

@@ -4,6 +4,8 @@
 //! A shift in time and a rotation of an autonomous orbit give trivial multipliers 1, which are removed from the
 //! lists.
 
+use nalgebra::Complex;
+
 use super::linear::Traced;
 use super::orbit::PeriodicOrbit;
 use super::plane::OrbitPlane;
@@ -11,8 +13,8 @@ use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::{Monodromy, StateRotation};
 use crate::cycle::sensitivity::ASYMMETRY;
-use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES};
-use crate::error::ParameterError;
+use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES, remove_nearest};
+use crate::error::{ParameterError, ensure};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -72,7 +74,7 @@ impl PeriodicOrbit {
             if across && plane.is_none() {
                 break;
             }
-            let found = LeadingSpectrum::of(self.start.flat().len(), count + TRIVIAL, |x| {
+            let found = LeadingSpectrum::of(self.start.flat().len(), count + TRIVIAL, &mut |x| {
                 let mut end = monodromy.apply(&self.start.with_values(x))?;
                 if let Some(plane) = &plane {
                     // Rounding couples disturbances in the plane with those out of it, so that the larger
@@ -99,16 +101,12 @@ impl PeriodicOrbit {
         let trivial = if plane.is_some() { [own_period, rotation] } else { [own_period + rotation, 0] };
         for (list, number) in lists.iter_mut().zip(trivial) {
             for _ in 0..number {
-                let defect = |one: &Eigenvalue| (one.value - 1.0).norm();
-                let nearest = (0..list.len()).min_by(|a, b| defect(&list[*a]).total_cmp(&defect(&list[*b])));
-                let defect = nearest.map_or(f64::INFINITY, |at| defect(&list.remove(at)));
-                largest_defect = if defect > largest_defect { defect } else { largest_defect };
+                let defect = remove_nearest(list, Complex::ONE, f64::INFINITY);
+                largest_defect = defect.unwrap_or(f64::INFINITY).max(largest_defect);
             }
         }
-        if !(largest_defect <= DEFECT) {
-            let intervals = self.settings.intervals;
-            return Err(CycleError::Unresolved { error: largest_defect, intervals });
-        }
+        let intervals = self.settings.intervals;
+        ensure(largest_defect <= DEFECT, CycleError::Unresolved { error: largest_defect, intervals })?;
         let [in_plane, out_of_plane] = lists;
         let values = match plane {
             Some(_) => Disturbances::Planar { in_plane, out_of_plane },

@@ -4,14 +4,15 @@
 use super::PeriodicSolver;
 use super::linear::Traced;
 use crate::cycle::corrector::check_residual;
+use crate::cycle::equations::EvaluatedEquations;
 use crate::cycle::error::CycleError;
+use crate::cycle::extended::OrbitUnknowns;
 use crate::cycle::map::{PhaseState, carried};
 use crate::cycle::rotated::excursion;
-use crate::cycle::symmetry::{check_autonomous, check_periodic};
-use crate::model::Model;
+use crate::cycle::symmetry::check_periodic;
+use crate::model::{Model, Scene};
 use crate::numerics::scalar::maximum;
 use crate::rod::Rod;
-use crate::scene::Scene;
 use crate::shoot::Shoot;
 
 /// A periodic orbit of a shoot, or a relative one: x(T) = R(φ) x(0). The state x is the strain, the variables of the
@@ -44,15 +45,14 @@ pub struct PeriodicOrbit {
 impl PeriodicOrbit {
     /// Maps the state of the orbit over a period, and checks that it returns.
     pub(crate) fn retrace<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<Traced<'a, M>, CycleError> {
-        let traced = Traced::of(&self.settings, shoot, (&self.start, self.period, self.angle), Vec::new())?;
-        let path = &traced.path;
-        if self.forced_from.is_none() {
-            check_autonomous(shoot, &path.stages[0][0].rod)?;
-        } else {
-            check_periodic(shoot, &path.stages[0][0].rod, self.period)?;
+        let (start, forced) = (self.start.clone(), self.forced_from.is_some());
+        let at = OrbitUnknowns { start, period_or_rate: self.period, forced, angle: self.angle, parameter: 0.0 };
+        let traced = Traced::of(self.settings, shoot, at, Vec::new())?;
+        traced.check()?;
+        if forced {
+            check_periodic(shoot, &traced.path.stages[0][0].rod, self.period)?;
         }
-        let residual = self.start.residual(&path.end, self.settings.least(shoot, self.forced_from.is_some()));
-        check_residual(residual, self.settings.tolerance)?;
+        check_residual(traced.residual().1, self.settings.tolerance)?;
         Ok(traced)
     }
 
@@ -62,7 +62,7 @@ impl PeriodicOrbit {
     /// # Errors
     /// A shoot that is not the one of the orbit, or an equilibrium that is not found.
     pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
-        let Traced { mut return_map, path } = self.retrace(shoot)?;
+        let Traced { mut return_map, path, .. } = self.retrace(shoot)?;
         let length = self.period / self.settings.intervals as f64;
         let all = path.strains.iter().enumerate();
         all.map(|(n, strain)| Ok((n as f64 * length, return_map.equilibrate_at(strain, n as f64 * length)?.0)))
@@ -79,7 +79,7 @@ impl PeriodicOrbit {
     }
 
     pub(crate) fn largest_excursion_on(&self, traced: &mut Traced<impl Model>) -> Result<(f64, Rod), CycleError> {
-        let Traced { return_map, path } = traced;
+        let Traced { return_map, path, .. } = traced;
         let (shoot, length) = (return_map.shoot, self.period / self.settings.intervals as f64);
         // The base of the scene, from which the base of a held shoot may rotate.
         let base = |time: f64| shoot.model.scene().base(shoot.environment().time + time * length);

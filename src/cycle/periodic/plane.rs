@@ -17,7 +17,6 @@ use crate::tropism::{Rotation, Source};
 const MIXED: f64 = 1e-5;
 
 /// The plane of an orbit, with the subspaces of strain and variables in it and out of it.
-#[derive(Debug, Clone)]
 pub(super) struct OrbitPlane {
     /// Direction of the strain of the orbit.
     bend: Vector2<f64>,
@@ -25,7 +24,6 @@ pub(super) struct OrbitPlane {
 }
 
 /// The subspace to which a variable belongs.
-#[derive(Debug, Clone, Copy)]
 enum Subspace {
     /// First of a pair, with the direction of its component in the plane.
     Pair(Vector2<f64>),
@@ -40,7 +38,7 @@ enum Subspace {
 impl OrbitPlane {
     /// The plane of a trajectory; none if it is not planar, or if the two kinds of disturbances are coupled.
     pub fn of(traced: &Traced<impl Model>, monodromy: &Monodromy) -> Result<Option<Self>, CycleError> {
-        let Traced { return_map, path } = traced;
+        let Traced { return_map, path, .. } = traced;
         let strains = || path.strains.iter().flat_map(|strain| pairs(strain.as_slice()));
         let bend = direction(strains);
         if !(largest(strains(), across(bend)) < ASYMMETRY * largest(strains(), bend)) {

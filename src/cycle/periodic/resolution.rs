@@ -2,7 +2,7 @@
 
 use super::linear::Traced;
 use crate::cycle::error::CycleError;
-use crate::cycle::extended::{BorderedSystem, OrbitUnknowns};
+use crate::cycle::extended::BorderedSystem;
 use crate::cycle::map::{Monodromy, ReturnMap, TimeGrid};
 use crate::model::Model;
 use crate::numerics::scalar::largest;
@@ -12,13 +12,9 @@ use crate::numerics::scalar::largest;
 /// The orbit is mapped over a period on a grid with two more stages, whose error is smaller by the square of the
 /// length of an interval over the time scale of the rates. One Newton step corrects the difference of start and end
 /// there. The estimate is the largest relative change of the period, of the state, and of the strain along the
-/// orbit. `least` (1/m) is a lower bound of the norm of the strain.
-pub(super) fn error_of(
-    Traced { return_map, path }: &Traced<impl Model>,
-    at: &OrbitUnknowns,
-    linear: &BorderedSystem<Monodromy>,
-    least: f64,
-) -> Result<f64, CycleError> {
+/// orbit.
+pub(super) fn error_of(traced: &Traced<impl Model>, linear: &BorderedSystem<Monodromy>) -> Result<f64, CycleError> {
+    let Traced { at, return_map, path, .. } = traced;
     let (start, period, kept) = (&path.start, path.period, return_map.kept);
     let grid = TimeGrid::new(return_map.grid.intervals, return_map.grid.order() + 2);
     let mut fine = ReturnMap::new(return_map.shoot, grid, period, return_map.turn.as_ref().map(|turn| turn.angle))?;
@@ -33,10 +29,9 @@ pub(super) fn error_of(
     let end = finer.end.on_grid(&fine.grid, &return_map.grid, kept, 1.0);
     let update = linear.update(at, &(end.flat() - start.flat()), &[])?;
     let update = update.ok_or(CycleError::not_converged(0, f64::INFINITY))?;
-    let change = start.with_values(&update.state);
-    let size = path.strains.iter().map(|strain| strain.norm()).fold(least, f64::max);
+    let size = path.strains.iter().map(|strain| strain.norm()).fold(traced.least(), f64::max);
     let along = path.strains.iter().zip(&finer.strains).map(|(one, other)| (one - other).norm() / size);
-    let all = along.chain([(update.clock / period).abs(), change.strain.norm() / size]);
+    let all = along.chain([(update.period_or_rate / period).abs(), update.start.strain.norm() / size]);
     // `f64::max` would drop a NaN.
     Ok(largest(all))
 }

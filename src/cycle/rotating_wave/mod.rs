@@ -7,7 +7,6 @@
 //! roots, det M(λ) = 0. See BifurcationKit, "modulated travelling waves".
 
 mod corotating;
-mod equations;
 mod roots;
 
 pub use roots::WaveRoots;
@@ -62,11 +61,6 @@ impl RotatingWave {
     pub fn height(&self) -> f64 {
         (self.rod.frames()[0] * Vector3::z()).dot(&(self.rod.tip() - self.rod.base_position()))
     }
-
-    /// The unknowns of the wave.
-    fn unknowns(&self) -> OrbitUnknowns {
-        unknowns(bends(&self.rod), self.rate)
-    }
 }
 
 /// Finds rotating waves of upright shoots by Newton's method for shape and rate.
@@ -116,14 +110,14 @@ impl RotatingWaveSolver {
     /// # Errors
     /// Errors of [`from_mode`](Self::from_mode), or a shoot with another number of points.
     pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &RotatingWave) -> Result<RotatingWave, CycleError> {
-        self.solve(shoot, orbit.unknowns())
+        self.solve(shoot, self.of_orbit(shoot, orbit)?)
     }
 
     /// Solves with the phase of the guess.
     fn solve(&self, shoot: &Shoot<impl Model>, guess: OrbitUnknowns) -> Result<RotatingWave, CycleError> {
         ParameterError::positive("tolerance of a rotating wave", self.tolerance, "")?;
-        let (tangent, weights) = (rotation_tangent(&guess.start.strain), guess.start.weights());
-        let conditions = ExtraConditions::default().with_phases_of(&guess, &[tangent], &weights);
+        let tangent = rotation_tangent(&guess.start.strain);
+        let conditions = ExtraConditions::default().with_phases_of(&guess, &[tangent]);
         corrector::solve(*self, shoot, guess, &conditions)
     }
 }
@@ -132,5 +126,5 @@ impl RotatingWaveSolver {
 /// counterclockwise positive).
 fn unknowns(strain: DVector<f64>, rate: f64) -> OrbitUnknowns {
     let start = PhaseState { strain, variables: DVector::zeros(0), slopes: Vec::new() };
-    OrbitUnknowns { start, clock: rate, forced: false, angle: 0.0, parameter: 0.0 }
+    OrbitUnknowns { start, period_or_rate: rate, forced: false, angle: 0.0, parameter: 0.0 }
 }

@@ -16,13 +16,13 @@ use crate::cycle::corrector::check_residual;
 use crate::cycle::equations::EvaluatedEquations;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::{Monodromy, bends};
-use crate::cycle::periodic::guess::state_of_waves;
 use crate::cycle::periodic::{MAX_INTERVALS, PeriodicSolver};
 use crate::cycle::sensitivity::ASYMMETRY;
-use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES};
-use crate::error::ParameterError;
+use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES, remove_nearest};
+use crate::error::{ParameterError, ensure};
 use crate::linearisation::{newton, newton_step};
 use crate::model::Model;
+use crate::numerics::scalar::sort_by_value;
 use crate::shoot::Shoot;
 
 /// Largest multiple of 2πi/T that is tried for a root.
@@ -86,17 +86,14 @@ impl RotatingWave {
         let (period, rate) = (self.period(), self.rate.abs());
         let zero = function.polish(Complex::ZERO, &[])?;
         let mut known = vec![zero];
-        let mut multipliers: Vec<Complex<f64>> = spectrum.values.iter().map(|one| one.value).collect();
-        let one = Complex::from(1.0);
-        let trivial = remove_nearest(&mut multipliers, one, f64::INFINITY).ok_or(f64::INFINITY)?;
-        let distance = (trivial - one).norm();
-        if !(zero.norm() < ASYMMETRY * rate && distance < APART * rate * period) {
-            return Err((distance / period).max(zero.norm()) / rate);
-        }
+        let mut multipliers = spectrum.values.clone();
+        let distance = remove_nearest(&mut multipliers, Complex::ONE, f64::INFINITY).ok_or(f64::INFINITY)?;
+        let near = zero.norm() < ASYMMETRY * rate && distance < APART * rate * period;
+        ensure(near, (distance / period).max(zero.norm()) / rate)?;
         let mut roots = Vec::<Eigenvalue>::new();
         // Largest multipliers first. The conjugate of a root has a multiplier of its own.
         multipliers.reverse();
-        while let Some(multiplier) = multipliers.pop() {
+        while let Some(Eigenvalue { value: multiplier, .. }) = multipliers.pop() {
             let first = multiplier.ln() / period;
             let frame = |k: i32| first + Complex::new(0.0, TAU / period * f64::from(k));
             // The Newton step is shortest from the value next to a root.
@@ -104,9 +101,7 @@ impl RotatingWave {
             let best = steps.min_by(|a, b| a.1.total_cmp(&b.1)).ok_or(f64::INFINITY)?.0;
             let value = function.polish(best, &known)?;
             let difference = (value - best).norm();
-            if !(difference < APART * rate) {
-                return Err(difference / rate);
-            }
+            ensure(difference < APART * rate, difference / rate)?;
             let value = Complex::new(value.re, value.im.abs());
             let value = if value.im < REAL * rate { Complex::from(value.re) } else { value };
             known.push(value);
@@ -116,16 +111,9 @@ impl RotatingWave {
             }
             roots.push(Eigenvalue { value, residual: difference });
         }
-        roots.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
+        sort_by_value(&mut roots, |root| -root.value.re);
         Ok(WaveRoots { roots, line: spectrum.radius.ln() / period, trivial: zero.norm() })
     }
-}
-
-/// Removes the number nearest to a given one from a list, if their distance is below a limit.
-fn remove_nearest(list: &mut Vec<Complex<f64>>, to: Complex<f64>, within: f64) -> Option<Complex<f64>> {
-    let distances = list.iter().map(|z| (z - to).norm()).enumerate();
-    let (nearest, _) = distances.filter(|(_, d)| *d < within).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(list.remove(nearest))
 }
 
 /// The characteristic function det M(λ), with M = λ + ν ẑ × − REGR ∂gradient.
@@ -140,10 +128,10 @@ impl<'a, M: Model> Characteristic<'a, M> {
         let what = "length of the shoot of the orbit";
         // The sum of the lengths of elements has rounding errors.
         ParameterError::unless((length - own).abs() <= 1e-12 * own, what, length, "that of the shoot (m)")?;
-        let problem = Corotating::new(shoot, &orbit.unknowns().start.strain, orbit.rate, Some(&orbit.rod))?;
+        let problem = Corotating::new(shoot, &bends(&orbit.rod), orbit.rate, Some(&orbit.rod))?;
         problem.check()?;
         let tolerance = orbit.residual.max(RotatingWaveSolver::default().tolerance);
-        check_residual(problem.relative_residual(), tolerance)?;
+        check_residual(problem.residual().1, tolerance)?;
         let responses = problem.responses()?;
         Ok(Self { problem, responses })
     }
@@ -153,11 +141,11 @@ impl<'a, M: Model> Characteristic<'a, M> {
         let (problem, period) = (&self.problem, TAU / self.problem.rate.abs());
         let mut return_map = solver.return_map(problem.shoot, period)?;
         let (strain, turn) = (bends(&problem.rod), problem.rate * period);
-        let start = state_of_waves(&return_map, &problem.phases, &problem.periodic, strain, turn);
+        let start = return_map.state_of_waves(&problem.phases, &problem.points, strain, turn);
         let path = return_map.run(&start, period)?;
         let response = |time: f64| self.response_at(problem.rate * time);
         let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;
-        LeadingSpectrum::of(start.flat().len(), wanted, |x| monodromy.apply_flat(x))
+        LeadingSpectrum::of(start.flat().len(), wanted, &mut |x| monodromy.apply_flat(x))
     }
 
     /// Derivatives of the stimuli of all points by the strain, for the shape rotated by an angle (rad).
@@ -175,14 +163,10 @@ impl<'a, M: Model> Characteristic<'a, M> {
         }
         // The derivatives at the phases are by the strain before the rotation.
         let (sine, cosine) = angle.sin_cos();
-        for point in 0..points {
-            for row in 0..out.nrows() {
-                let (a, b) = (out[(row, 2 * point)], out[(row, 2 * point + 1)]);
-                out[(row, 2 * point)] = cosine * a - sine * b;
-                out[(row, 2 * point + 1)] = sine * a + cosine * b;
-            }
-        }
-        out
+        DMatrix::from_fn(points * m, 2 * points, |row, k| {
+            let (a, b) = (out[(row, k - k % 2)], out[(row, k - k % 2 + 1)]);
+            if k % 2 == 0 { cosine * a - sine * b } else { sine * a + cosine * b }
+        })
     }
 
     /// The step of Newton's method for det M(z)/Π (z − known); NaN if the laws are singular.

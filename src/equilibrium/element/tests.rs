@@ -7,6 +7,7 @@ use crate::so3;
 /// An element with arbitrary data, in units in which everything is of order one.
 #[derive(Clone)]
 struct Sample {
+    reference: &'static ReferenceElement,
     frames: [UnitQuaternion<f64>; 2],
     rotations: Vec<Vector3<f64>>,
     points: Vec<MaterialPoint>,
@@ -44,19 +45,19 @@ fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample 
     let places = if material.line_response(&Tissue::of(&points[0], 0.0), &Vector3::x()).is_none() { 2 } else { 0 };
     let reaction = |i| PointReaction { element: 0, x: [0.3, 0.8][i], force: vector(), couple: Vector3::zeros() };
     let inside = (0..places).map(reaction).collect();
-    Sample { frames: [start, end], rotations, points, forces, inside, material }
+    Sample { reference: ReferenceElement::of(order), frames: [start, end], rotations, points, forces, inside, material }
 }
 
-fn evaluate<const P: usize>(order: Order, s: &Sample) -> (f64, ElementSystem) {
+fn evaluate<const P: usize>(s: &Sample) -> (f64, ElementSystem) {
     let mut system = ElementSystem::default();
-    let data = s.data();
-    let energy = system.evaluate::<P, true>(ReferenceElement::of(order), &s.material, &data);
+    let energy = system.evaluate::<P, true>(&s.material, &s.data());
     (energy, system)
 }
 
 impl Sample {
     fn data(&self) -> ElementData<'_> {
         ElementData {
+            reference: self.reference,
             frame: &self.frames[0],
             rotations: &self.rotations,
             points: &self.points,
@@ -78,8 +79,8 @@ impl Sample {
 }
 
 /// The gradient with respect to rotations of both frames, at fixed interior rotation vectors.
-fn frame_gradient<const P: usize>(order: Order, s: &Sample) -> [f64; 6] {
-    let (_, system) = evaluate::<P>(order, s);
+fn frame_gradient<const P: usize>(s: &Sample) -> [f64; 6] {
+    let (_, system) = evaluate::<P>(s);
     let (end, whole) = (system.gradient[P - 1], system.gradient[P]);
     let (g1, g0) = (system.chain.tr_mul(&end), whole - system.chain * end);
     [g1.x, g1.y, g1.z, g0.x, g0.y, g0.z]
@@ -93,15 +94,14 @@ fn unit(i: usize, h: f64) -> (Vector3<f64>, Vector3<f64>) {
 
 #[test]
 fn gradient_matches_differences_of_the_energy() {
-    let order = Order::Six;
     for material in LAWS {
-        let s = sample(order, material);
-        let gradient = frame_gradient::<3>(order, &s);
+        let s = sample(Order::Six, material);
+        let gradient = frame_gradient::<3>(&s);
         for (i, value) in gradient.iter().enumerate() {
             let h = 1e-5;
             let energy = |h: f64| {
                 let (last, first) = unit(i, h);
-                evaluate::<3>(order, &s.turned(&last, &first)).0
+                evaluate::<3>(&s.turned(&last, &first)).0
             };
             // Central difference: h² times a third derivative of order ten, and rounding 1e-16/h.
             assert!(((energy(h) - energy(-h)) / (2.0 * h) - value).abs() < 1e-8);
@@ -114,10 +114,9 @@ fn condensed_hessian_without_interior_matches_differences_of_the_gradient() {
     // With one Gauss point there is no interior, so the condensed blocks are the whole Hessian. It is symmetric in
     // the chart exp(φ̂), the difference of the gradient is one in moving frames: they differ by the antisymmetric
     // part, half the couple.
-    let order = Order::Two;
     for material in LAWS {
-        let s = sample(order, material);
-        let (_, mut system) = evaluate::<1>(order, &s);
+        let s = sample(Order::Two, material);
+        let (_, mut system) = evaluate::<1>(&s);
         let mut inertia = Inertia::default();
         let blocks = system.condense::<1>(&s.data(), 0.0, &mut inertia);
         let h = 1e-5;
@@ -125,8 +124,8 @@ fn condensed_hessian_without_interior_matches_differences_of_the_gradient() {
             for j in 0..6 {
                 let difference = |i: usize, j: usize| {
                     let (plus, minus) = (unit(j, h), unit(j, -h));
-                    (frame_gradient::<1>(order, &s.turned(&plus.0, &plus.1))[i]
-                        - frame_gradient::<1>(order, &s.turned(&minus.0, &minus.1))[i])
+                    (frame_gradient::<1>(&s.turned(&plus.0, &plus.1))[i]
+                        - frame_gradient::<1>(&s.turned(&minus.0, &minus.1))[i])
                         / (2.0 * h)
                 };
                 let expected = 0.5 * (difference(i, j) + difference(j, i));
@@ -144,16 +143,15 @@ fn condensed_hessian_without_interior_matches_differences_of_the_gradient() {
 
 #[test]
 fn hessian_matches_differences_of_the_gradient() {
-    let order = Order::Eight;
     for material in LAWS {
-        let s = sample(order, material);
-        let (_, system) = evaluate::<4>(order, &s);
+        let s = sample(Order::Eight, material);
+        let (_, system) = evaluate::<4>(&s);
         let h = 1e-5;
         for j in 0..12 {
             let gradient = |h: f64| {
                 let mut moved = s.clone();
                 moved.rotations[j / 3][j % 3] += h;
-                evaluate::<4>(order, &moved).1.gradient
+                evaluate::<4>(&moved).1.gradient
             };
             let (plus, minus) = (gradient(h), gradient(-h));
             for i in j..15 {
@@ -167,17 +165,16 @@ fn hessian_matches_differences_of_the_gradient() {
 
 #[test]
 fn rows_of_a_chord_are_the_gradients_of_the_work_of_unit_forces_at_its_end() {
-    let order = Order::Eight;
-    let mut s = sample(order, &BENDING);
+    let mut s = sample(Order::Eight, &BENDING);
     s.inside.clear();
     // The rows are not reduced, since the interior was not eliminated.
-    let (_, free) = evaluate::<4>(order, &s);
+    let (_, free) = evaluate::<4>(&s);
     for x in [0.0, 0.3, 0.8] {
-        let rows = free.chord_rows::<4>(ReferenceElement::of(order), &s.material, &s.data(), x);
+        let rows = free.chord_rows::<4>(&s.material, &s.data(), x);
         for (k, row) in rows.iter().enumerate() {
             let force = Vector3::ith(k, 1.0);
             let inside = vec![PointReaction { element: 0, x, force, couple: Vector3::zeros() }];
-            let (_, loaded) = evaluate::<4>(order, &Sample { inside, ..s.clone() });
+            let (_, loaded) = evaluate::<4>(&Sample { inside, ..s.clone() });
             for n in 0..=4 {
                 // Rounding of gradients of order one.
                 let difference = free.gradient[n] - loaded.gradient[n] - vector_at(row, 3 * n);

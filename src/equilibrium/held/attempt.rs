@@ -4,15 +4,13 @@
 //! would leave the range of the linear rod. Then the contact problem is solved for smaller shares until a step fits,
 //! and for larger ones with extrapolated forces, so that the contacts stay on their sides of the obstacles.
 
-use nalgebra::DVector;
-
 use super::candidate::deepest;
 use super::linear::Linear;
 use super::reduced::LinearContact;
 use super::search::HeldSearch;
-use super::settings::SETTINGS;
+use super::settings;
 use super::trial::{Attempt, Course, Merit, Start, Step, Trial};
-use crate::equilibrium::{EquilibriumError, Inertia};
+use crate::equilibrium::EquilibriumError;
 use crate::rod::Rod;
 
 /// Rotation in a step below which the steps are expected to converge, rad.
@@ -54,43 +52,36 @@ impl HeldSearch<'_> {
         course: &mut Course,
         (shift, needed): (f64, bool),
     ) -> Result<Attempt, EquilibriumError> {
-        let (energy, pivots) = self.factorise(rod, shift)?;
+        let factors = self.factorise(rod, shift)?;
         self.body.balance();
-        let mut start = self.start(rod);
-        let merit = self.merit(rod, energy);
-        self.found.energy = merit.energy;
+        let mut start = self.start(rod, factors.energy);
         let (mut additions, mut searched, mut tested) = (0, self.obstacles.contacts.is_empty(), false);
         // In contact, Newton's method tests the tangent only after a step that is too long or that the line search
         // shortens or refuses.
-        let is_newton = self.is_loaded() && !course.is_guarded() && self.stable && shift == 0.0;
+        let is_newton = self.is_loaded() && !course.is_descent() && self.stable && shift == 0.0;
         loop {
-            let linear = self.linearise(rod);
+            let mut trial = Trial::new(self.linearise(rod, factors));
             if !std::mem::replace(&mut tested, true)
-                && let Some(attempt) = self.test_tangent(rod, course, &start, (&linear, pivots, shift))
+                && let Some(attempt) = self.test_tangent(rod, course, &start, &trial.linear)
             {
                 return Ok(attempt);
             }
-            let zero = DVector::zeros(linear.response.size());
-            let mut trial = Trial::new(linear);
-            self.solve_trial(&mut trial, &start, &zero, None);
+            self.solve_trial(&mut trial, &start, None);
             let turn = trial.turn;
             if !turn.is_finite() && (shift > 0.0 || !self.stable) {
                 return Err(EquilibriumError::NotFinite { what: "Newton step" });
             }
             // The comparison fails for NaN.
             if !(turn <= LONGEST_STEP || turn.is_finite() && !self.stable) {
-                return Ok(if is_newton && self.is_unstable(&trial.linear, pivots) {
-                    Attempt::Lost
-                } else {
-                    Attempt::Rejected
-                });
+                let lost = is_newton && self.is_unstable(&trial.linear);
+                return Ok(if lost { Attempt::Lost } else { Attempt::Rejected });
             }
-            if needed && self.tests_inertia(course) && self.is_at_saddle(&merit, turn, course.last) {
-                self.count_saddle(course, merit.energy, turn)?;
-                self.leave_saddle(rod, &start, (&trial.linear, &merit), course.saddles - 1);
+            if needed && self.tests_inertia(course) && self.is_at_saddle(&start.merit, turn, course.last_turn) {
+                self.count_saddle(course, start.merit.energy, turn)?;
+                self.leave_saddle(rod, &start, &trial.linear, course.saddles - 1);
                 return Ok(Attempt::Moved);
             }
-            match self.fit(rod, &mut start, &mut trial, (shift, &mut searched)) {
+            match self.fit(rod, &mut start, &mut trial, &mut searched) {
                 RangeCheck::Found => continue,
                 RangeCheck::Misses => {
                     // If nodes have moved, the equilibrium on the nodes before is close, and a shift is tried.
@@ -99,14 +90,14 @@ impl HeldSearch<'_> {
                 }
                 RangeCheck::Fits => {}
             }
-            if additions < SETTINGS.additions && self.add_to(rod, &mut start) {
+            if additions < settings::ADDITIONS && self.add_to(rod, &mut start) {
                 additions += 1;
                 continue;
             }
-            let unchecked = self.is_unchecked(&trial, shift, course);
-            let fraction = self.descend(rod, (&start, &trial), &merit, unchecked);
+            let unchecked = self.is_unchecked(&trial, course);
+            let fraction = self.descend(rod, (&start, &trial), unchecked);
             let shortened = fraction.is_none_or(|fraction| fraction < 1.0);
-            if is_newton && shortened && self.was_unstable(rod, (&start, &trial), pivots, fraction) {
+            if is_newton && shortened && self.was_unstable(rod, (&start, &trial), fraction) {
                 return Ok(Attempt::Lost);
             }
             let Some(fraction) = fraction else {
@@ -114,21 +105,19 @@ impl HeldSearch<'_> {
                 return Ok(Attempt::Rejected);
             };
             let (changed, drift) = (self.has_changed(&start), trial.turn + self.reaction_change(&start));
-            let (stretch, fraction) = (self.stretch(rod, &start.sites), fraction * trial.linear.share);
-            let Trial { linear, turn, .. } = trial;
-            let step = Step { turn, fraction, shift, pivots, linear, changed, stretch, drift };
-            return Ok(Attempt::Accepted(Box::new(step)));
+            let (stretch, removed) = (self.stretch(rod, &start.sites), fraction * trial.linear.share);
+            return Ok(Attempt::Accepted(Box::new(Step { trial, removed, changed, stretch, drift })));
         }
     }
 
-    /// Counts a saddle with the given energy (J), which the rod will leave. Returns an error if too many saddles before
-    /// it did not have less energy than all others. The next step has the given size (rad).
+    /// Counts a saddle with the given energy (J), which the rod will leave. Returns an error if `settings::SADDLES`
+    /// saddles were left since the one with the least energy. The next step has the given size (rad).
     fn count_saddle(&self, course: &mut Course, energy: f64, turn: f64) -> Result<(), EquilibriumError> {
         // A descent that reaches a saddle with less energy than all others does not move in a cycle.
         if energy < course.lowest - self.rounding_of(energy) {
             (course.lowest, course.saddles) = (energy, 0);
         }
-        if course.saddles == SETTINGS.saddles {
+        if course.saddles == settings::SADDLES {
             let negative = self.found.inertia.negative;
             let unstable = EquilibriumError::Unstable { negative };
             // An equilibrium without negative directions is neutral: the search has not converged.
@@ -140,16 +129,10 @@ impl HeldSearch<'_> {
 
     /// Whether the rod was unstable at the start of a step, of which it has moved by a fraction. An unstable rod
     /// returns to the start.
-    fn was_unstable(
-        &mut self,
-        rod: &mut Rod,
-        (start, trial): (&Start, &Trial),
-        pivots: Inertia,
-        fraction: Option<f64>,
-    ) -> bool {
+    fn was_unstable(&mut self, rod: &mut Rod, (start, trial): (&Start, &Trial), fraction: Option<f64>) -> bool {
         let (turns, base) = (self.body.system().turns.clone(), self.body.system().base);
         self.return_to(rod, start);
-        let unstable = self.is_unstable(&trial.linear, pivots);
+        let unstable = self.is_unstable(&trial.linear);
         if !unstable && let Some(fraction) = fraction {
             let system = self.body.system_mut();
             (system.turns, system.base) = (turns, base);
@@ -159,24 +142,19 @@ impl HeldSearch<'_> {
     }
 
     /// Whether the linear rod is unstable in a direction that the supports permit.
-    fn is_unstable(&self, linear: &Linear, pivots: Inertia) -> bool {
-        self.inertia_of(linear, pivots).negative > 0
+    fn is_unstable(&self, linear: &Linear) -> bool {
+        self.inertia_of(linear).negative > 0
     }
 
     /// Tests a tangent. A straight rod is bent first. In a search for a stable equilibrium, a tangent that is negative
     /// in a permitted direction needs a shift. In a search for an unstable one, a larger increase of the number of
-    /// negative directions means that a step has left the equilibrium. The inertia of a rod in contact is not tested
-    /// here without a guard. It is tested where a step is not accepted as a whole, and at the equilibrium.
-    fn test_tangent(
-        &mut self,
-        rod: &mut Rod,
-        course: &mut Course,
-        start: &Start,
-        (linear, pivots, shift): (&Linear, Inertia, f64),
-    ) -> Option<Attempt> {
-        let tests = self.tests_inertia(course);
-        let inertia = if tests { self.inertia_of(linear, pivots) } else { pivots };
-        if tests && (shift == 0.0 || inertia.negative > 0) {
+    /// negative directions means that a step has left the equilibrium. In contact, the inertia is tested here
+    /// only in a descent. Newton's method tests it after a step that is too long or that the line search shortens, and
+    /// at the equilibrium.
+    fn test_tangent(&mut self, rod: &mut Rod, course: &mut Course, start: &Start, linear: &Linear) -> Option<Attempt> {
+        let shift = linear.factors.shift;
+        let inertia = self.tests_inertia(course).then(|| self.inertia_of(linear));
+        if let Some(inertia) = inertia.filter(|inertia| shift == 0.0 || inertia.negative > 0) {
             self.found.inertia = inertia;
         }
         if !course.bowed
@@ -187,43 +165,38 @@ impl HeldSearch<'_> {
             self.bow_safely(rod, start, 2.0 * (missing / self.length).sqrt());
             return Some(Attempt::Moved);
         }
-        if tests && !self.stable {
-            let first = *course.negative.get_or_insert(inertia.negative);
-            if inertia.negative > first + SETTINGS.passed {
-                return Some(Attempt::Lost);
-            }
+        let negative = inertia?.negative;
+        if self.stable {
+            return (negative > 0).then_some(Attempt::Rejected);
         }
-        (self.stable && tests && inertia.negative > 0).then_some(Attempt::Rejected)
+        let first = *course.negative.get_or_insert(negative);
+        (negative > first + settings::PASSED).then_some(Attempt::Lost)
     }
 
-    /// Finds a share of the step that fits, and moves the rod.
-    fn fit(
-        &mut self,
-        rod: &mut Rod,
-        start: &mut Start,
-        trial: &mut Trial,
-        (shift, searched): (f64, &mut bool),
-    ) -> RangeCheck {
-        let (zero, before) = (DVector::zeros(trial.linear.response.size()), deepest(&start.candidates));
-        let mut fitting: Option<Fitting> = None;
+    /// Finds a share of the step that fits, and moves the rod. A share fits if its contact problem is solved, its
+    /// motion is in range, and the rod satisfies its conditions after the corrections. Let f be the factor by which the
+    /// motion may be longer. A share that does not fit is multiplied by 0.9 f, at least 0.25 and at most 0.9. A share
+    /// of a rod with contacts that fits with f of at least 2 is multiplied by 0.9 f, at most 4, until it is one or the
+    /// next one does not fit. The last share that fits is taken.
+    fn fit(&mut self, rod: &mut Rod, start: &mut Start, trial: &mut Trial, searched: &mut bool) -> RangeCheck {
+        let (before, mut fitting) = (deepest(&start.candidates), None::<Fitting>);
         let (mut failures, mut last) = (0, f64::INFINITY);
-        for number in 0..=SETTINGS.shortenings {
+        for number in 0..=settings::SHORTENINGS {
             if number > 0 {
                 let share = trial.linear.share;
                 let guess = fitting.as_ref().map(|known| (&known.corrected[..], share / known.share));
-                self.solve_trial(trial, start, &zero, guess);
+                self.solve_trial(trial, start, guess);
             }
             // The rod moves within the largest rotation, so that the test of obstacles sees a shape in this range.
-            let within = f64::min(1.0, SETTINGS.largest_turn / trial.turn);
+            let within = f64::min(1.0, settings::LARGEST_TURN / trial.turn);
             self.move_by(rod, start, trial, within);
             // Factor by which the step may be longer.
-            let mut factor = (SETTINGS.largest_turn / trial.turn).min(within * self.safe_share(rod, start));
+            let mut factor = (settings::LARGEST_TURN / trial.turn).min(within * self.safe_step_factor(rod, start));
             if factor < 1.0 && !std::mem::replace(searched, true) {
                 let reach = start.line.places.iter().zip(&self.line.places);
                 let reach = reach.map(|(a, b)| (b.position - a.position).norm()).fold(0.0, f64::max);
                 self.return_to(rod, start);
                 if self.add_candidates(rod, reach) {
-                    self.locate(rod);
                     start.candidates.clone_from(&self.candidates);
                     return RangeCheck::Found;
                 }
@@ -233,14 +206,14 @@ impl HeldSearch<'_> {
             }
             let uncorrected = trial.contacts.clone();
             // With obstacles, chords follow a shorter step without a shift. They return the rod to its conditions.
-            let chords = shift == 0.0 && !self.obstacles.contacts.is_empty();
-            let short = chords && trial.turn < SETTINGS.chord_turn;
+            let chords = trial.linear.factors.shift == 0.0 && !self.obstacles.contacts.is_empty();
+            let short = chords && trial.turn < settings::CHORD_TURN;
             if factor >= 1.0 && !short {
                 self.correct(rod, start, trial);
                 // The linear rod does not hold for this share if the corrections leave a penetration or pass an
                 // obstacle.
-                let permitted = SETTINGS.permitted * self.length + before * (1.0 - 0.5 * trial.linear.share);
-                if deepest(&self.candidates) > permitted || self.safe_share(rod, start) < 1.0 {
+                let permitted = settings::PERMITTED * self.length + before * (1.0 - 0.5 * trial.linear.share);
+                if deepest(&self.candidates) > permitted || self.safe_step_factor(rod, start) < 1.0 {
                     factor = 0.0;
                 }
             }
@@ -251,7 +224,7 @@ impl HeldSearch<'_> {
                 }
                 fitting = Some(Fitting { uncorrected, corrected: trial.contacts.clone(), share });
                 trial.linear.share = (share * (0.9 * factor).min(4.0)).min(1.0);
-            } else if fitting.is_some() || failures == SETTINGS.failures {
+            } else if fitting.is_some() || failures == settings::FAILURES {
                 break;
             } else {
                 // A step to another solution does not become shorter with the share.
@@ -262,7 +235,7 @@ impl HeldSearch<'_> {
         }
         let Some(Fitting { uncorrected, share, .. }) = fitting else { return RangeCheck::Misses };
         trial.linear.share = share;
-        self.take_contacts(trial, start, &zero, uncorrected);
+        self.take_contacts(trial, start, uncorrected);
         self.move_by(rod, start, trial, 1.0);
         self.correct(rod, start, trial);
         RangeCheck::Fits
@@ -272,7 +245,7 @@ impl HeldSearch<'_> {
     /// there are any.
     fn add_to(&mut self, rod: &mut Rod, start: &mut Start) -> bool {
         let known = self.candidates.clone();
-        if !self.add_candidates(rod, -SETTINGS.rounding * self.length) {
+        if !self.add_candidates(rod, -settings::ROUNDING * self.length) {
             return false;
         }
         let new = self.candidates.split_off(known.len());
@@ -290,23 +263,25 @@ impl HeldSearch<'_> {
     /// Whether a step needs no comparison of merits: it converges, its change of the energy is close to rounding, or an
     /// unstable equilibrium is sought.
     /// With friction, two shapes may satisfy the laws in turn.
-    fn is_unchecked(&self, trial: &Trial, shift: f64, course: &Course) -> bool {
+    fn is_unchecked(&self, trial: &Trial, course: &Course) -> bool {
         let rubs = trial.contacts.iter().any(|at| at.friction > 0.0);
-        let small = if rubs { TINY_TURN } else { SETTINGS.small_turn };
-        let converges = shift == 0.0 && trial.turn < CLOSE_TURN && trial.turn < SETTINGS.slow * course.last;
+        let small = if rubs { TINY_TURN } else { settings::SMALL_TURN };
+        let converges = trial.linear.factors.shift == 0.0
+            && trial.turn < CLOSE_TURN
+            && trial.turn < settings::SLOW * course.last_turn;
         trial.turn < small || !self.stable || converges
     }
 
     /// Whether the inertia is tested at the start of a step. It is for a rod without contact and in a descent.
     pub(super) fn tests_inertia(&self, course: &Course) -> bool {
-        !self.is_loaded() || course.is_guarded()
+        !self.is_loaded() || course.is_descent()
     }
 
     /// Whether a step with a shifted tangent and the rotation `turn` (rad), after one with the rotation `last`, is at a
     /// saddle of the energy, or at a neutral equilibrium where rounding decides. Steps are short with a large shift,
     /// too, so that the residual must be small.
     fn is_at_saddle(&self, merit: &Merit, turn: f64, last: f64) -> bool {
-        let stagnates = turn < NEAR_SADDLE.0 && turn > SETTINGS.slow * last;
+        let stagnates = turn < NEAR_SADDLE.0 && turn > settings::SLOW * last;
         let unstable = self.found.inertia.negative > 0 && merit.residual < NEAR_SADDLE.1 && stagnates;
         unstable || turn < AT_SADDLE.0 && merit.residual < AT_SADDLE.1
     }

@@ -41,8 +41,8 @@ pub(super) fn deepest(candidates: &[Candidate]) -> f64 {
 }
 
 impl Candidate {
-    /// A candidate without force.
-    pub fn at(obstacle: usize, (element, x): (usize, f64), point: bool) -> Self {
+    /// A candidate without force at an arc length (m).
+    pub fn at(obstacle: usize, arc_length: f64, (element, x): (usize, f64), point: bool) -> Self {
         let zero = Vector3::zeros();
         let gap = Gap { value: 0.0, normal: zero, curvature: Matrix3::zeros() };
         Self {
@@ -55,7 +55,7 @@ impl Candidate {
             touched: false,
             force: zero,
             status: Status::Open,
-            arc_length: 0.0,
+            arc_length,
             position: zero,
             gap,
             tangent: zero,

@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::line::{Line, LinePlace};
+use super::line::Line;
 use super::obstacles::{Gaps, Sample};
 use super::search::HeldSearch;
-use super::settings::{SAME, SETTINGS};
+use super::settings::{self, SAME};
 use crate::rod::Rod;
 
 /// Smallest distance of a candidate from a base that is not free, relative to an element. Closer to the base the
@@ -22,7 +22,7 @@ impl HeldSearch<'_> {
         let forces = self.candidates.iter().map(|at| (at.obstacle, at.force));
         self.obstacles.yielded = self.obstacles.displacements(forces);
         for site in &mut self.sites {
-            site.position = self.line.place(rod, (site.element, site.x)).position;
+            site.position = self.line.place(rod, site.place()).position;
             if let Some(spring) = &mut site.spring {
                 spring.locate(&self.laws, &site.position, time);
             }
@@ -39,7 +39,7 @@ impl HeldSearch<'_> {
             at.bend = frame * rod.strain_within(at.element, at.x).cross(&Vector3::z());
             // At an edge inside an obstacle the gap has a kink, and the derivatives do not show the place of least gap.
             let (slope, bend) = at.approach();
-            at.follows_gap = at.point && bend > SETTINGS.flat / self.length && slope.abs() <= bend * reach;
+            at.follows_gap = at.point && bend > settings::FLAT / self.length && slope.abs() <= bend * reach;
             if self.obstacles.contacts[at.obstacle].friction > 0.0 {
                 let material = rod.initial_apex_distance(at.element, at.x);
                 at.anchor = self.before.anchor(material, (&self.obstacles, at.obstacle));
@@ -58,24 +58,22 @@ impl HeldSearch<'_> {
     }
 
     /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima, and
-    /// at all stations beside a contact that penetrate. Returns whether there is a new one.
+    /// at all stations beside a contact that penetrate. Returns whether there is a new one, and evaluates all then.
     pub(super) fn add_candidates(&mut self, rod: &Rod, bound: f64) -> bool {
-        if self.obstacles.contacts.is_empty() {
-            return false;
-        }
         let mut new = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
             let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle, strains: &[] };
             let own: Vec<&Candidate> = self.candidates.iter().filter(|at| at.obstacle == obstacle).collect();
-            let values = self.gaps_at_stations(obstacle);
+            let values = gaps.at_stations();
             new.extend(self.minima(&gaps, &own, &values, bound));
             new.extend(self.penetrating(&gaps, &own, &values, bound));
         }
         let element = self.element;
-        let near = SETTINGS.near * element;
+        let near = settings::NEAR * element;
         let base = self.first_place();
         let mut changed = false;
-        for (at, s) in new.into_iter().filter(|(_, s)| *s >= base) {
+        for at in new.into_iter().filter(|at| at.arc_length >= base) {
+            let s = at.arc_length;
             // Contact points that stray, and open ones that slide, move to the new place.
             let leaves = |own: &Candidate| self.strays(own) || own.follows_gap && own.status == Status::Open;
             let close = |own: &Candidate| {
@@ -89,7 +87,7 @@ impl HeldSearch<'_> {
             }
             changed = true;
             let Some(i) = self.candidates.iter().position(close) else {
-                self.candidates.push(Candidate { arc_length: s, ..at });
+                self.candidates.push(at);
                 continue;
             };
             let own = &self.candidates[i];
@@ -101,8 +99,11 @@ impl HeldSearch<'_> {
             } else {
                 // Beside a contact point that is flat the rod lies on the obstacle.
                 self.candidates[i].point = false;
-                self.candidates.push(Candidate { arc_length: s, point: false, ..at });
+                self.candidates.push(Candidate { point: false, ..at });
             }
+        }
+        if changed {
+            self.locate(rod);
         }
         changed
     }
@@ -111,7 +112,7 @@ impl HeldSearch<'_> {
     /// slide to one.
     pub(super) fn strays(&self, at: &Candidate) -> bool {
         let inside = at.arc_length > self.length * SAME && at.arc_length < self.length * (1.0 - SAME);
-        at.point && !at.follows_gap && inside && at.approach().0.abs() > SETTINGS.steep
+        at.point && !at.follows_gap && inside && at.approach().0.abs() > settings::STEEP
     }
 
     /// The smallest arc length of a candidate, m. A base that is not free does not move.
@@ -120,57 +121,37 @@ impl HeldSearch<'_> {
         if free { 0.0 } else { NEAREST * self.element }
     }
 
-    /// The intervals between two neighbouring stations in which the gap to an obstacle may be less than `bound` (m).
-    fn intervals<'b>(
-        &'b self,
-        gaps: &'b Gaps,
-        values: &'b [f64],
-        bound: f64,
-    ) -> impl Iterator<Item = [Sample; 2]> + 'b {
-        let all = values.windows(2).zip(self.line.places.windows(2));
-        // A gap changes by at most the length of the centre line.
-        let low = move |(values, ends): &(&[f64], &[LinePlace])| {
-            values[0] + values[1] - (ends[1].path - ends[0].path) < 2.0 * bound
-        };
-        all.filter(low).map(|(_, ends)| [&ends[0], &ends[1]].map(|place| gaps.at(place)))
-    }
-
     /// The largest penetration at the base, at the stations and at the local minima of all gaps, m: also at minima that
     /// the elements do not resolve.
     pub(super) fn penetration(&self, rod: &Rod) -> f64 {
         let strains = self.body.strain_line(rod);
         let each = (0..self.obstacles.contacts.len()).flat_map(|obstacle| {
             let gaps = Gaps { rod, line: &self.line, obstacles: &self.obstacles, obstacle, strains: &strains };
-            let values = self.gaps_at_stations(obstacle);
+            let values = gaps.at_stations();
             let minima = |[from, to]: [Sample; 2]| gaps.minima(&from, &to, 0.0);
-            let inner = self.intervals(&gaps, &values, 0.0).flat_map(minima).map(|least| -least.gap);
+            let inner = gaps.intervals(&values, 0.0).flat_map(minima).map(|least| -least.gap);
             inner.chain(values.iter().map(|gap| -gap)).collect::<Vec<f64>>()
         });
         each.fold(0.0, f64::max)
     }
 
-    /// The gap to an obstacle at the base and at all stations, m.
-    fn gaps_at_stations(&self, obstacle: usize) -> Vec<f64> {
-        self.line.places.iter().map(|place| self.obstacles.gap_at(obstacle, &place.position).value).collect()
-    }
-
     /// New candidates at the local minima of the gap to an obstacle, which has the given values at all stations. In an
     /// interval in which the rod lies on the obstacle they are its ends.
-    fn minima(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<(Candidate, f64)> {
+    fn minima(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<Candidate> {
         let mut new = Vec::new();
-        for ends in self.intervals(gaps, values, bound) {
+        for ends in gaps.intervals(values, bound) {
             let [from, to] = &ends;
-            let flat = to.slope - from.slope < SETTINGS.flat / self.length * (to.arc_length - from.arc_length);
+            let flat = to.slope - from.slope < settings::FLAT / self.length * (to.arc_length - from.arc_length);
             for least in gaps.minima(from, to, bound) {
                 if own.iter().any(|at| self.represents(at, &least, [from, to])) {
                     continue;
                 }
                 if !flat || bound > 0.0 {
-                    new.push((Candidate::at(gaps.obstacle, (least.element, least.x), true), least.arc_length));
+                    new.push(Candidate::at(gaps.obstacle, least.arc_length, (least.element, least.x), true));
                     continue;
                 }
                 for end in ends.iter().filter(|end| end.arc_length >= self.first_place()) {
-                    new.push((Candidate::at(gaps.obstacle, (end.element, end.x), false), end.arc_length));
+                    new.push(Candidate::at(gaps.obstacle, end.arc_length, (end.element, end.x), false));
                 }
             }
         }
@@ -179,16 +160,16 @@ impl HeldSearch<'_> {
 
     /// New candidates at stations that penetrate an obstacle: ends of the rod where the gap decreases outwards, and
     /// stations next to a part of the rod that follows the obstacle.
-    fn penetrating(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<(Candidate, f64)> {
+    fn penetrating(&self, gaps: &Gaps, own: &[&Candidate], values: &[f64], bound: f64) -> Vec<Candidate> {
         let (margin, element) = (SAME * self.length, self.element);
-        let close = SETTINGS.near * element;
+        let close = settings::NEAR * element;
         let places = &self.line.places;
         let mut new = Vec::new();
         for (i, place) in places.iter().enumerate().filter(|(i, _)| values[*i] < bound) {
             let (before, next) = (&places[i.saturating_sub(1)], places.get(i + 1).unwrap_or(place));
             let within = before.arc_length - margin..=next.arc_length + margin;
             let near = || own.iter().filter(|at| within.contains(&at.arc_length));
-            let level = values[i] + SETTINGS.rounding * self.length;
+            let level = values[i] + settings::ROUNDING * self.length;
             let known = near().any(|at| {
                 let distance = (at.arc_length - place.arc_length).abs();
                 distance <= close && !self.strays(at) || at.follows_gap && at.gap.value <= level
@@ -201,8 +182,7 @@ impl HeldSearch<'_> {
             // Beside a contact that penetrates at the next station, the contact is a segment.
             let beside = bound < 0.0 && near().any(|at| Self::follows(at));
             if end || beside {
-                let at = Candidate::at(gaps.obstacle, (place.element, place.x), !beside);
-                new.push((at, place.arc_length));
+                new.push(Candidate::at(gaps.obstacle, place.arc_length, (place.element, place.x), !beside));
             }
         }
         new
@@ -210,25 +190,25 @@ impl HeldSearch<'_> {
 
     /// Whether a candidate is in contact at a place where the rod follows the obstacle.
     fn follows(at: &Candidate) -> bool {
-        !at.follows_gap && (!at.point || at.status != Status::Open) && at.approach().0.abs() <= SETTINGS.steep
+        !at.follows_gap && (!at.point || at.status != Status::Open) && at.approach().0.abs() <= settings::STEEP
     }
 
     /// Whether a candidate represents a local minimum of the gap between two neighbouring stations: the candidate
     /// moves to it, or the rod follows the obstacle there.
     fn represents(&self, at: &Candidate, least: &Sample, [from, to]: [&Sample; 2]) -> bool {
-        let close = SETTINGS.near * self.element;
+        let close = settings::NEAR * self.element;
         let by = least.arc_length - at.arc_length;
         if at.follows_gap {
             let inside = at.arc_length >= from.arc_length && at.arc_length <= to.arc_length;
             let towards = by.abs() <= close || inside && at.approach().0 * by < 0.0;
             // An open contact does not stay beside a place that penetrates the obstacle.
             let open = at.status == Status::Open && least.gap < 0.0;
-            return towards && !(open && at.gap.value > least.gap + SETTINGS.rounding * self.length);
+            return towards && !(open && at.gap.value > least.gap + settings::ROUNDING * self.length);
         }
         let beside = at.arc_length >= from.arc_length - close && at.arc_length <= to.arc_length + close;
         // A parabola that begins with the slope m is deepest at the distance d by m d/2. A penetration by a larger part
         // of the radius has its own candidate, since the rod could pass to the other side.
-        let depth = (0.5 * SETTINGS.steep * by.abs().max(close)).min(SETTINGS.approach * least.radius);
+        let depth = (0.5 * settings::STEEP * by.abs().max(close)).min(settings::APPROACH * least.radius);
         let shallow = -least.gap <= depth;
         beside && shallow && !at.point && Self::follows(at) && at.status != Status::Open
     }

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::search::{HeldSearch, project};
-use super::settings::SETTINGS;
-use super::sites::{across, place_of};
+use super::settings;
+use super::sites::{HeldSite, across, place_of};
 use crate::check::{BESIDE, Derivatives};
 use crate::error::ParameterError;
 use crate::rod::Rod;
@@ -19,9 +19,6 @@ impl HeldSearch<'_> {
     /// Returns an error for an obstacle whose function is not a signed distance: its gradient must be a unit vector
     /// and the derivative of the distance, at all stations of the rod.
     pub(super) fn check_obstacles(&self) -> Result<(), ParameterError> {
-        if self.obstacles.contacts.is_empty() {
-            return Ok(());
-        }
         for station in self.line.stations() {
             for obstacle in 0..self.obstacles.contacts.len() {
                 let here = self.obstacles.gap_at(obstacle, &station.position);
@@ -43,21 +40,31 @@ impl HeldSearch<'_> {
         Ok(())
     }
 
-    /// Returns an error for a hold that is farther from the base than the rod reaches without stretch.
+    /// Returns an error for a hold that is farther from the base, or from a hold at a point, than the part of the rod
+    /// between them reaches without stretch.
     pub(super) fn check_reach(&self, rod: &Rod) -> Result<(), ParameterError> {
         if self.yields(rod) {
             return Ok(());
         }
-        let clamped = self.body.system().joints.free_base.is_none();
-        for site in self.sites.iter().filter(|_| clamped) {
-            let reach = self.line.place(rod, (site.element, site.x)).arc_length;
-            let (name, distance) =
-                ("distance of a hold from the base", project(&site.fixed, &(site.target - rod.base_position())).norm());
+        let arc_length = |site: &HeldSite| self.line.place(rod, site.place()).arc_length;
+        let check = |site: &HeldSite, (target, to): (Vector3<f64>, f64), name, requirement| {
+            let (from, distance) = (arc_length(site), project(&site.fixed, &(site.target - target)).norm());
+            let ok = distance <= (from - to).abs() * (1.0 + 1e-12);
+            ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(from.max(to)))
+        };
+        if self.body.system().joints.free_base.is_none() {
+            let name = "distance of a hold from the base";
             let requirement = "at most the arc length of its place (m), since the rod does not stretch";
-            let ok = distance <= reach * (1.0 + 1e-12);
-            ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(reach))?;
+            self.sites.iter().try_for_each(|site| check(site, (rod.base_position(), 0.0), name, requirement))?;
         }
-        self.check_between(rod)
+        let name = "distance between two holds";
+        let requirement = "at most the arc length between their places (m), since the rod does not stretch";
+        for site in self.sites.iter().filter(|site| !site.fixed.is_empty()) {
+            for other in self.sites.iter().filter(|other| other.fixed.len() == 3 && other.node != site.node) {
+                check(site, (other.target, arc_length(other)), name, requirement)?;
+            }
+        }
+        Ok(())
     }
 
     /// Returns an error for supports that are invalid in the initial configuration.
@@ -81,7 +88,7 @@ impl HeldSearch<'_> {
                 ("distance of the base from an obstacle", self.obstacles.gap_at(obstacle, &rod.base_position()));
             let requirement =
                 "zero or positive, from the surface minus the radius of the contact: the base must not be inside (m)";
-            ParameterError::unless(gap.value >= -SETTINGS.rounding * self.length, name, gap.value, requirement)?;
+            ParameterError::unless(gap.value >= -settings::ROUNDING * self.length, name, gap.value, requirement)?;
         }
         Ok(())
     }
@@ -123,32 +130,17 @@ impl HeldSearch<'_> {
 
     /// Returns an error for a potential at the present places and frames whose derivatives are not those of its energy.
     fn check_potentials(&self, rod: &Rod) -> Result<(), ParameterError> {
-        let time = self.obstacles.time;
-        for site in &self.sites {
-            let Some(spring) = &site.spring else { continue };
-            let place = rod.initial_length() - rod.initial_apex_distance(site.element, site.x);
-            self.laws.springs[spring.law].check(&site.position, self.length, time).map_err(|error| error.at(place))?;
-        }
-        for (joint, (frame, law)) in self.body.system().joints.elastic.iter().zip(&self.laws.joints) {
-            let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
-            let (element, x) = place_of(joint.node);
-            let place = rod.initial_length() - rod.initial_apex_distance(element, x);
-            law.check(&turn, 1.0, time).map_err(|error| error.at(place))?;
-        }
-        Ok(())
-    }
-
-    /// Returns an error for two holds of places that are farther apart than the part of the rod between them reaches
-    /// without stretch.
-    fn check_between(&self, rod: &Rod) -> Result<(), ParameterError> {
-        for a in self.sites.iter().filter(|site| !site.fixed.is_empty()) {
-            for b in self.sites.iter().filter(|site| site.fixed.len() == 3 && *site != a) {
-                let [from, to] = [a, b].map(|site| self.line.place(rod, (site.element, site.x)).arc_length);
-                let (name, distance) = ("distance between two holds", project(&a.fixed, &(a.target - b.target)).norm());
-                let requirement = "at most the arc length between their places (m), since the rod does not stretch";
-                let ok = distance <= (from - to).abs() * (1.0 + 1e-12);
-                ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(from.max(to)))?;
-            }
+        let springs = self.sites.iter().filter_map(|site| {
+            let law = &self.laws.springs[site.spring?.law];
+            Some((law, site.position, self.length, site.node))
+        });
+        let joints = self.body.system().joints.elastic.iter().zip(&self.laws.joints).map(|(joint, (frame, law))| {
+            (law, so3::log(&(frame.inverse() * rod.frames()[joint.node])), 1.0, joint.node)
+        });
+        for (law, argument, scale, node) in springs.chain(joints) {
+            let (element, x) = place_of(node);
+            let place = rod.initial_length - rod.initial_apex_distance(element, x);
+            law.check(&argument, scale, self.obstacles.time).map_err(|error| error.at(place))?;
         }
         Ok(())
     }

@@ -145,18 +145,13 @@ impl Spring {
 
 /// Couple and stiffness of an elastic joint in a rotation φ of its frame, R exp(φ). The rotation vector changes by
 /// dθ = Jr⁻¹ φ.
-pub(super) fn elastic_joint(
-    node: usize,
-    turn: &Vector3<f64>,
-    gradient: &Vector3<f64>,
-    stiffness: &Matrix3<f64>,
-) -> ElasticJoint {
+pub(super) fn elastic_joint(node: usize, turn: &Vector3<f64>, energy: &Energy) -> ElasticJoint {
     let inverse = Form::inverse_right_jacobian(&s_functions(turn.norm_squared()));
     let (matrix, transpose) = (inverse.matrix(turn), inverse.transpose());
     // The derivative of Jr⁻ᵀ ∂U/∂θ. Only its symmetric part is a second derivative of the energy.
-    let derivative = (transpose.jacobian(turn, gradient) + matrix.transpose() * stiffness) * matrix;
+    let derivative = (transpose.jacobian(turn, &energy.gradient) + matrix.transpose() * energy.stiffness) * matrix;
     let stiffness = (derivative + derivative.transpose()) * 0.5;
-    ElasticJoint { node, couple: -transpose.apply(turn, gradient), stiffness }
+    ElasticJoint { node, couple: -transpose.apply(turn, &energy.gradient), stiffness }
 }
 
 #[cfg(test)]
@@ -176,7 +171,7 @@ mod tests {
         let turn = so3::log(&frame);
         let gradient = a + k * turn + b * (3.0 * b.dot(&turn).powi(2));
         let stiffness = k + b * b.transpose() * (6.0 * b.dot(&turn));
-        let joint = elastic_joint(0, &turn, &gradient, &stiffness);
+        let joint = elastic_joint(0, &turn, &Energy { value: energy(&turn), gradient, stiffness });
         let along = |axis: &Vector3<f64>, h: f64| energy(&so3::log(&(frame * so3::exp(&(axis * h)))));
         for axis in [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.6, -0.8, 0.0), Vector3::new(0.48, 0.6, 0.64)] {
             // Central differences. Their errors are of order h² = 1e-8. The energy is of order one, and the rounding

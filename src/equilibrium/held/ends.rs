@@ -18,8 +18,9 @@ pub(super) struct End {
 
 impl End {
     /// The next place of the node for an end `found` (m) of the present shape. The distances of nodes from the ends
-    /// that are found with them are assumed to change by a constant ratio (Aitken's extrapolation). An end farther than
-    /// two largest motions from all earlier ones is new. The node moves by at most `longest` (m).
+    /// that are found with them are assumed to change by a constant ratio (Aitken's extrapolation), since the shape of
+    /// a coarse rod depends on its nodes. An end farther than two largest motions from all earlier ones is new. The
+    /// node moves by at most `longest` (m).
     pub fn after(ends: &[Self], (obstacle, outward, found): (usize, f64, f64), longest: f64) -> Self {
         let distance = |end: &Self| (end.node - found).abs();
         let same = ends.iter().filter(|end| end.obstacle == obstacle && end.outward == outward);

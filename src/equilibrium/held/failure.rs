@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::law::Status;
 use super::search::HeldSearch;
-use super::settings::SETTINGS;
+use super::settings;
 use crate::equilibrium::{ContactViolation, EquilibriumError};
 
 /// Smallest unbalanced force on a free base, relative to the largest force in the rod, for which the rod is not held.
@@ -23,12 +23,12 @@ impl HeldSearch<'_> {
             ContactViolation { obstacle: self.obstacles.name_of(at.obstacle), arc_length: at.arc_length, violation }
         });
         let worst = each.max_by(|a, b| a.violation.total_cmp(&b.violation))?;
-        (worst.violation > SETTINGS.rounding * self.length && worst.violation.is_finite()).then_some(worst)
+        (worst.violation > settings::ROUNDING * self.length && worst.violation.is_finite()).then_some(worst)
     }
 
     /// Whether the unbalanced force on a free base is too large for an equilibrium.
     pub(super) fn floats(&self) -> bool {
-        let (largest, rounding) = (self.body.force().largest(), SETTINGS.rounding * self.force_scale());
+        let (largest, rounding) = (self.body.force().largest(), settings::ROUNDING * self.force_scale());
         let free = self.body.system().joints.free_base.is_some();
         free && self.body.force().at_base().norm() > (LOOSE * largest).max(rounding)
     }

@@ -25,7 +25,7 @@ pub(super) struct Before {
 impl Before {
     pub fn new(rod: &Rod, time: f64, yielded: Vec<Vector3<f64>>) -> Self {
         // The slip of a contact at rest is exactly zero, since its place is computed in the same way.
-        let line = Line::new(rod, rod.line_strains());
+        let line = Line::new(rod, &rod.line_strains);
         Self { rod: rod.clone(), line, time, yielded }
     }
 
@@ -124,7 +124,7 @@ impl Motion {
     pub fn carry(&self, rod: &mut Rod, from: f64, to: f64) {
         let [from, to] = [from, to].map(|share| self.pose(share));
         if from.position != to.position {
-            *rod.base_position_mut() = to.position;
+            rod.base_position = to.position;
         }
         if from.frame == to.frame {
             return;

@@ -6,7 +6,7 @@ use super::candidate::Candidate;
 use super::law::Status;
 use super::linear::{Linear, NEUTRAL, Role, Rows, along, scaled};
 use super::search::HeldSearch;
-use super::settings::SETTINGS;
+use super::settings;
 use super::sites::across;
 use crate::equilibrium::Inertia;
 
@@ -44,9 +44,10 @@ impl HeldSearch<'_> {
         Bordered { diagonal: rows.diagonal, rows: t, matrix, scale }
     }
 
-    /// The inertia on the directions that the supports permit, of a linear rod whose factorisation has pivots with the
-    /// signs `inertia`.
-    pub(super) fn inertia_of(&self, linear: &Linear, mut inertia: Inertia) -> Inertia {
+    /// The inertia of a linear rod on the directions that the supports permit. The part of sliding friction
+    /// that is not symmetric is left out, so that the inertia does not decide stability then.
+    pub(super) fn inertia_of(&self, linear: &Linear) -> Inertia {
+        let mut inertia = linear.factors.pivots;
         let Bordered { diagonal, matrix, scale, .. } = self.bordered(linear);
         let (n, scaled) = (diagonal.len(), scaled(&matrix, &scale));
         if scaled.iter().any(|value| !value.is_finite()) {
@@ -57,21 +58,14 @@ impl HeldSearch<'_> {
         let expected = diagonal.iter().filter(|d| **d <= 0.0).count();
         // A condition and a spring of negative stiffness each have one positive eigenvalue.
         let positive = diagonal.iter().filter(|d| **d >= 0.0).count();
-        let (mut negative, mut above) = (inertia.negative, inertia.positive);
         inertia.margin = inertia.margin.abs();
         for value in eigenvalues.iter() {
-            inertia.margin = inertia.margin.min(value.abs());
-            if value.abs() <= NEUTRAL {
-                inertia.neutral += 1;
-            } else if *value < 0.0 {
-                negative += 1;
-            } else {
-                above += 1;
-            }
+            // With the sign as the scale, the least magnitude of an eigenvalue enters the margin.
+            inertia.count(*value, value.signum(), NEUTRAL);
         }
         let confined = self.body.system().joints.confined_directions();
-        inertia.negative = negative.saturating_sub(expected);
-        inertia.positive = above.saturating_sub(positive + confined);
+        inertia.negative = inertia.negative.saturating_sub(expected);
+        inertia.positive = inertia.positive.saturating_sub(positive + confined);
         inertia
     }
 
@@ -87,7 +81,7 @@ impl HeldSearch<'_> {
             let mut conditions: Vec<Vec<(usize, f64)>> = vec![along(first, &normal).collect()];
             let slip = at.slip(&self.obstacles.yielded[at.obstacle]);
             let rubs = self.obstacles.contacts[at.obstacle].friction > 0.0;
-            let rests = at.status == Status::Sticking || rubs && slip.norm() <= SETTINGS.rounding * self.length;
+            let rests = at.status == Status::Sticking || rubs && slip.norm() <= settings::ROUNDING * self.length;
             if rests {
                 conditions.extend(across(&normal).map(|side| along(first, &side).collect::<Vec<_>>()));
             } else if rubs {

@@ -44,7 +44,7 @@ impl Line {
         let mut places = Vec::with_capacity(1 + rod.elements() * stations.len());
         places.push(base);
         let shape =
-            if !strains.is_empty() { Default::default() } else { (rod.frames().to_vec(), rod.rotations().to_vec()) };
+            if !strains.is_empty() { Default::default() } else { (rod.frames().to_vec(), rod.rotations.clone()) };
         let mut line = Self { tangents, places, stations: stations.len(), shape };
         for e in 0..rod.elements() {
             for Station { x, upto, chord } in stations {

@@ -16,6 +16,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
 use super::response::LinearResponse;
+use crate::equilibrium::Inertia;
 
 /// Largest eigenvalue of the scaled matrix of the reactions that is attributed to rounding.
 pub(super) const NEUTRAL: f64 = 1e-8;
@@ -97,8 +98,20 @@ pub(super) fn along(first: usize, direction: &Vector3<f64>) -> impl Iterator<Ite
     (0..3).map(move |c| (first + c, direction[c]))
 }
 
+/// The factorised tangent on which a linear rod is based.
+#[derive(Clone, Copy)]
+pub(super) struct Factors {
+    /// Energy of the rod with its loads, J.
+    pub energy: f64,
+    /// Signs of the pivots.
+    pub pivots: Inertia,
+    /// Shift of the tangent, N.
+    pub shift: f64,
+}
+
 /// The linear rod.
 pub(super) struct Linear {
+    pub factors: Factors,
     pub response: LinearResponse,
     /// Conditions of holds, springs and increased pivots.
     pub links: Rows,
@@ -122,45 +135,30 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// The solution of the conditions of links for given violations: changes of their reactions.
-    pub fn solve_links(&self, violations: &DVector<f64>) -> DVector<f64> {
-        self.solver.solve(&-violations)
-    }
-
     /// The displacement along a condition by its own reaction.
     pub fn flexibility(&self, condition: usize) -> f64 {
         self.products.row(condition).dot(&self.rows.row(condition)).abs()
     }
 
-    /// Changes of the reactions of the links for changes of those of the candidates.
+    /// Changes of the reactions of the links, with which their conditions hold, for changes of those of the candidates.
     pub fn links_by(&self, offset: &DVector<f64>, changes: &DVector<f64>) -> DVector<f64> {
-        if self.links.len() == 0 {
-            return DVector::zeros(0);
-        }
         let by_candidates = self.products.columns(self.first, self.size) * changes;
-        self.solve_links(
-            &(&self.residuals * self.share + &self.rows * (&self.free * self.share + offset) + by_candidates),
-        )
+        let violations = &self.residuals * self.share + &self.rows * (&self.free * self.share + offset) + by_candidates;
+        self.solver.solve(&-violations)
     }
 
     /// Displacements of the candidates' coordinates without changes of their reactions.
     pub fn free_candidates(&self, offset: &DVector<f64>) -> DVector<f64> {
         let moved = &self.free * self.share + offset;
-        let mut own: DVector<f64> = moved.rows(self.first, self.size).into_owned();
-        if self.links.len() > 0 {
-            let links = self.links_by(offset, &DVector::zeros(self.size));
-            own += self.products.columns(self.first, self.size).tr_mul(&links);
-        }
-        own
+        let links = self.links_by(offset, &DVector::zeros(self.size));
+        moved.rows(self.first, self.size) + self.products.columns(self.first, self.size).tr_mul(&links)
     }
 
     /// All reactions, conjugate to the coordinates, of given changes of those of candidates and links.
     pub fn reactions(&self, candidates: &DVector<f64>, links: &DVector<f64>) -> DVector<f64> {
-        let mut all = DVector::zeros(self.response.size());
-        all.rows_mut(self.first, self.size).copy_from(candidates);
-        if self.links.len() > 0 {
-            all += self.rows.tr_mul(links);
-        }
+        let mut all = self.rows.tr_mul(links);
+        let mut own = all.rows_mut(self.first, self.size);
+        own += candidates;
         all
     }
 

@@ -4,9 +4,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::elastic::Spring;
-use super::linear::{Conditions, Linear, Role, Rows, along};
-use super::response::{LinearResponse, Spot};
+use super::linear::{Conditions, Factors, Linear, Role, Rows, along};
+use super::response::LinearResponse;
 use super::search::HeldSearch;
+use crate::equilibrium::EquilibriumError;
 use crate::rod::Rod;
 
 /// Largest share of the spring at a free base that remains in a step.
@@ -23,13 +24,19 @@ impl HeldSearch<'_> {
         each.chain(self.boosts.iter().map(|_| 0.0)).chain(springs_of_base).collect()
     }
 
+    /// The linear rod at the present configuration, without a shift.
+    pub(super) fn linear_rod(&mut self, rod: &Rod) -> Result<Linear, EquilibriumError> {
+        let factors = self.factorise(rod, 0.0)?;
+        self.body.balance();
+        Ok(self.linearise(rod, factors))
+    }
+
     /// The linear rod with the factorised tangent and the unbalanced couples in the system.
-    pub(super) fn linearise(&mut self, rod: &Rod) -> Linear {
-        let spot = |element, x, with_tangent| Spot { element, x, with_tangent };
-        let sites = self.sites.iter().map(|site| spot(site.element, site.x, false));
-        let candidates = self.candidates.iter().map(|at| spot(at.element, at.x, at.follows_gap));
-        let spots: Vec<Spot> = sites.chain(candidates).collect();
-        let mut response = LinearResponse::of(&mut *self.body, rod, &spots, &self.boosts);
+    pub(super) fn linearise(&mut self, rod: &Rod, factors: Factors) -> Linear {
+        let sites = self.sites.iter().map(|site| (site.place(), false));
+        let candidates = self.candidates.iter().map(|at| ((at.element, at.x), at.follows_gap));
+        let places: Vec<_> = sites.chain(candidates).collect();
+        let mut response = LinearResponse::of(&mut *self.body, rod, &places, &self.boosts);
         let first = 3 * self.sites.len();
         let size = response.added() - first;
         self.add_yielding(&mut response);
@@ -66,8 +73,16 @@ impl HeldSearch<'_> {
         });
         let solver = Conditions::new(&matrix, scale);
         let mut compliance: DMatrix<f64> = response.compliance.view((first, first), (size, size)).into_owned();
+        let across = products.columns(first, size);
+        for (mut own, violations) in compliance.column_iter_mut().zip(across.column_iter()) {
+            own += across.tr_mul(&solver.solve(&-violations));
+        }
+        if links.len() > 0 {
+            compliance.fill_upper_triangle_with_lower_triangle();
+        }
         let residuals = DVector::from_vec(self.residuals());
-        let mut linear = Linear {
+        Linear {
+            factors,
             response,
             links,
             roles,
@@ -77,22 +92,11 @@ impl HeldSearch<'_> {
             solver,
             first,
             size,
-            compliance: DMatrix::zeros(0, 0),
+            compliance,
             free,
             remains,
             share: 1.0,
-        };
-        if linear.links.len() > 0 && size > 0 {
-            let across = linear.products.columns(first, size).into_owned();
-            for column in 0..size {
-                let changes = linear.solve_links(&across.column(column).into_owned());
-                let mut own = compliance.column_mut(column);
-                own += across.tr_mul(&changes);
-            }
-            compliance.fill_upper_triangle_with_lower_triangle();
         }
-        linear.compliance = compliance;
-        linear
     }
 
     /// Adds the compliances of the obstacles: one that yields is displaced by the forces on all of its surfaces.

@@ -1,12 +1,14 @@
-//! Mechanics of a rod, independent of the types of its laws and of its order.
+//! Mechanics of a rod, independent of the types of its laws.
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::constitutive::{Constitutive, Tissue, strain_under};
+use crate::constitutive::{Constitutive, Tissue, strain_near};
+use crate::equilibrium::element::ElementData;
 use crate::equilibrium::elimination::Row;
 use crate::equilibrium::line::strain_line;
+use crate::equilibrium::points::with_points;
 use crate::equilibrium::system::System;
-use crate::equilibrium::{EquilibriumError, Inertia};
+use crate::equilibrium::{EquilibriumError, Inertia, RodEnergy};
 use crate::load::{InternalForce, Load};
 use crate::rod::{MaterialPoint, Rod};
 
@@ -34,15 +36,6 @@ pub(in crate::equilibrium) trait Mechanics {
     /// Writes the unbalanced couples at the last evaluation to the system.
     fn balance(&mut self);
 
-    /// Solves for the step with the factorised tangent and the couples of the system.
-    fn solve(&mut self);
-
-    /// The derivative of the energy along the step, J.
-    fn slope(&self) -> f64;
-
-    /// Moves the rod from the start of the step by a fraction of the step.
-    fn advance(&self, rod: &mut Rod, fraction: f64);
-
     /// The derivatives of the chord from the start of an element to a coordinate by the unknowns of the element,
     /// eliminated as the gradient: one row for each component.
     fn chord_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3];
@@ -63,21 +56,21 @@ pub(in crate::equilibrium) trait Mechanics {
     fn strain_line(&self, rod: &Rod) -> Vec<Vector3<f64>>;
 }
 
-/// A rod of given laws, with `P` Gauss points in an element.
-struct Body<'a, C, L, const P: usize> {
-    system: &'a mut System,
-    material: &'a C,
-    load: &'a L,
-    force: &'a mut InternalForce,
+/// A rod of given laws under a load.
+pub(in crate::equilibrium) struct Body<'a, C, L> {
+    pub system: &'a mut System,
+    pub material: &'a C,
+    pub load: &'a L,
+    pub force: &'a mut InternalForce,
 }
 
-impl<C: Constitutive, L: Load, const P: usize> Body<'_, C, L, P> {
+impl<C: Constitutive, L: Load> Body<'_, C, L> {
     fn time(&self) -> f64 {
         self.force.environment().time
     }
 }
 
-impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
+impl<C: Constitutive, L: Load> Mechanics for Body<'_, C, L> {
     fn system(&self) -> &System {
         self.system
     }
@@ -100,42 +93,32 @@ impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
     }
 
     fn condense(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
-        self.system.condense::<P>(rod, self.material, self.force, shift)
+        self.system.condense(rod, &RodEnergy::new(self.material, self.force), shift)
     }
 
     fn evaluate(&mut self, rod: &Rod) -> f64 {
-        self.system.evaluate::<P>(rod, self.material, self.force)
+        self.system.evaluate(rod, &RodEnergy::new(self.material, self.force))
     }
 
     fn balance(&mut self) {
-        self.system.balance::<P>();
+        self.system.balance();
         self.system.balance_base(&self.force.at_base());
     }
 
-    fn solve(&mut self) {
-        self.system.solve::<P>();
-    }
-
-    fn slope(&self) -> f64 {
-        self.system.slope::<P>()
-    }
-
-    fn advance(&self, rod: &mut Rod, fraction: f64) {
-        self.system.advance::<P>(rod, fraction);
-    }
-
     fn chord_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3] {
-        let data = System::data::<P>(rod, self.force, element);
-        self.system.elements[element].chord_rows::<P>(rod.reference(), self.material, &data, x)
+        let data = ElementData::of(rod, self.force, element);
+        let system = &self.system.elements[element];
+        with_points!(rod.order().points(), system.chord_rows::<P>(self.material, &data, x))
     }
 
     fn tangent_rows(&self, rod: &Rod, element: usize, x: f64) -> [Row; 3] {
-        let data = System::data::<P>(rod, self.force, element);
-        self.system.elements[element].tangent_rows::<P>(rod.reference(), &data, x)
+        let data = ElementData::of(rod, self.force, element);
+        let system = &self.system.elements[element];
+        with_points!(rod.order().points(), system.tangent_rows::<P>(&data, x))
     }
 
     fn line_compliance(&self, rod: &Rod, element: usize, g: usize) -> Option<Matrix3<f64>> {
-        let i = element * P + g;
+        let i = element * rod.order().points() + g;
         let frame = rod.frame_at_point(element, g);
         let along = frame.inverse_transform_vector(&self.force.at_points()[i]);
         let line = self.material.line_response(&Tissue::of(&rod.points()[i], self.time()), &along)?;
@@ -148,27 +131,10 @@ impl<C: Constitutive, L: Load, const P: usize> Mechanics for Body<'_, C, L, P> {
     }
 
     fn strain_under(&self, point: &MaterialPoint, near: &Vector3<f64>, couple: &Vector3<f64>) -> Vector3<f64> {
-        strain_under(self.material, &Tissue::of(point, self.time()), near, couple)
+        strain_near(self.material, &Tissue::of(point, self.time()), || *near, couple)
     }
 
     fn strain_line(&self, rod: &Rod) -> Vec<Vector3<f64>> {
-        let mut strains = Vec::new();
-        strain_line(&mut strains, rod, self.material, self.force);
-        strains
-    }
-}
-
-/// The mechanics of a rod under a load.
-pub(in crate::equilibrium) fn body_of<'a, C: Constitutive, L: Load>(
-    rod: &Rod,
-    (material, load): (&'a C, &'a L),
-    force: &'a mut InternalForce,
-    system: &'a mut System,
-) -> Box<dyn Mechanics + 'a> {
-    match rod.order().points() {
-        1 => Box::new(Body::<C, L, 1> { system, material, load, force }),
-        2 => Box::new(Body::<C, L, 2> { system, material, load, force }),
-        3 => Box::new(Body::<C, L, 3> { system, material, load, force }),
-        _ => Box::new(Body::<C, L, 4> { system, material, load, force }),
+        strain_line(Vec::new(), rod, self.material, self.force)
     }
 }

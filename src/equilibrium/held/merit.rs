@@ -4,7 +4,7 @@
 //! work of friction. A fraction of a step is accepted if it decreases the merit or the residual sufficiently.
 
 use super::search::HeldSearch;
-use super::settings::SETTINGS;
+use super::settings;
 use super::sites::HeldSite;
 use super::trial::{Merit, Start, Trial};
 use crate::rod::Rod;
@@ -42,37 +42,28 @@ impl HeldSearch<'_> {
 
     /// Takes the largest fraction of a step with which the merit or the residual decreases, and returns it; `None` if
     /// none of those tried does.
-    pub(super) fn descend(
-        &mut self,
-        rod: &mut Rod,
-        (start, trial): (&Start, &Trial),
-        merit: &Merit,
-        unchecked: bool,
-    ) -> Option<f64> {
-        let (mut fraction, slope) = (1.0, self.body.slope() - start.base.dot(&self.body.system().base));
+    pub(super) fn descend(&mut self, rod: &mut Rod, (start, trial): (&Start, &Trial), unchecked: bool) -> Option<f64> {
+        let (mut fraction, slope) = (1.0, self.body.system().slope() - start.base.dot(&self.body.system().base));
         let forces = trial.contacts.iter().map(|contact| contact.force.norm());
         let links = self.sites.iter().map(|site| site.force.norm());
         self.weight = (0.25 * self.weight).max(2.0 * forces.chain(links).fold(0.0, f64::max));
         let value = |merit: &Merit, weight: f64| merit.energy + weight * merit.violation + merit.friction;
-        let before = value(merit, self.weight);
+        let before = value(&start.merit, self.weight);
         let slack = self.rounding_of(before);
-        for halving in 0..=SETTINGS.halvings {
+        for halving in 0..=settings::HALVINGS {
             if halving > 0 {
                 fraction *= 0.5;
                 self.move_by(rod, start, trial, fraction);
             }
-            let energy = self.body.evaluate(rod);
-            self.found.evaluations += 1;
-            self.stretch_joints(rod);
-            let whole = (self.body.system().turns.clone(), self.body.system().steps.clone(), self.body.system().base);
-            self.body.balance();
+            let (turns, base) = (self.body.system().turns.clone(), self.body.system().base);
+            let energy = self.balance(rod);
             let reached = self.merit(rod, energy);
             let system = self.body.system_mut();
-            (system.turns, system.steps, system.base) = whole;
+            (system.turns, system.base) = (turns, base);
             let after = value(&reached, self.weight);
-            let predicted = (slope - self.weight * merit.violation).min(0.0);
-            let falls = after <= before + SETTINGS.decrease * fraction * predicted + slack;
-            let converges = reached.residual < merit.residual * (1.0 - SETTINGS.residual_decrease * fraction);
+            let predicted = (slope - self.weight * start.merit.violation).min(0.0);
+            let falls = after <= before + settings::DECREASE * fraction * predicted + slack;
+            let converges = reached.residual < start.merit.residual * (1.0 - settings::RESIDUAL_DECREASE * fraction);
             if after.is_finite() && (falls || converges || unchecked) {
                 self.found.energy = reached.energy;
                 return Some(fraction);

@@ -14,12 +14,16 @@
 //! | link | condition of a hold or a spring, or of a pivot of the tangent that was increased |
 //! | shift | force that, times the length that belongs to a frame, is added to the diagonal of the tangent, N |
 //! | descent | the iteration with a shift that makes the tangent positive in permitted directions before each step |
-//! | share, fraction | part of the residual that a step removes; part of the step by which the rod moves |
+//! | step | motion of the rod in an iteration; the contact problem of the linear rod has its own steps ([`solve`]) |
+//! | share | part of the residual that the linear step removes |
+//! | fraction | part of this step by which the rod moves |
+//! | share of a motion | part of the load path; tests of obstacles return the factor by which it may be longer |
+//! | end | last frame of an element; place where a segment ends ([`ends`]); of the rod: the apex, or a free base |
 //! | increment | part of the motion of holds, base and obstacles, and the time step to which it belongs |
 //!
 //! ```text
 //! run                              increments of holds, base and obstacles                     path
-//!   settle                         Newton's method, a descent nearby, a descent to any         path
+//!   settle                         Newton's method; if it fails, a descent nearby, then to any path
 //!     find                         iterates, and once more without moving nodes if that fails  newton
 //!       iterate                    until the rod is in equilibrium on nodes at the contacts    newton
 //!         drop, add candidates                                                                 newton, candidates
@@ -34,7 +38,7 @@
 //!               correct            return to the conditions, with the same factors             step
 //!             add_to               candidates where the step penetrates; a new linear rod      attempt
 //!             descend              first fraction of the step that is an improvement           merit
-//!         has_finished             after a whole step without a shift                          newton
+//!         try_to_finish            after a whole step without a shift                          newton
 //!           chord                  further steps with the same factors                         step
 //!           move_nodes             nodes to the contacts and to the ends of segments           newton, placement
 //!           find_inertia           number of negative directions that the supports permit      newton, inertia
@@ -42,21 +46,21 @@
 //!
 //! In a search for a stable equilibrium, an attempt that is not accepted has one of these outcomes. In contact,
 //! Newton's method does not test the tangent before a step, since it may be negative on the way to a stable
-//! equilibrium. With a shift it does not test the tangent at all, and the other two losses are rejections.
+//! equilibrium. In contact and with a shift it does not test the tangent, and rejects what is lost without a shift.
 //!
 //! | what is found | Newton's method in contact, without a shift | a descent, or a rod without contact |
 //! |---|---|---|
 //! | the rod is too straight to yield to a violated condition | it is bent: moved | the same |
 //! | the tangent is negative in a permitted direction | lost, if the line search shortens the step | rejected |
 //! | the step is not finite, or longer than 10 rad | lost if the tangent is negative, rejected otherwise | rejected |
-//! | no share of the step is in range | lost, unless an answer on earlier nodes is kept | rejected |
+//! | no share of the step is in range | lost; rejected if nodes have moved before | rejected |
 //! | no fraction of the step is an improvement | lost if the tangent is negative, rejected otherwise | rejected |
 //! | the steps stagnate at a saddle | – | moved; an error after four saddles without less energy |
 //!
 //! A rejected attempt is repeated with a larger shift, up to a largest one, where the iteration fails. With a shift, a
 //! step that is not finite is an error. A lost attempt makes the iteration fail. The next way of [`trial::Reach`], if
 //! there is one, begins again from the initial guess. A search for an unstable equilibrium rejects no tangent and no
-//! long step. It is lost where the number of negative directions is larger by more than `SETTINGS.passed` than at
+//! long step. It is lost where the number of negative directions is larger by more than `settings::PASSED` than at
 //! first.
 
 mod attempt;
@@ -92,5 +96,5 @@ mod solve;
 mod step;
 mod trial;
 
-pub(super) use mechanics::body_of;
+pub(super) use mechanics::Body;
 pub(super) use search::HeldSearch;

@@ -29,10 +29,8 @@ impl<'a> HeldSearch<'a> {
         }
         self.locate(rod);
         self.apply(rod);
-        let (_, pivots) = self.factorise(rod, 0.0)?;
-        self.body.balance();
-        let linear = self.linearise(rod);
-        let (name, neutral) = ("neutral directions of the held rod", self.inertia_of(&linear, pivots).neutral);
+        let linear = self.linear_rod(rod)?;
+        let (name, neutral) = ("neutral directions of the held rod", self.inertia_of(&linear).neutral);
         let requirement = "zero: shape and reactions must be determined to first order, unlike those of a straight \
             rod whose ends are held";
         ParameterError::unless(neutral == 0, name, neutral as f64, requirement)?;
@@ -40,11 +38,14 @@ impl<'a> HeldSearch<'a> {
         Ok(HeldTangent { search: self, linear, sites })
     }
 
-    /// Computes the couples of held frames, which balance those of the rod with its present shape and reactions.
-    pub(super) fn balance_frames(&mut self, rod: &Rod) {
-        self.body.evaluate(rod);
+    /// Evaluates the unbalanced couples and those of held frames for the present shape and reactions. Returns the
+    /// energy of the rod with its loads, J.
+    pub(super) fn balance(&mut self, rod: &Rod) -> f64 {
+        let energy = self.body.evaluate(rod);
+        self.found.evaluations += 1;
         self.stretch_joints(rod);
         self.body.balance();
+        energy
     }
 }
 
@@ -53,19 +54,19 @@ impl NearbyEquilibria for HeldTangent<'_> {
         let Self { search, linear, sites } = self;
         search.sites.clone_from(sites);
         search.apply(rod);
-        search.balance_frames(rod);
+        search.balance(rod);
         linear.free = linear.response.free(search.body.system_mut());
         let nothing = DVector::zeros(linear.response.size());
         let links = linear.links_by(&nothing, &DVector::zeros(linear.size));
         let reactions = linear.reactions(&DVector::zeros(linear.size), &links);
         linear.response.load(search.body.system_mut(), &reactions);
-        search.body.solve();
+        search.body.system_mut().solve();
         search.body.system_mut().start.keep(rod);
-        search.body.advance(rod, 1.0);
+        search.body.system().advance(rod, 1.0);
         search.add_links(&linear.roles, &links, 1.0);
         search.apply(rod);
-        search.balance_frames(rod);
-        *rod.line_strains_mut() = search.body.strain_line(rod);
+        search.balance(rod);
+        rod.line_strains = search.body.strain_line(rod);
         let reactions = search.reactions(rod);
         search.body.force_mut().react(rod, &reactions);
     }

@@ -1,9 +1,10 @@
-//! The Newton iteration for a rod in contact.
+//! The iteration for a rod with supports.
 //!
 //! Each iteration factorises the tangent of the rod with its present reactions, and solves the frictional contact
 //! problem of the linear rod for a share of the unbalanced couples and violations whose step is in range. It takes the
-//! first of the fractions 1, ½, ¼, … of this step with which the merit or the residual decreases. Steps that converge
-//! are not compared, and a rejected step is repeated with a larger shift of the tangent.
+//! first of the fractions 1, ½, ¼, … of this step with which the merit or the residual decreases. A step that is much
+//! shorter than the one before is accepted without this comparison. A rejected step is repeated with a larger shift of
+//! the tangent.
 
 use super::candidate::Candidate;
 use super::increment::Before;
@@ -12,7 +13,7 @@ use super::line::{COMPARED, displacement};
 use super::obstacles::contact_share;
 use super::placement::Misplaced;
 use super::search::HeldSearch;
-use super::settings::{SAME, SETTINGS};
+use super::settings::{self, SAME};
 use super::sites::HeldSite;
 use super::trial::{Attempt, Course, Reach, Step};
 use crate::equilibrium::{EquilibriumError, Inertia};
@@ -40,9 +41,9 @@ impl HeldSearch<'_> {
         let mut course = Course {
             reach,
             line,
-            last: f64::INFINITY,
+            last_turn: f64::INFINITY,
             shift: 0.0,
-            next: 0.0,
+            next_shift: 0.0,
             lowest: f64::INFINITY,
             saddles: 0,
             negative: None,
@@ -58,8 +59,8 @@ impl HeldSearch<'_> {
         match (result, course.answer.take()) {
             (Err(error), Some(answer)) if error.is_recoverable() => {
                 self.restore(rod, &answer);
-                (course.last, course.shift, course.next) = (f64::INFINITY, 0.0, 0.0);
-                course.placements = SETTINGS.placements;
+                (course.last_turn, course.shift, course.next_shift) = (f64::INFINITY, 0.0, 0.0);
+                course.placements = settings::PLACEMENTS;
                 self.iterate(rod, &mut course)?;
                 self.found.error = self.found.error.max(course.distance);
                 Ok(())
@@ -72,33 +73,32 @@ impl HeldSearch<'_> {
     /// nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
-        let usual = self.found.iterations + SETTINGS.iterations;
+        let usual = self.found.iterations + settings::ITERATIONS;
         let end = if course.reach == Reach::Far { self.bound } else { self.bound.min(usual) };
         while self.found.iterations < end {
             self.found.iterations += 1;
             self.drop_candidates();
-            if self.add_candidates(rod, -SETTINGS.rounding * self.length) {
-                self.locate(rod);
-            }
+            self.add_candidates(rod, -settings::ROUNDING * self.length);
             self.apply(rod);
             let Some(step) = self.step(rod, course)? else {
-                course.last = f64::INFINITY;
+                course.last_turn = f64::INFINITY;
                 continue;
             };
-            let (turn, stalled) = (step.turn, step.fraction < 0.5 && step.turn < 0.05);
-            let finished = step.fraction == 1.0 && step.shift == 0.0 && self.has_finished(rod, course, step)?;
-            let farthest = if course.reach == Reach::Near { SETTINGS.near_motion } else { SETTINGS.far_motion };
-            if course.is_guarded() && displacement(rod, &course.line) > farthest * self.length {
+            let (turn, shift) = (step.trial.turn, step.trial.linear.factors.shift);
+            let stalled = step.removed < 0.5 && turn < 0.05;
+            let finished = step.removed == 1.0 && shift == 0.0 && self.try_to_finish(rod, course, step)?;
+            let farthest = if course.reach == Reach::Near { settings::NEAR_MOTION } else { settings::FAR_MOTION };
+            if course.is_descent() && displacement(rod, &course.line) > farthest * self.length {
                 break;
             }
             if finished {
                 return Ok(());
             }
             stalls = if stalled { stalls + 1 } else { 0 };
-            if !course.is_guarded() && stalls >= 3 {
+            if !course.is_descent() && stalls >= 3 {
                 break;
             }
-            course.last = turn;
+            course.last_turn = turn;
             if course.reach == Reach::Far && self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) {
                 // In a descent to any equilibrium friction dissipates energy in every step: slip counts from the last
                 // one. In a descent nearby it counts from the start of the increment.
@@ -106,54 +106,50 @@ impl HeldSearch<'_> {
                 self.locate(rod);
             }
         }
-        Err(self.not_found(course.last))
+        Err(self.not_found(course.last_turn))
     }
 
-    /// Whether the iteration ends after a whole Newton step: nodes are at the contacts, and the rod is in equilibrium.
-    /// Steps with the same factors follow as long as each is much shorter than the one before.
-    fn has_finished(
+    /// Tries to finish after a whole Newton step: makes further steps with the same factors as long as each is much
+    /// shorter than the one before, moves nodes to the contacts, and evaluates the inertia. Returns whether the rod is
+    /// in equilibrium of the requested kind.
+    fn try_to_finish(
         &mut self,
         rod: &mut Rod,
         course: &mut Course,
         mut step: Box<Step>,
     ) -> Result<bool, EquilibriumError> {
-        let (mut last, mut turn, mut chords) = (course.last, step.turn, 0);
-        let most = if self.obstacles.contacts.is_empty() { 0 } else { SETTINGS.chords };
-        let mut settled = !step.changed && turn < SETTINGS.settled_turn;
-        // Newton's method does not converge quadratically for a contact point that has left its node, and steps with
-        // the same factors may increase its distance. If no point has left its node, nodes move after these steps. A
-        // converged shape gives more accurate ends of segments.
+        let (mut last, mut turn, mut chords) = (course.last_turn, step.trial.turn, 0);
+        let most = if self.obstacles.contacts.is_empty() { 0 } else { settings::CHORDS };
+        let mut settled = !step.changed && turn < settings::SETTLED_TURN;
+        // A contact point that has left its node prevents quadratic convergence, and steps with the same factors may
+        // increase its distance. Nodes therefore move at once. Otherwise they move after these steps, since a converged
+        // shape gives more accurate ends of segments.
         let left = |at: &Candidate| at.follows_gap && at.status != Status::Open && at.x.fract() != 0.0;
-        let is_close = settled || turn < SETTINGS.placing_turn;
+        let is_close = settled || turn < settings::PLACING_TURN;
         if is_close && self.candidates.iter().any(left) && self.move_nodes(rod, course) {
             return Ok(false);
         }
         let converged = loop {
             // The ratio of a chord to the step before shows the accuracy of the tangent.
             let distance = if chords == 0 { step.drift } else { turn };
-            let converged = turn < SETTINGS.small_turn && self.has_converged(rod, &step, (last, distance));
-            let enough = !self.is_loaded() || self.found.error <= SETTINGS.chord_error * self.tolerance;
-            if converged && enough || turn >= SETTINGS.chord_turn || chords == most {
+            let converged = turn < settings::SMALL_TURN && self.has_converged(rod, &step, (last, distance));
+            let enough = !self.is_loaded() || self.found.error <= settings::CHORD_ERROR * self.tolerance;
+            let ends = converged && enough || turn >= settings::CHORD_TURN || chords == most;
+            if ends || !self.chord(rod, &mut step) {
                 break converged;
             }
-            step = self.chord(rod, step);
-            if !step.turn.is_finite() {
-                break converged;
-            }
-            (last, turn, chords) = (turn, step.turn, chords + 1);
+            (last, turn, chords) = (turn, step.trial.turn, chords + 1);
             settled |= !step.changed;
         };
-        if (converged || settled || turn < SETTINGS.placing_turn) && self.move_nodes(rod, course) {
-            return Ok(false);
-        }
-        if !converged {
+        let is_close = converged || settled || turn < settings::PLACING_TURN;
+        if is_close && self.move_nodes(rod, course) || !converged {
             return Ok(false);
         }
         self.find_inertia(rod, &step)?;
         let negative = self.found.inertia.negative;
         if self.stable && negative > 0 {
             // A descent continues from this saddle.
-            return if course.is_guarded() { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
+            return if course.is_descent() { Ok(false) } else { Err(EquilibriumError::Unstable { negative }) };
         }
         self.found.error = self.found.error.max(self.penetration(rod) / self.length);
         Ok(true)
@@ -166,7 +162,7 @@ impl HeldSearch<'_> {
         }
         let Some(Misplaced { patches, distance, ends }) = self.misplaced(rod, course) else { return false };
         course.distance = distance / self.length;
-        if course.placements >= SETTINGS.placements {
+        if course.placements >= settings::PLACEMENTS {
             // An answer on these nodes has this error.
             self.found.error = self.found.error.max(course.distance);
             return false;
@@ -184,7 +180,7 @@ impl HeldSearch<'_> {
             self.restore(rod, &answer);
             self.apply(rod);
             self.found.error = self.found.error.max(course.distance);
-            course.placements = SETTINGS.placements;
+            course.placements = settings::PLACEMENTS;
             return false;
         }
         course.placements += 1;
@@ -195,7 +191,7 @@ impl HeldSearch<'_> {
     /// Removes open contact points that are far from their obstacle or are no places of least gap, and merges contact
     /// points that have slid to the same place.
     fn drop_candidates(&mut self) {
-        let (far, near) = (SETTINGS.far * self.length, SETTINGS.near * self.element);
+        let (far, near) = (settings::FAR * self.length, settings::NEAR * self.element);
         let mut kept: Vec<Candidate> = Vec::new();
         for at in std::mem::take(&mut self.candidates) {
             let least = at.gap.value < far && (at.follows_gap || self.end(&at).is_some());
@@ -220,15 +216,15 @@ impl HeldSearch<'_> {
         self.candidates = kept;
     }
 
-    /// Increases the shift until a step is accepted. After a whole step in contact the next shift decreases in
-    /// proportion to the rotation, and at least by the factor of the settings. After a part of a step it is divided by
-    /// this part, since a step is about inversely proportional to its shift. The method of Levenberg and Marquardt with
-    /// a shift in proportion to the residual converges superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15,
-    /// 239–249, 2001). `None` if the rod has moved without a step.
+    /// Attempts a step with increasing shifts until one is accepted. After a whole step the next shift is the present
+    /// one times the ratio of the last two rotations, and smaller at least by the factor of the settings. After a part
+    /// of a step it is divided by this part, since a step is about inversely proportional to its shift. The method of
+    /// Levenberg and Marquardt with a shift in proportion to the residual converges superlinearly (Yamashita and
+    /// Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the rod has moved without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
-        let (first, factor) = (SETTINGS.first_shift, SETTINGS.shift_factor);
-        let least = SETTINGS.least_shift * self.force_scale();
-        let mut shift = if self.is_loaded() && course.next > least { course.next } else { 0.0 };
+        let factor = settings::SHIFT_FACTOR;
+        let least = settings::LEAST_SHIFT * self.force_scale();
+        let mut shift = if self.is_loaded() && course.next_shift > least { course.next_shift } else { 0.0 };
         // Attempts with a shift may not evaluate the inertia. That of the step before does not belong to this one.
         self.found.inertia = Inertia::default();
         let mut needed = false;
@@ -237,26 +233,27 @@ impl HeldSearch<'_> {
                 Attempt::Accepted(step) => {
                     // In a descent without contact each step begins without a shift. A step without a shift does not
                     // change the shift of the search.
-                    if shift > 0.0 || self.is_loaded() || !course.is_guarded() {
-                        let rotations = if course.last.is_finite() { step.turn / course.last } else { 1.0 };
-                        let whole = step.fraction == 1.0;
-                        let change = if whole { rotations.min(1.0 / factor) } else { 1.0 / step.fraction };
-                        (course.shift, course.next) = (shift, shift * change);
+                    if shift > 0.0 || self.is_loaded() || !course.is_descent() {
+                        let rotations =
+                            if course.last_turn.is_finite() { step.trial.turn / course.last_turn } else { 1.0 };
+                        let whole = step.removed == 1.0;
+                        let change = if whole { rotations.min(1.0 / factor) } else { 1.0 / step.removed };
+                        (course.shift, course.next_shift) = (shift, shift * change);
                     }
                     return Ok(Some(step));
                 }
                 Attempt::Moved => return Ok(None),
-                Attempt::Lost => return Err(self.not_found(course.last)),
+                Attempt::Lost => return Err(self.not_found(course.last_turn)),
                 Attempt::Rejected => {}
             }
             let buckling = 1.0 / (self.body.system().compliance() * self.length);
-            if !(shift <= SETTINGS.largest_shift * self.force_scale().max(buckling)) {
-                return Err(self.not_found(course.last));
+            if !(shift <= settings::LARGEST_SHIFT * self.force_scale().max(buckling)) {
+                return Err(self.not_found(course.last_turn));
             }
             needed = true;
             shift = (factor * shift).max(course.shift / factor);
             if shift <= least {
-                shift = first * self.force_scale();
+                shift = settings::FIRST_SHIFT * self.force_scale();
             }
         }
     }
@@ -286,29 +283,26 @@ impl HeldSearch<'_> {
     /// Whether the rod is in equilibrium after a whole Newton step, which followed one with the rotation `last` (rad).
     /// `distance` is that of the tangent from the shape and the reactions after the step.
     fn has_converged(&mut self, rod: &Rod, step: &Step, (last, distance): (f64, f64)) -> bool {
-        let turn = step.turn;
+        let turn = step.trial.turn;
         let stretching = step.stretch > 1e-8 * self.length;
         // The next error is the product of the step and the distance of the tangent, which contains the reactions.
         let ratio = (turn / last.min(1.0)).max(distance);
         let error = 4.0 * turn * ratio.min(1.0);
         // A new contact is one that the last step has missed.
-        let found = self.add_candidates(rod, -SETTINGS.rounding * self.length);
-        if found {
-            self.locate(rod);
-        }
+        let found = self.add_candidates(rod, -settings::ROUNDING * self.length);
         // A contact point is where the gap is least, or at an end of the rod.
         let skew = self.candidates.iter().any(|at| {
             let inside = self.end(at).is_none_or(|outward| at.approach().0 * outward > 0.0);
-            let skew = at.follows_gap && inside && at.approach().0.abs() > SETTINGS.tangential;
+            let skew = at.follows_gap && inside && at.approach().0.abs() > settings::TANGENTIAL;
             at.status != Status::Open && (skew || self.strays(at))
         });
         // Conditions at places that move together are violated by rounding of their differences.
         let violation = self.largest_violation() / self.length;
         // Steps that stagnate show no convergence. The rod rests if they are also shorter than `RESTING`, and rounding
         // causes them if all couples balance up to rounding.
-        let stagnates = turn < STAGNANT && (SETTINGS.slow * turn..STAGNANT).contains(&last);
-        let rests = stagnates && turn < RESTING && turn >= SETTINGS.slow * last;
-        let apart = skew || found || self.floats() || !(violation <= if rests { RESTING } else { SETTINGS.rounding });
+        let stagnates = turn < STAGNANT && (settings::SLOW * turn..STAGNANT).contains(&last);
+        let rests = stagnates && turn < RESTING && turn >= settings::SLOW * last;
+        let apart = skew || found || self.floats() || !(violation <= if rests { RESTING } else { settings::ROUNDING });
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced = self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
         let rounds = stagnates && !apart && !stretching && balanced;
@@ -322,13 +316,11 @@ impl HeldSearch<'_> {
     /// Evaluates the inertia at the equilibrium that a step has reached, with the tangent of the step unless the
     /// distance from it matters.
     fn find_inertia(&mut self, rod: &Rod, step: &Step) -> Result<(), EquilibriumError> {
-        let inertia = self.inertia_of(&step.linear, step.pivots);
-        self.found.inertia = inertia;
-        if inertia.negative > 0 || !(inertia.margin > CLOSE.0.max(CLOSE.1 * step.drift)) {
-            let (_, pivots) = self.factorise(rod, 0.0)?;
-            self.body.balance();
-            let linear = self.linearise(rod);
-            self.found.inertia = self.inertia_of(&linear, pivots);
+        self.found.inertia = self.inertia_of(&step.trial.linear);
+        let Inertia { negative, margin, .. } = self.found.inertia;
+        if negative > 0 || !(margin > CLOSE.0.max(CLOSE.1 * step.drift)) {
+            let linear = self.linear_rod(rod)?;
+            self.found.inertia = self.inertia_of(&linear);
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use super::candidate::Candidate;
 use super::law::Gap;
 use super::line::{Line, LinePlace};
 use super::reduced::Surfaces;
-use super::settings::SETTINGS;
+use super::settings;
 use crate::numerics::scalar::bracketed_root;
 use crate::rod::{Rod, centre_line_tangent, weighted};
 use crate::support::{Contact, Obstacle, Patch, Reaction};
@@ -183,6 +183,22 @@ impl Gaps<'_, '_> {
         self.at(&self.line.place(self.rod, (element, x)))
     }
 
+    /// The gap at the base and at all stations, m.
+    pub fn at_stations(&self) -> Vec<f64> {
+        self.line.places.iter().map(|place| self.obstacles.gap_at(self.obstacle, &place.position).value).collect()
+    }
+
+    /// The intervals between two neighbouring stations in which the gap may be less than `bound` (m), given its values
+    /// at all stations.
+    pub fn intervals(&self, values: &[f64], bound: f64) -> impl Iterator<Item = [Sample; 2]> {
+        // A gap changes by at most the length of the centre line.
+        let low = move |(values, ends): &(&[f64], &[LinePlace])| {
+            values[0] + values[1] - (ends[1].path - ends[0].path) < 2.0 * bound
+        };
+        let all = values.windows(2).zip(self.line.places.windows(2)).filter(low);
+        all.map(|(_, ends)| [&ends[0], &ends[1]].map(|place| self.at(place)))
+    }
+
     /// The local minima of the gap below `bound` (m) inside an interval between two neighbouring stations. A minimum
     /// may be a kink of the gap, where the nearest face of an obstacle changes.
     pub fn minima(&self, from: &Sample, to: &Sample, bound: f64) -> Vec<Sample> {
@@ -235,7 +251,7 @@ impl Gaps<'_, '_> {
 /// than a part of the sum of its gap to an obstacle and the radius of the obstacle. `moved` is the length of the motion
 /// of a place relative to an obstacle, m. Parts beside one of the given contacts, up to the next maxima of the gap, are
 /// left out: the contact represents them.
-pub(super) fn largest_share<'c>(
+pub(super) fn safe_factor<'c>(
     obstacles: &Obstacles,
     contacts: impl Iterator<Item = &'c Candidate> + Clone,
     (rod, line): (&Rod, &Line),
@@ -260,7 +276,7 @@ pub(super) fn largest_share<'c>(
         }
         for i in (0..last).filter(|i| !known[*i]) {
             let (way, radius) = (moved[i].max(moved[i + 1]), gaps[i].1.min(gaps[i + 1].1));
-            let allowed = |least: f64| SETTINGS.approach * (radius + least.max(0.0));
+            let allowed = |least: f64| settings::APPROACH * (radius + least.max(0.0));
             let size = places[i + 1].path - places[i].path;
             let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);
             if allowed(least) < share * way {
@@ -276,12 +292,12 @@ pub(super) fn largest_share<'c>(
 /// The factor by which a motion of an open candidate by a length (m) may be longer, so that it does not pass its
 /// obstacle, given the gap before.
 pub(super) fn opening_share(before: &Gap, moved: f64) -> f64 {
-    (before.value.max(0.0) + SETTINGS.approach * Obstacles::radius(before)) / moved
+    (before.value.max(0.0) + settings::APPROACH * Obstacles::radius(before)) / moved
 }
 
 /// The factor by which a motion of a contact may be longer, so that it does not pass to the other side of its
 /// obstacle, given the normals before and after.
 pub(super) fn contact_share(before: &Vector3<f64>, after: &Vector3<f64>) -> f64 {
     let turned = before.angle(after);
-    if turned > SETTINGS.largest_turn { SETTINGS.largest_turn / turned } else { f64::INFINITY }
+    if turned > settings::LARGEST_TURN { settings::LARGEST_TURN / turned } else { f64::INFINITY }
 }

@@ -10,9 +10,9 @@ use nalgebra::Vector3;
 use super::candidate::Candidate;
 use super::increment::{Before, Motion};
 use super::line::{COMPARED, LinePlace, displacement};
-use super::obstacles::{Obstacles, contact_share, largest_share};
+use super::obstacles::{Obstacles, contact_share, safe_factor};
 use super::search::{HeldSearch, Snapshot, project};
-use super::settings::SETTINGS;
+use super::settings;
 use super::sites::turn_frames;
 use super::trial::Reach;
 use crate::equilibrium::{EquilibriumError, Held, IncrementStart};
@@ -21,17 +21,15 @@ use crate::rod::Rod;
 impl HeldSearch<'_> {
     /// Finds the equilibrium. Returns an error for laws of supports that are invalid where the search ends.
     pub fn run(mut self, mut shape: Rod, bound: usize) -> Result<Held, EquilibriumError> {
-        self.bound = bound;
         let rod = &mut shape;
-        let moved = self.move_holds(rod);
+        let moved = self.move_holds(rod, bound);
         if moved.as_ref().err().is_none_or(EquilibriumError::is_recoverable) {
             self.check_end(rod)?;
         }
         moved?;
         if !self.frames.is_empty() {
             // The last step may change reactions that do not affect the shape.
-            self.balance_frames(rod);
-            self.found.evaluations += 1;
+            self.balance(rod);
         }
         let (mut reactions, mut patches) = (self.reactions(rod), self.patches(rod, 0.0));
         self.obstacles.name(&mut reactions, &mut patches);
@@ -39,45 +37,42 @@ impl HeldSearch<'_> {
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
-    /// equilibrium. One share moves holds and, if contacts are followed, base and the time of the obstacles.
-    fn move_holds(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
+    /// equilibrium after at most `bound` iterations. The share of the load path determines the targets of the holds. If
+    /// the rod could pass an obstacle in the time step, it also determines the base and the time of the obstacles.
+    fn move_holds(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
         self.check_obstacles()?;
         self.check_start(rod)?;
         self.lay(rod);
-        let followed = self.rewind(rod);
+        let moves_base = self.rewind(rod);
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> =
             self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
         let far = goals.iter().zip(&starts).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / self.length;
         let turned = self.frames.iter().map(|frame| frame.missing(rod).norm()).fold(0.0, f64::max);
-        let (largest_turn, largest_move) = (SETTINGS.increment_turn, SETTINGS.increment_motion);
-        let (turn, way) = followed.then(|| self.motion.as_ref().map(Motion::size)).flatten().unwrap_or_default();
+        let (turn, way) = self.motion.as_ref().map(Motion::size).unwrap_or_default();
         let (far, turned) = (far.max(way / self.length), turned.max(turn));
-        let number = (far / largest_move).max(turned / largest_turn).ceil().max(1.0);
+        let number = (far / settings::INCREMENT_MOTION).max(turned / settings::INCREMENT_TURN).ceil().max(1.0);
         let (mut done, mut share) = (0.0, 1.0 / number);
-        let moves = number > 1.0 || far > 0.0 || turned > 0.0 || followed && self.obstacles_move();
-        let each = self.bound;
+        let moves = number > 1.0 || far > 0.0 || turned > 0.0 || self.obstacles_move();
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
-            let checked = followed || turned > 0.0 && !self.obstacles.contacts.is_empty();
-            let next = if checked { self.safe_end(rod, (done, next), followed) } else { next };
+            let checked = moves_base || turned > 0.0 && !self.obstacles.contacts.is_empty();
+            let next = if checked { self.safe_end(rod, done, next) } else { next };
             let before = self.snapshot(rod);
-            if followed {
-                self.carry(rod, next);
-            }
+            self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
             }
             self.turn_held(rod, (next - done) / (1.0 - done));
             self.increments += 1;
-            self.bound = self.found.iterations.saturating_add(each);
-            let smallest = !moves || share <= SETTINGS.smallest_increment || done + share <= done;
+            self.bound = self.found.iterations.saturating_add(bound);
+            let smallest = !moves || share <= settings::SMALLEST_INCREMENT || done + share <= done;
             match self.settle(rod) {
                 Ok(()) => {
                     done = next;
-                    if followed {
+                    if moves_base {
                         // Slip counts from the end of this increment. If only holds move, it counts from the start of
                         // the time step.
                         self.before = Before::new(rod, self.obstacles.time, self.obstacles.yielded.clone());
@@ -97,6 +92,8 @@ impl HeldSearch<'_> {
     /// obstacle from there to the initial guess. Returns whether it could.
     fn rewind(&mut self, rod: &mut Rod) -> bool {
         let Some(IncrementStart { reactions, patches, .. }) = self.start.filter(|_| self.could_pass(rod)) else {
+            // Base and obstacles stay where they are at the end of the increment.
+            self.motion = None;
             return false;
         };
         self.set_share(0.0);
@@ -116,10 +113,7 @@ impl HeldSearch<'_> {
         self.locate(shape);
         self.check_obstacles()?;
         self.check_start(shape)?;
-        if self.add_candidates(shape, -SETTINGS.rounding * self.length) {
-            return Ok(false);
-        }
-        Ok(!self.could_pass(shape))
+        Ok(!self.add_candidates(shape, -settings::ROUNDING * self.length) && !self.could_pass(shape))
     }
 
     /// Whether a part of the rod could pass an obstacle on the way from the start of the increment to a shape.
@@ -128,26 +122,22 @@ impl HeldSearch<'_> {
         let mut start = shape.clone();
         start.sample_shape(&self.before.rod);
         self.set_share(0.0);
-        let largest = self.largest_motion(&start, shape, time);
+        let largest = self.safe_motion_factor(&start, shape, time);
         self.set_share(1.0);
         largest < 1.0
     }
 
     /// A share of the load path, at most `next`, up to which no part of the rod can pass an obstacle. The present share
-    /// is `done`. Base and obstacles move if contacts are `followed`.
-    fn safe_end(&mut self, rod: &Rod, (done, mut next): (f64, f64), followed: bool) -> f64 {
-        while next - done > SETTINGS.smallest_increment {
+    /// is `done`.
+    fn safe_end(&mut self, rod: &Rod, done: f64, mut next: f64) -> f64 {
+        while next - done > settings::SMALLEST_INCREMENT {
             let mut moved = rod.clone();
-            if followed {
-                self.carry(&mut moved, next);
-            }
+            self.carry(&mut moved, next);
             self.turn_held(&mut moved, (next - done) / (1.0 - done));
             let time = self.obstacles.time;
-            if followed {
-                self.turn_hinge(next, done);
-                self.set_share(done);
-            }
-            let factor = self.largest_motion(rod, &moved, time);
+            self.turn_hinge(next, done);
+            self.set_share(done);
+            let factor = self.safe_motion_factor(rod, &moved, time);
             if factor >= 1.0 {
                 break;
             }
@@ -158,7 +148,7 @@ impl HeldSearch<'_> {
 
     /// The factor by which a motion of the rod from its present shape to another one, and of the obstacles to a time
     /// (s), may be longer, so that no part of the rod passes an obstacle. The rods have the same nodes.
-    fn largest_motion(&self, from: &Rod, to: &Rod, time: f64) -> f64 {
+    fn safe_motion_factor(&self, from: &Rod, to: &Rod, time: f64) -> f64 {
         let [a, b] = [from, to].map(|rod| self.line_of(rod));
         let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
             (to - from).norm() + self.obstacles.motion(obstacle, from, time)
@@ -169,14 +159,14 @@ impl HeldSearch<'_> {
             Candidate { gap, tangent, ..at.clone() }
         };
         let contacts: Vec<Candidate> = self.candidates.iter().map(before).filter(|at| self.is_contact(at)).collect();
-        let mut share = largest_share(&self.obstacles, contacts.iter(), (from, &a), |obstacle, i| {
+        let mut share = safe_factor(&self.obstacles, contacts.iter(), (from, &a), |obstacle, i| {
             moved(obstacle, &a.places[i].position, &b.places[i].position)
         });
         for at in &contacts {
             let after = self.obstacles.gap_then(at.obstacle, &b.place(to, (at.element, at.x)).position, time);
             share = share.min(contact_share(&at.gap.normal, &after.normal));
             // The next search removes a penetration by a part of the radius.
-            let deepest = SETTINGS.approach * Obstacles::radius(&at.gap);
+            let deepest = settings::APPROACH * Obstacles::radius(&at.gap);
             if after.value < -deepest {
                 share = share.min(deepest / -after.value);
             }
@@ -186,11 +176,9 @@ impl HeldSearch<'_> {
 
     /// Whether an obstacle moves until the end of the increment.
     fn obstacles_move(&self) -> bool {
-        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
-        let moves = |place: &LinePlace| {
-            (0..self.obstacles.contacts.len()).any(|i| self.obstacles.motion(i, &place.position, time) > 0.0)
-        };
-        self.line.places.iter().any(moves)
+        let Some(motion) = &self.motion else { return false };
+        let moves = |i: usize, place: &LinePlace| self.obstacles.motion(i, &place.position, motion.time(1.0)) > 0.0;
+        self.line.places.iter().any(|place| (0..self.obstacles.contacts.len()).any(|i| moves(i, place)))
     }
 
     /// Sets the share of the motion, and the time of the obstacles.
@@ -222,8 +210,9 @@ impl HeldSearch<'_> {
     /// guess, or by a descent to any. In a descent the tangent is positive on the permitted directions.
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         let guess = self.snapshot(rod);
+        let descends = !self.obstacles.contacts.is_empty() || !self.stable;
         match self.find(rod, Reach::Newton) {
-            Err(error) if self.descends() && error.is_recoverable() => {}
+            Err(error) if descends && error.is_recoverable() => {}
             result => return result,
         }
         match self.find_stable(rod, &guess, Reach::Near) {
@@ -233,11 +222,6 @@ impl HeldSearch<'_> {
         self.find_stable(rod, &guess, Reach::Far)?;
         self.found.jump = Some(displacement(rod, &guess.rod.centre_line_at(COMPARED)));
         Ok(())
-    }
-
-    /// Whether a descent follows where Newton's method fails.
-    fn descends(&self) -> bool {
-        !self.obstacles.contacts.is_empty() || !self.stable
     }
 
     /// Finds a stable equilibrium from a guess, also in a search that accepts unstable ones.

@@ -1,9 +1,10 @@
 //! Nodes at contacts: the shape of a rod is smooth only between the places at which contact forces act.
 //!
 //! A contact point is at a node. At the ends of a contact segment the curvature of the rod is that of the
-//! obstacle. An end that is misplaced by δ changes the shape by O(δ³), so that the relative curvature g″ at a fixed
+//! obstacle. An end that is misplaced by δ changes the shape by O(δ²), so that the relative curvature g″ at a fixed
 //! place depends on it to second order only: −g″/g‴, with the derivative on the free side, is Newton's step for the
-//! end.
+//! end. The shape of a coarse rod also depends on its nodes. The distances from the ends may then decrease by a ratio,
+//! which [`super::ends`] estimates.
 
 use nalgebra::Vector3;
 
@@ -12,9 +13,8 @@ use super::ends::End;
 use super::law::Status;
 use super::line::{Line, LinePlace};
 use super::search::HeldSearch;
-use super::settings::{SAME, SETTINGS};
+use super::settings::{self, SAME};
 use super::trial::Course;
-use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 use crate::support::Patch;
 
@@ -51,14 +51,13 @@ impl HeldSearch<'_> {
         let touching = TOUCHING * self.element;
         let mut patches = self.patches(rod, touching);
         let (moved, ends) = self.move_ends(rod, &mut patches, &course.ends);
-        let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
+        let nodes = rod.ends();
         let off = |s: f64| nodes.iter().map(|node| (node - s).abs()).fold(f64::INFINITY, f64::min);
         let reach = AT_NODE * self.element;
         let apart = patches.iter().flat_map(|patch| [off(patch.from), off(patch.to)]).fold(0.0, f64::max);
         let apart = if apart <= 2.0 * reach { 0.0 } else { apart };
         let largest = moved.max(apart);
-        let forces = self.forces_along();
-        self.layer = self.bending_length(rod, &forces);
+        self.layer = self.bending_length(rod, self.forces());
         // Contacts that have opened keep their nodes.
         let opened = self.candidates.iter().filter(|at| at.touched && at.follows_gap && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
@@ -74,7 +73,7 @@ impl HeldSearch<'_> {
         let extrapolated = course.placements > 2 && course.ends.iter().any(|end| end.before.is_some());
         let small = largest < ROUNDED * self.length && largest > 0.5 * course.distance * self.length;
         let rounds = extrapolated && small;
-        let misplaced = largest > SETTINGS.placed * self.length && !rounds;
+        let misplaced = largest > settings::PLACED * self.length && !rounds;
         let moves = misplaced || self.candidates.iter().any(differs);
         if rounds && !moves {
             self.found.error = self.found.error.max(largest / self.length);
@@ -89,7 +88,7 @@ impl HeldSearch<'_> {
         loaded.sort_by(|a, b| a.obstacle.cmp(&b.obstacle).then(a.arc_length.total_cmp(&b.arc_length)));
         let stations = self.line.stations();
         let margin = SAME * self.length;
-        let near = SETTINGS.near * self.element;
+        let near = settings::NEAR * self.element;
         let open = |obstacle: usize, from: f64, to: f64| {
             // Stations close to a contact may be no candidates. They do not show whether a gap extends over an element.
             let resolved = |place: &&LinePlace| place.arc_length > from + near && place.arc_length < to - near;
@@ -101,28 +100,17 @@ impl HeldSearch<'_> {
                 || candidates.clone().any(|at| inside(at.arc_length) && at.gap.value > wide)
                 || between.clone().any(|place| self.obstacles.gap_at(obstacle, &place.position).value > wide)
         };
-        let mut patches: Vec<(Patch, Vec<&Candidate>)> = Vec::new();
-        for at in loaded {
-            match patches.last_mut() {
-                // Two places of least gap are two contacts.
-                Some((patch, members))
-                    if patch.obstacle == at.obstacle
-                        && !(at.follows_gap && members.last().is_some_and(|last| last.follows_gap))
-                        && !open(at.obstacle, patch.to, at.arc_length) =>
-                {
-                    patch.to = at.arc_length;
-                    members.push(at);
-                }
-                _ => {
-                    let (from, to) = (at.arc_length, at.arc_length);
-                    patches.push((Patch { obstacle: at.obstacle, surface: 0, from, to }, vec![at]));
-                }
-            }
-        }
+        let together = |a: &&Candidate, b: &&Candidate| {
+            // Two places of least gap are two contacts.
+            let points = a.follows_gap && b.follows_gap;
+            a.obstacle == b.obstacle && !points && !open(a.obstacle, a.arc_length, b.arc_length)
+        };
         let first = stations.first().map_or(0.0, |place| place.arc_length);
-        let resolved = |(mut patch, members): (Patch, Vec<&Candidate>)| {
+        let patch = |members: &[&Candidate]| {
+            let (at, last) = (members.first()?, members.last()?);
+            let mut patch = Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: last.arc_length };
             // Two neighbouring stations bear the force of a contact point between them.
-            if let [a, b] = members[..]
+            if let [a, b] = members
                 && a.approach().1 > 0.0
                 && b.approach().1 > 0.0
             {
@@ -135,9 +123,9 @@ impl HeldSearch<'_> {
             if at_base && self.obstacles.gap_at(patch.obstacle, &rod.base_position()).value <= margin {
                 patch.from = 0.0;
             }
-            patch
+            Some(patch)
         };
-        patches.into_iter().map(resolved).collect()
+        loaded.chunk_by(together).filter_map(patch).collect()
     }
 
     /// Moves the ends of contact segments towards the places at which the relative curvature vanishes, extrapolated
@@ -147,16 +135,18 @@ impl HeldSearch<'_> {
         let element = self.element;
         let inside = |s: f64| s > SAME * self.length && s < self.length * (1.0 - SAME);
         for patch in patches.iter_mut().filter(|patch| patch.to > patch.from) {
-            let Patch { obstacle, from, to, .. } = *patch;
+            let obstacle = patch.obstacle;
+            let Patch { from, to, .. } = patch;
             // `outward` is the direction along the rod from the contact to its free side.
-            for (end, outward) in [(from, -1.0), (to, 1.0)] {
+            for (place, outward) in [(&mut *from, -1.0), (&mut *to, 1.0)] {
+                let end = *place;
                 if !inside(end) {
                     continue;
                 }
                 let delta = outward * DIFFERENCE * element;
                 let bend = self.relative_bend(rod, obstacle, end);
                 let slope = (self.relative_bend(rod, obstacle, end + delta) - bend) / delta;
-                let longest = SETTINGS.placing_motion * element;
+                let longest = settings::PLACING_MOTION * element;
                 // The relative curvature increases beyond the end; otherwise the end moves by the largest step.
                 let by = if slope * outward > 0.0 { -bend / slope } else { outward * -bend.signum() * f64::INFINITY };
                 let by = by.clamp(-longest, longest);
@@ -165,18 +155,13 @@ impl HeldSearch<'_> {
                 let nodes = self.candidates.iter().filter(|at| at.obstacle == obstacle && at.x.fract() == 0.0);
                 let apart = (next.node - end).abs();
                 largest = largest.max(nodes.map(|at| (at.arc_length - next.node).abs()).fold(apart, f64::min));
-                if outward < 0.0 {
-                    patch.from = next.node
-                } else {
-                    patch.to = next.node
-                }
+                *place = next.node;
                 ends.push(next);
             }
-            patch.to = patch.to.min(self.length);
-            patch.from = patch.from.max(0.0);
-            if patch.from >= patch.to {
-                let middle = 0.5 * (patch.from + patch.to);
-                (patch.from, patch.to) = (middle, middle);
+            (*from, *to) = (from.max(0.0), to.min(self.length));
+            if *from >= *to {
+                let middle = 0.5 * (*from + *to);
+                (*from, *to) = (middle, middle);
             }
         }
         (largest, ends)
@@ -192,15 +177,10 @@ impl HeldSearch<'_> {
         let mut couple: Vector3<f64> = self.couples_beyond(rod, e, x);
         let forces = self.body.force().at_points();
         let reference = rod.reference();
-        let upto = if x < 1.0 { reference.integral_upto(x) } else { [0.0; MAX_POINTS] };
+        // The place bears the part of its own element that is beyond it.
+        let upto = if x < 1.0 { reference.integral_upto(x) } else { reference.within(x) };
         for i in e * p..rod.points().len() {
-            let share = if i >= (e + 1) * p {
-                reference.weights[i % p]
-            } else if x < 1.0 {
-                reference.weights[i % p] - upto[i % p]
-            } else {
-                0.0
-            };
+            let share = reference.weights[i % p] - if i < (e + 1) * p { upto[i % p] } else { 0.0 };
             couple += self.line.tangents[i].cross(&forces[i]) * (share * rod.points()[i].jacobian);
         }
         let near = rod.strain_within(e, x) - point.intrinsic;
@@ -239,13 +219,15 @@ impl HeldSearch<'_> {
     }
 
     /// The length √(B/n) over which the rod bends beside a contact, m, for the largest force n (N) between given
-    /// reactions in their order along the rod. It is rounded to a power of two, so that the nodes do not move with each
-    /// change of the force.
-    pub(super) fn bending_length(&self, rod: &Rod, reactions: &[Vector3<f64>]) -> f64 {
+    /// reactions, each with its place along the rod in any unit. The length is rounded to a power of two, so that the
+    /// nodes do not move with each change of the force.
+    pub(super) fn bending_length(&self, rod: &Rod, mut reactions: Vec<(f64, Vector3<f64>)>) -> f64 {
+        reactions.sort_by(|a, b| a.0.total_cmp(&b.0));
         let bending = rod.points().iter().map(|point| self.body.stiffness(point)).map(|k| k[(0, 0)].min(k[(1, 1)]));
-        let mut force = self.body.force().load_at_base() + reactions.iter().sum::<Vector3<f64>>();
+        let mut force =
+            self.body.force().load_at_base() + reactions.iter().map(|(_, force)| force).sum::<Vector3<f64>>();
         let mut largest = force.norm();
-        for reaction in reactions {
+        for (_, reaction) in &reactions {
             force -= reaction;
             largest = largest.max(force.norm());
         }
@@ -253,29 +235,25 @@ impl HeldSearch<'_> {
         length.log2().round().exp2()
     }
 
-    /// The forces of all sites and candidates in their order along the rod, N.
-    fn forces_along(&self) -> Vec<Vector3<f64>> {
-        let sites = self.sites.iter().map(|site| (site.element as f64 + site.x, site.reaction()));
+    /// The forces of all sites and candidates, N, each with its place along the rod in elements.
+    fn forces(&self) -> Vec<(f64, Vector3<f64>)> {
+        let sites = self.sites.iter().map(|site| (site.node as f64, site.reaction()));
         let candidates = self.candidates.iter().map(|at| (at.element as f64 + at.x, at.force));
-        let mut all: Vec<_> = sites.chain(candidates).collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.into_iter().map(|(_, force)| force).collect()
+        sites.chain(candidates).collect()
     }
 
     /// Gives the rod nodes at the ends of patches, and candidates at contact points and at all stations of contact
     /// segments. Each takes the force of the nearest one of `old`.
     pub(super) fn arrange(&mut self, rod: &mut Rod, patches: &[Patch], old: &[Candidate]) {
         let source = rod.clone();
-        let nodes: Vec<f64> = source.centre_line().iter().map(|(s, _)| *s).collect();
+        let nodes = source.ends();
         *rod = self.parent.with_nodes(&self.cuts(patches), AT_NODE);
         rod.sample_shape(&source);
-        let new: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
+        let new = rod.ends();
         let margin = SAME * self.length;
         // Holds are at ends of elements of the parent, which are ends of elements of each rod.
         let moved = |node: usize| new.iter().position(|s| (s - nodes[node]).abs() <= margin).unwrap_or(node);
-        for site in &mut self.sites {
-            site.set_node(moved(site.node()));
-        }
+        self.sites.iter_mut().for_each(|site| site.node = moved(site.node));
         self.frames.iter_mut().for_each(|frame| frame.node = moved(frame.node));
         self.body.system_mut().joints.move_nodes(moved);
         self.body.renew_load(rod);
@@ -300,13 +278,10 @@ impl HeldSearch<'_> {
         for obstacle in 0..self.obstacles.contacts.len() {
             let touches =
                 |at: &LinePlace| self.obstacles.gap_at(obstacle, &at.position).value.abs() <= SAME * self.length;
-            for ends in places.windows(2).filter(|ends| ends.iter().all(touches)) {
-                let (from, to) = (ends[0].arc_length, ends[1].arc_length);
-                match patches.last_mut() {
-                    Some(last) if last.obstacle == obstacle && last.to == from => last.to = to,
-                    _ => patches.push(Patch { obstacle, surface: 0, from, to }),
-                }
-            }
+            patches.extend(places.chunk_by(|a, b| touches(a) && touches(b)).filter_map(|run| {
+                let [first, .., last] = run else { return None };
+                Some(Patch { obstacle, surface: 0, from: first.arc_length, to: last.arc_length })
+            }));
         }
         if !patches.is_empty() {
             self.arrange(rod, &patches, &[]);
@@ -319,7 +294,7 @@ impl HeldSearch<'_> {
     fn stations_of(&self, rod: &Rod, patch: &Patch, stations: &[LinePlace]) -> Vec<Candidate> {
         let margin = SAME * self.length;
         let point = patch.from == patch.to;
-        let new = |s: f64, at| Candidate { arc_length: s, ..Candidate::at(patch.obstacle, at, point) };
+        let new = |s: f64, at| Candidate::at(patch.obstacle, s, at, point);
         let mut ends = vec![patch.from, patch.to];
         ends.dedup();
         // A base that is not free does not move.
@@ -330,7 +305,7 @@ impl HeldSearch<'_> {
             let own = rod.length_of(place.element);
             let within = !point && place.arc_length > patch.from && place.arc_length < patch.to;
             let bears = place.x == 1.0 || own > SHORT * self.element;
-            within && bears && ends.iter().all(|s| (place.arc_length - s).abs() > SETTINGS.near * own)
+            within && bears && ends.iter().all(|s| (place.arc_length - s).abs() > settings::NEAR * own)
         });
         candidates.extend(inside.map(|place| new(place.arc_length, (place.element, place.x))));
         candidates.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
@@ -357,10 +332,8 @@ fn transfer(old: &[Candidate], new: &mut [Candidate]) {
     for from in old {
         let distance = |at: &Candidate| at.arc_length - from.arc_length;
         let own = (0..new.len()).filter(|i| new[*i].obstacle == from.obstacle);
-        let Some(nearest) = own.clone().min_by(|a, b| distance(&new[*a]).abs().total_cmp(&distance(&new[*b]).abs()))
-        else {
-            continue;
-        };
+        let nearest = own.min_by(|a, b| distance(&new[*a]).abs().total_cmp(&distance(&new[*b]).abs()));
+        let Some(nearest) = nearest else { continue };
         let first = distance(&new[nearest]);
         // The stations of a segment are in order, and its neighbour on the other side follows or precedes.
         let beside = if first > 0.0 { nearest.checked_sub(1) } else { Some(nearest + 1) };

@@ -32,16 +32,6 @@ struct Bend {
     sign: f64,
 }
 
-/// The response to normal forces of a rod whose contacts slide and turn.
-struct Pressed {
-    /// Change of the gaps by the normal forces, m/N, and without changes of these forces, m.
-    compliance: DMatrix<f64>,
-    settled: DVector<f64>,
-    /// Change of the coordinates by the normal forces, and without changes of these forces.
-    by_forces: DMatrix<f64>,
-    moved: DVector<f64>,
-}
-
 impl Reduced<'_> {
     /// Sets the normal forces to those with which no contact penetrates and each loaded one touches, for the present
     /// normals, displacements along the rod, and friction, which is limited to its cone. Returns whether they exist,
@@ -49,21 +39,9 @@ impl Reduced<'_> {
     pub(super) fn press(&self, contacts: &mut [LinearContact]) -> bool {
         let coordinates = self.coordinates(contacts);
         let linear: Vec<Linearised> = contacts.iter().map(|at| self.linearised(at, &coordinates)).collect();
-        let Some(Pressed { mut compliance, settled, by_forces, moved }) = self.pressed(&linear) else { return false };
-        let size = contacts.len();
-        let present = DVector::from_fn(size, |i, _| linear[i].gap.normal.dot(&contacts[i].force));
-        let least = DVector::from_fn(size, |i, _| linear[i].least);
-        let free = least + settled - &compliance * &present;
-        let redundant = REDUNDANT * compliance.trace().abs() / size as f64;
-        (0..size).for_each(|i| compliance[(i, i)] += redundant);
+        let present = DVector::from_fn(contacts.len(), |i, _| linear[i].gap.normal.dot(&contacts[i].force));
         let extent = contacts.iter().map(|at| self.free.fixed_rows::<3>(at.first).amax()).fold(0.0, f64::max);
-        let rounding = ROUNDING * extent;
-        if !compliance.iter().chain(&free).all(|value| value.is_finite()) {
-            return false;
-        }
-        let problem = Complementarity { compliance, free, rounding };
-        let Some(normal) = problem.stabilised(present.map(|force| force.max(0.0))) else { return false };
-        let moved = by_forces * (&normal - &present) + moved;
+        let Some([normal, moved]) = self.pressed(&linear, &present, ROUNDING * extent) else { return false };
         for ((contact, at), force) in contacts.iter_mut().zip(&linear).zip(&normal) {
             let n = &at.gap.normal;
             let tangential = contact.force - n * n.dot(&contact.force);
@@ -111,9 +89,10 @@ impl Reduced<'_> {
         Linearised { gap, least, normal: along(gap.normal), slide, bends }
     }
 
-    /// Eliminates the displacements that the second derivatives of the gaps cause. `None` if their equations are
-    /// singular.
-    fn pressed(&self, linear: &[Linearised]) -> Option<Pressed> {
+    /// The normal forces, and the change of the coordinates from those with the `present` normal forces (N). The
+    /// displacements that the second derivatives of the gaps cause are eliminated. `None` if their equations are
+    /// singular or no forces are found.
+    fn pressed(&self, linear: &[Linearised], present: &DVector<f64>, rounding: f64) -> Option<[DVector<f64>; 2]> {
         let dimension = self.free.len();
         let bends: Vec<&Bend> = linear.iter().flat_map(|at| &at.bends).collect();
         let normals = DMatrix::from_fn(linear.len(), dimension, |i, j| linear[i].normal[j]);
@@ -128,12 +107,19 @@ impl Reduced<'_> {
         // The elimination of no displacement is not singular.
         let solve = |rhs: &DMatrix<f64>| if bends.is_empty() { Some(rhs.clone()) } else { factors.solve(rhs) };
         let (inner, turned) = (solve(&across)?, solve(&DMatrix::from_columns(&[offsets]))?.column(0).into_owned());
+        // Change of the gaps by the normal forces, m/N, and gaps without them, m.
         let compliance = &normals * &by_normals + across.transpose() * &inner;
-        Some(Pressed {
-            compliance: (&compliance + compliance.transpose()) * 0.5,
-            settled: across.transpose() * &turned,
-            moved: &by_rows * turned,
-            by_forces: by_normals + by_rows * inner,
-        })
+        let mut compliance = (&compliance + compliance.transpose()) * 0.5;
+        let least = DVector::from_fn(linear.len(), |i, _| linear[i].least);
+        let free = least + across.transpose() * &turned - &compliance * present;
+        let redundant = REDUNDANT * compliance.trace().abs() / linear.len() as f64;
+        (0..linear.len()).for_each(|i| compliance[(i, i)] += redundant);
+        if !compliance.iter().chain(&free).all(|value| value.is_finite()) {
+            return None;
+        }
+        let normal = Complementarity { compliance, free, rounding }.stabilised(present.map(|force| force.max(0.0)))?;
+        let by_forces = by_normals + &by_rows * inner;
+        let moved = by_forces * (&normal - present) + by_rows * turned;
+        Some([normal, moved])
     }
 }

@@ -6,10 +6,11 @@ use nalgebra::Vector3;
 use super::law::Status;
 use super::response::upto_parts;
 use super::search::HeldSearch;
-use super::settings::{SAME, SETTINGS};
-use super::sites::HeldSite;
+use super::settings::{self, SAME};
+use super::sites::{HeldSite, place_of};
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto_weights;
+use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 use crate::support::{Reaction, Slip};
 
@@ -19,8 +20,8 @@ const NONE: f64 = 1e-6;
 impl HeldSearch<'_> {
     /// The reactions at the equilibrium, whose obstacles are surfaces.
     pub(super) fn reactions(&self, rod: &Rod) -> Vec<Reaction> {
-        let starts: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
-        let reaction = |element: usize, x: f64| Reaction {
+        let starts = rod.ends();
+        let reaction = |(element, x): (usize, f64)| Reaction {
             arc_length: starts[element] + upto_parts(rod, element, x)[..rod.order().points()].iter().sum::<f64>(),
             initial_apex_distance: rod.initial_apex_distance(element, x),
             force: Vector3::zeros(),
@@ -31,45 +32,34 @@ impl HeldSearch<'_> {
             normal: 0.0,
             slip: None,
         };
-        let mut all: Vec<Reaction> = Vec::new();
-        for site in &self.sites {
-            all.push(Reaction { force: site.reaction(), ..reaction(site.element, site.x) });
-        }
+        let of_site = |site: &HeldSite| Reaction { force: site.reaction(), ..reaction(site.place()) };
+        let mut all: Vec<Reaction> = self.sites.iter().map(of_site).collect();
         for at in self.candidates.iter().filter(|at| at.status != Status::Open) {
             let rubs = self.obstacles.contacts[at.obstacle].friction > 0.0;
             // A contact at rest may be at the boundary of the cone, where rounding decides about its state.
             let slip = at.slip(&self.obstacles.yielded[at.obstacle]).norm();
-            let rests = at.status == Status::Sticking || slip <= SETTINGS.rounding * self.length;
+            let rests = at.status == Status::Sticking || slip <= settings::ROUNDING * self.length;
             let slip = rubs.then_some(if rests { Slip::Sticks } else { Slip::Slides });
             let contact = Reaction {
                 force: at.force,
                 obstacle: Some(at.obstacle),
                 normal: at.normal(),
                 slip,
-                ..reaction(at.element, at.x)
+                ..reaction((at.element, at.x))
             };
             all.push(contact);
         }
         spread(rod, self.obstacles.contacts.len(), &mut all);
         let joints = &self.body.system().joints;
-        let mut couples = Vec::new();
-        for ((node, _), held) in joints.confined.iter().zip(&joints.held) {
-            // The couple of the support balances that of the rod.
-            let couple = rod.frames()[*node] * -held;
-            couples.push((*node, couple));
-        }
-        for joint in &joints.elastic {
-            couples.push((joint.node, rod.frames()[joint.node] * joint.couple));
-        }
-        for (node, couple) in couples {
-            let at_node = |site: &HeldSite| site.node() == node;
-            match self.sites.iter().position(at_node) {
+        // The couple of a held frame balances that of the rod.
+        let confined = joints.confined.iter().zip(&joints.held).map(|((node, _), held)| (*node, -held));
+        let elastic = joints.elastic.iter().map(|joint| (joint.node, joint.couple));
+        for (node, couple) in confined.chain(elastic) {
+            let couple = rod.frames()[node] * couple;
+            match self.sites.iter().position(|site| site.node == node) {
                 Some(i) => all[i].couple += couple,
-                None if node == 0 => {
-                    let initial_apex_distance = rod.initial_length();
-                    all.push(Reaction { couple, arc_length: 0.0, initial_apex_distance, ..reaction(0, 0.0) });
-                }
-                None => all.push(Reaction { couple, ..reaction(node - 1, 1.0) }),
+                None if node > 0 => all.push(Reaction { couple, ..reaction(place_of(node)) }),
+                None => all.push(Reaction { couple, initial_apex_distance: rod.initial_length, ..reaction((0, 0.0)) }),
             }
         }
         all
@@ -96,16 +86,10 @@ fn spread(rod: &Rod, obstacles: usize, all: &mut Vec<Reaction>) {
     for obstacle in 0..obstacles {
         for e in 0..rod.elements() {
             let (from, length) = (line[e].0, rod.length_of(e));
-            let stations: Option<Vec<usize>> =
-                nodes[1..p - 1].iter().map(|x| find(all, obstacle, from + x * length)).collect();
-            let (Some(inside), Some(first), Some(last)) =
-                (stations, find(all, obstacle, from), find(all, obstacle, from + length))
-            else {
-                continue;
-            };
-            let mut values = vec![0.0; p - 2];
-            for (index, x) in [(first, 0.0), (last, 1.0)] {
-                lagrange(&nodes[1..p - 1], x, &mut values);
+            let stations: Option<Vec<usize>> = nodes.iter().map(|x| find(all, obstacle, from + x * length)).collect();
+            let Some([first, inside @ .., last]) = stations.as_deref() else { continue };
+            for (index, x) in [(*first, 0.0), (*last, 1.0)] {
+                let values: [f64; MAX_POINTS] = lagrange(&nodes[1..p - 1], x);
                 let each = inside.iter().zip(&values).zip(&weights[1..]);
                 let normal = each.map(|((i, value), weight)| all[*i].normal * value / weight).sum::<f64>();
                 ends.push((index, weights[0] * length, normal * weights[0]));

@@ -48,10 +48,13 @@ pub(super) struct LinearContact {
     pub status: Status,
 }
 
+/// Changes of the force (N) of a contact and of its displacement along the rod (m) in a step of the iteration.
+pub(super) type ContactStep = (Vector3<f64>, f64);
+
 impl LinearContact {
     /// Adds a fraction of a step. The derivative of the slope by the displacement depends on the force, and the step is
     /// for the force before it. The displacement is scaled so that the slope is the one that the step predicts.
-    pub fn advance(&mut self, (force, travel): (Vector3<f64>, f64), fraction: f64) {
+    pub fn advance(&mut self, (force, travel): ContactStep, fraction: f64) {
         let before = self.slope_by_travel();
         self.force += force * fraction;
         if let Some([from, to]) = self.range {
@@ -178,7 +181,7 @@ impl Reduced<'_> {
     /// The first Newton step, with the laws linearised at the start of the step of the rod. An ordinary step would
     /// linearise them at the place that the rod reaches with constant forces, which is far for an almost unstable rod.
     /// `None` if the step is not finite.
-    pub fn first_step(&self, contacts: &[LinearContact], proximal: f64) -> Option<Vec<(Vector3<f64>, f64)>> {
+    pub fn first_step(&self, contacts: &[LinearContact], proximal: f64) -> Option<Vec<ContactStep>> {
         let displacements = self.coordinates(contacts) - &self.start;
         let linear = |contact: &LinearContact| {
             let mut at = self.evaluate(contact, &self.start);
@@ -218,14 +221,9 @@ impl Reduced<'_> {
     }
 
     /// One Newton step: changes of the force and of the travel of every contact.
-    pub fn step(
-        &self,
-        contacts: &[LinearContact],
-        all: &[Evaluated],
-        proximal: f64,
-    ) -> Option<Vec<(Vector3<f64>, f64)>> {
+    pub fn step(&self, contacts: &[LinearContact], all: &[Evaluated], proximal: f64) -> Option<Vec<ContactStep>> {
         let zero = Vector3::zeros();
-        let mut steps: Vec<(Vector3<f64>, f64)> =
+        let mut steps: Vec<ContactStep> =
             all.iter().map(|at| (zero, at.slide.as_ref().map_or(0.0, |slide| -slide.excess))).collect();
         // An open contact that still has a force is an unknown, too, so that its force vanishes.
         let is_loaded = |i: usize| all[i].law.status != Status::Open;

@@ -1,11 +1,14 @@
 //! Initial shapes: a straight rod between holds, and directions that leave a saddle of the energy.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
 
 use super::inertia::Bordered;
 use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
-use super::settings::SETTINGS;
+use super::settings;
+use super::sites::bend;
 use super::trial::{Merit, Start};
 use crate::equilibrium::elimination::Row;
 use crate::rod::Rod;
@@ -23,7 +26,7 @@ impl HeldSearch<'_> {
     pub(super) fn missing_along_straight(&self, linear: &Linear) -> Option<f64> {
         let contacts = self.candidates.iter().enumerate().filter_map(|(i, at)| {
             let missing = -at.gap.value;
-            if !(missing > SETTINGS.rounding * self.length) {
+            if !(missing > settings::ROUNDING * self.length) {
                 return None;
             }
             let first = linear.response.first(self.sites.len() + i) - linear.first;
@@ -47,7 +50,7 @@ impl HeldSearch<'_> {
     fn is_straight(&self, linear: &Linear) -> bool {
         // A free base does not count as flexible if it is held.
         let free = self.body.system().joints.free_base;
-        let anchor = free.and_then(|_| self.sites.iter().find(|site| site.node() == 0 && !site.fixed.is_empty()));
+        let anchor = free.and_then(|_| self.sites.iter().find(|site| site.node == 0 && !site.fixed.is_empty()));
         if free.is_some() && anchor.is_none() {
             return false;
         }
@@ -59,8 +62,8 @@ impl HeldSearch<'_> {
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
             let Role::Hold(site, direction) = role else { return false };
             let missing = missing - direction.dot(&moves);
-            self.sites[*site].node() > 0
-                && missing.abs() > SETTINGS.rounding * self.length
+            self.sites[*site].node > 0
+                && missing.abs() > settings::ROUNDING * self.length
                 && flexible(i) < STRAIGHT * largest
         };
         each.into_iter().any(rigid)
@@ -70,7 +73,7 @@ impl HeldSearch<'_> {
     pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, angle: f64) {
         self.bow(rod, angle);
         self.locate(rod);
-        let share = self.safe_share(rod, start);
+        let share = self.safe_step_factor(rod, start);
         if share < 1.0 {
             start.shape.restore(rod);
             self.bow(rod, angle * share);
@@ -86,46 +89,23 @@ impl HeldSearch<'_> {
         let side = load - tangent * tangent.dot(&load);
         let side = side.try_normalize(1e-9 * load.norm()).unwrap_or_else(|| rod.frames()[0] * Vector3::x());
         let axis = tangent.cross(&side);
-        let (length, mut at) = (self.length, 0.0);
-        let places: Vec<f64> = (0..=rod.elements())
-            .map(|e| {
-                let s = at;
-                at += if e < rod.elements() { rod.length_of(e) } else { 0.0 };
-                s
-            })
-            .collect();
-        let old = rod.clone();
-        let (p, reference) = (rod.order().points(), rod.reference());
-        let moved = |e: usize, x: f64| {
+        let (old, places) = (rod.clone(), rod.ends());
+        bend(rod, |e, x| {
             let s = places[e] + x * (places[e + 1] - places[e]);
-            so3::exp(&(axis * (angle * (std::f64::consts::TAU * s / length).sin()))) * old.frame_within(e, x)
-        };
-        let (_, rotations) = rod.shape_mut();
-        for e in 0..old.elements() {
-            let start = moved(e, 0.0).inverse();
-            for k in 0..p {
-                rotations[e * p + k] = so3::log(&(start * moved(e, reference.nodes[k + 1])));
-            }
-        }
-        rod.chain_frames();
+            so3::exp(&(axis * (angle * (TAU * s / self.length).sin()))) * old.frame_within(e, x)
+        });
     }
 
     /// Moves the rod from the start of a step along the softest direction that the supports permit, so far that no part
     /// of it passes an obstacle.
-    pub(super) fn leave_saddle(
-        &mut self,
-        rod: &mut Rod,
-        start: &Start,
-        (linear, merit): (&Linear, &Merit),
-        number: usize,
-    ) {
+    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, number: usize) {
         // Inverse iteration with the shifted tangent and the conditions of supports, from rotations about an axis.
         let Bordered { rows, matrix, scale, .. } = self.bordered(linear);
         let conditions = Conditions::new(&matrix, scale);
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
         let count = self.body.system().turns.len();
         let mut turns: Vec<Vector3<f64>> = (0..count).map(|i| axis * (i as f64 / count as f64 + 0.3).sin()).collect();
-        for _ in 0..SETTINGS.softenings {
+        for _ in 0..settings::SOFTENINGS {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             let system = self.body.system_mut();
             system.elements.iter_mut().for_each(|element| element.condensed = Row::default());
@@ -139,18 +119,18 @@ impl HeldSearch<'_> {
             let free = linear.response.free(system);
             let reactions = rows.tr_mul(&conditions.solve(&(&rows * free)));
             linear.response.load(system, &reactions);
-            self.body.solve();
+            self.body.system_mut().solve();
             turns.clone_from(&self.body.system().turns);
         }
         self.body.system_mut().start.keep(rod);
-        let fraction = SETTINGS.saddle_turn / self.body.system().largest_turn();
+        let fraction = settings::SADDLE_TURN / self.body.system().largest_turn();
         // The supports may permit no motion.
         if !fraction.is_finite() {
             return;
         }
-        let fraction = self.descending(rod, start, (merit, fraction));
+        let fraction = self.descending(rod, start, fraction);
         self.leave_by(rod, start, fraction);
-        let share = self.safe_share(rod, start);
+        let share = self.safe_step_factor(rod, start);
         if share < 1.0 {
             self.leave_by(rod, start, fraction * share);
         }
@@ -160,7 +140,7 @@ impl HeldSearch<'_> {
     /// decreases. Each fraction is tried with both signs, and the next one is a quarter of it. If the sum decreases
     /// with no fraction, the longest one is returned, with the sign of the smaller sum: an obstacle may be on the other
     /// side of the saddle.
-    fn descending(&mut self, rod: &mut Rod, start: &Start, (merit, longest): (&Merit, f64)) -> f64 {
+    fn descending(&mut self, rod: &mut Rod, start: &Start, longest: f64) -> f64 {
         let weight = self.weight.max(self.force_scale());
         let mut value = |search: &mut Self, fraction: f64| {
             search.leave_by(rod, start, fraction);
@@ -169,8 +149,9 @@ impl HeldSearch<'_> {
             let value = search.potential(rod, energy) + weight * search.violation();
             if value.is_nan() { f64::INFINITY } else { value }
         };
-        let slack = self.rounding_of(merit.energy);
-        let (before, mut fraction, mut first) = (merit.energy + weight * merit.violation, longest, None);
+        let Merit { energy, violation, .. } = start.merit;
+        let slack = self.rounding_of(energy);
+        let (before, mut fraction, mut first) = (energy + weight * violation, longest, None);
         while fraction.abs() > LEAST_LEAVING * longest.abs() {
             let [ahead, behind] = [fraction, -fraction].map(|fraction| value(self, fraction));
             let signed = if behind < ahead - slack { -fraction } else { fraction };
@@ -186,7 +167,7 @@ impl HeldSearch<'_> {
     /// Moves the rod from the start of a step by a fraction of the step of the system.
     fn leave_by(&mut self, rod: &mut Rod, start: &Start, fraction: f64) {
         start.shape.restore(rod);
-        self.body.advance(rod, fraction);
+        self.body.system().advance(rod, fraction);
         self.locate(rod);
     }
 }

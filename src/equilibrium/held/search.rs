@@ -7,7 +7,7 @@ use super::elastic::{ElasticLaws, Spring, elastic_joint};
 use super::increment::{Before, Motion};
 use super::law::Status;
 use super::line::Line;
-use super::linear::Role;
+use super::linear::{Factors, Role};
 use super::mechanics::Mechanics;
 use super::obstacles::Obstacles;
 use super::settings::SAME;
@@ -17,7 +17,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumError, IncrementStart, Inertia}
 use crate::load::PointReaction;
 use crate::rod::Rod;
 use crate::so3;
-use crate::support::{Energy, Joint, Patch, Reaction, Slip, Support};
+use crate::support::{Joint, Patch, Reaction, Slip, Support};
 
 /// Least spring at a free base that remains in a step, relative to the force in the rod over its length. A softer one
 /// amplifies rounding, and with a stiffer one the search converges slowly where only friction prevents a rigid motion.
@@ -166,10 +166,8 @@ impl<'a> HeldSearch<'a> {
         self.locate(rod);
         let old = old_candidates(reactions, &self.obstacles);
         self.body.force_mut().react(rod, reactions);
-        let mut along: Vec<&Reaction> = reactions.iter().collect();
-        along.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
-        let forces: Vec<Vector3<f64>> = along.iter().map(|reaction| reaction.force).collect();
-        self.layer = self.bending_length(rod, &forces);
+        let along = reactions.iter().map(|at| (at.arc_length, at.force)).collect();
+        self.layer = self.bending_length(rod, along);
         self.arrange(rod, &inside, &old);
         true
     }
@@ -188,14 +186,10 @@ impl<'a> HeldSearch<'a> {
     }
 
     pub(super) fn restore(&mut self, rod: &mut Rod, snapshot: &Snapshot) {
-        rod.clone_from(&snapshot.rod);
-        self.sites.clone_from(&snapshot.sites);
-        self.frames.clone_from(&snapshot.frames);
-        self.body.system_mut().joints.clone_from(&snapshot.joints);
-        self.candidates.clone_from(&snapshot.candidates);
-        self.before.clone_from(&snapshot.before);
-        self.energy_scale = snapshot.energy_scale;
-        if let Some(share) = snapshot.share {
+        let Snapshot { rod: shape, sites, frames, joints, candidates, before, energy_scale, share } = snapshot.clone();
+        (*rod, self.sites, self.frames, self.candidates) = (shape, sites, frames, candidates);
+        (self.body.system_mut().joints, self.before, self.energy_scale) = (joints, before, energy_scale);
+        if let Some(share) = share {
             self.set_share(share);
         }
         self.body.renew_load(rod);
@@ -204,49 +198,42 @@ impl<'a> HeldSearch<'a> {
 
     /// Applies the present reactions to the rod.
     pub(super) fn apply(&mut self, rod: &Rod) {
-        let point = |element, x, force| PointReaction { element, x, force, couple: Vector3::zeros() };
-        let sites = self.sites.iter().map(|site| point(site.element, site.x, site.reaction()));
-        let candidates = self.candidates.iter().map(|at| point(at.element, at.x, at.force));
+        let point = |(element, x), force| PointReaction { element, x, force, couple: Vector3::zeros() };
+        let sites = self.sites.iter().map(|site| point(site.place(), site.reaction()));
+        let candidates = self.candidates.iter().map(|at| point((at.element, at.x), at.force));
         let all: Vec<PointReaction> = sites.chain(candidates).collect();
         let yields = self.yields(rod);
-        self.body.force_mut().set_reactions(rod, all.into_iter(), yields);
+        self.body.force_mut().set_reactions(rod, &all, yields);
     }
 
-    /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
-    pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
-        let (energy, mut inertia) = self.body.condense(rod, shift)?;
+    /// Assembles and factorises the tangent with a shift (N).
+    pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<Factors, EquilibriumError> {
+        let (energy, mut pivots) = self.body.condense(rod, shift)?;
         self.stretch_joints(rod);
-        self.spring_base(rod, &mut inertia);
+        self.spring_base(rod, &mut pivots);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
-        system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
+        system.tangent.factorise_boosted(&mut pivots, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
-        if energy.is_finite() {
-            Ok((energy, inertia))
-        } else {
-            Err(EquilibriumError::NotFinite { what: "energy of the elastic law and the supports" })
-        }
+        Ok(Factors { energy, pivots, shift })
     }
 
     /// Sets the spring of a free base to the bending stiffness of the rod plus twice the force over the reach, so that
     /// the force displaces the base by at most a half of the reach.
     fn spring_base(&mut self, rod: &Rod, inertia: &mut Inertia) {
-        if self.body.system().joints.free_base.is_none() {
-            return;
-        }
-        let (base, scale) = (rod.base_position(), self.force_scale());
+        let Some(mut base) = self.body.system().joints.free_base else { return };
+        let (place, scale) = (rod.base_position(), self.force_scale());
         let radii = (0..self.obstacles.contacts.len()).map(|obstacle| {
-            let gap = self.obstacles.gap_at(obstacle, &base);
+            let gap = self.obstacles.gap_at(obstacle, &place);
             0.5 * (Obstacles::radius(&gap) - gap.value)
         });
         let reach = radii.fold(self.length, f64::min).max(1e-3 * self.length);
         let bending = 1.0 / (self.body.system().compliance() * self.length.powi(2));
-        if let Some(base) = &mut self.body.system_mut().joints.free_base {
-            (base.reach, base.stiffness) = (reach, bending + 2.0 * scale / reach);
-            base.least = if base.exact { 0.0 } else { LEAST_SPRING * scale / (base.length * base.stiffness) };
-            inertia.positive += 3;
-        }
+        (base.reach, base.stiffness) = (reach, bending + 2.0 * scale / reach);
+        base.least = if base.exact { 0.0 } else { LEAST_SPRING * scale / (base.length * base.stiffness) };
+        self.body.system_mut().joints.free_base = Some(base);
+        inertia.positive += 3;
     }
 
     /// Evaluates the elastic joints at the frames of a rod. Returns their energy, J.
@@ -254,9 +241,9 @@ impl<'a> HeldSearch<'a> {
         let (mut sum, time) = (0.0, self.obstacles.time);
         for (joint, (frame, law)) in self.body.system_mut().joints.elastic.iter_mut().zip(&self.laws.joints) {
             let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
-            let Energy { value, gradient, stiffness } = law.energy(&turn, time);
-            *joint = elastic_joint(joint.node, &turn, &gradient, &stiffness);
-            sum += value;
+            let energy = law.energy(&turn, time);
+            *joint = elastic_joint(joint.node, &turn, &energy);
+            sum += energy.value;
         }
         sum
     }
@@ -322,10 +309,8 @@ impl<'a> HeldSearch<'a> {
     pub fn inertia(mut self, rod: &Rod) -> Result<Inertia, EquilibriumError> {
         self.locate(rod);
         self.apply(rod);
-        let (_, pivots) = self.factorise(rod, 0.0)?;
-        self.body.balance();
-        let linear = self.linearise(rod);
-        Ok(self.inertia_of(&linear, pivots))
+        let linear = self.linear_rod(rod)?;
+        Ok(self.inertia_of(&linear))
     }
 
     /// The reactions of springs and elastic joints at a shape. Holds keep the forces of the initial guess.
@@ -340,7 +325,7 @@ impl<'a> HeldSearch<'a> {
 impl Drop for HeldSearch<'_> {
     /// Removes the joints from the workspace, which a free rod may use next.
     fn drop(&mut self) {
-        self.body.system_mut().joints.clear();
+        self.body.system_mut().joints = Joints::default();
     }
 }
 
@@ -354,8 +339,8 @@ fn old_candidates(reactions: &[Reaction], obstacles: &Obstacles) -> Vec<Candidat
             continue;
         }
         let status = if at.slip == Some(Slip::Sticks) { Status::Sticking } else { Status::Sliding };
-        let new = Candidate::at(obstacle, (0, 0.0), false);
-        all.push(Candidate { force: at.force, arc_length: at.arc_length, status, ..new });
+        let new = Candidate::at(obstacle, at.arc_length, (0, 0.0), false);
+        all.push(Candidate { force: at.force, status, ..new });
     }
     all
 }

@@ -21,8 +21,7 @@ const AT_KEPT_NODE: f64 = 1e-5;
 /// A place at which a support acts.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct HeldSite {
-    pub element: usize,
-    pub x: f64,
+    pub node: usize,
     /// Unit vectors along which the position is given.
     pub fixed: Vec<Vector3<f64>>,
     /// Position in these directions, m.
@@ -37,18 +36,13 @@ pub(super) struct HeldSite {
 impl HeldSite {
     /// A site at a node, without condition yet.
     fn at_node(node: usize, spring: Option<Spring>) -> Self {
-        let ((element, x), zero) = (place_of(node), Vector3::zeros());
-        Self { element, x, fixed: Vec::new(), target: zero, spring, force: zero, position: zero }
+        let zero = Vector3::zeros();
+        Self { node, fixed: Vec::new(), target: zero, spring, force: zero, position: zero }
     }
 
-    /// The node at which the site is.
-    pub fn node(&self) -> usize {
-        self.element + usize::from(self.x > 0.0)
-    }
-
-    /// Moves the site to a node.
-    pub fn set_node(&mut self, node: usize) {
-        (self.element, self.x) = place_of(node);
+    /// Element and coordinate of the site.
+    pub fn place(&self) -> (usize, f64) {
+        place_of(self.node)
     }
 
     /// The directions in which the position is given, with the distances by which it differs, m.
@@ -70,13 +64,13 @@ pub(super) fn place_of(node: usize) -> (usize, f64) {
 
 /// The node at a distance from the apex at t = 0 (m).
 pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError> {
-    let (name, length) = ("distance of a held place from the apex", rod.initial_length());
+    let (name, length) = ("distance of a held place from the apex", rod.initial_length);
     let on = distance >= 0.0 && distance <= length * (1.0 + AT_NODE);
     ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
     let node = rod.locate_initial(distance).and_then(|(e, _)| {
         let [first, last] = [0.0, 1.0].map(|x| (rod.initial_apex_distance(e, x) - distance).abs());
         let (node, off) = if first <= last { (e, first) } else { (e + 1, last) };
-        let permitted = if rod.keeps_node(node) { AT_KEPT_NODE } else { AT_NODE };
+        let permitted = if rod.kept[node] { AT_KEPT_NODE } else { AT_NODE };
         (off <= permitted * length).then_some(node)
     });
     let requirement = "that of an end of an element, as at holds that exist when the shoot is built (m)";
@@ -149,7 +143,7 @@ pub(super) fn sort<'a>(
     let mut held = Vec::new();
     for hold in support.holds(time) {
         let node = node_at(rod, hold.initial_apex_distance)?;
-        let (name, place) = ("number of holds of one place", rod.initial_length() - hold.initial_apex_distance);
+        let (name, place) = ("number of holds of one place", rod.initial_length - hold.initial_apex_distance);
         // A hold that moves is checked at the present time.
         hold.check().map_err(|error| error.at(place))?;
         ParameterError::unless(!held.contains(&node), name, 2.0, "one").map_err(|error| error.at(place))?;
@@ -163,7 +157,7 @@ pub(super) fn sort<'a>(
                 frames.push(HeldFrame { node, frame, axis: Some(axis.into_inner()) });
             }
             Orientation::Spring { frame, stiffness } => {
-                joints.elastic.push(ElasticJoint::at(node));
+                joints.elastic.push(ElasticJoint { node, ..ElasticJoint::default() });
                 laws.joints.push((frame, ElasticLaw::Linear(Matrix3::identity() * stiffness, Vector3::zeros())));
             }
         }
@@ -178,7 +172,7 @@ pub(super) fn sort<'a>(
                 laws.springs.push(ElasticLaw::User(potential));
             }
             Argument::Rotation { frame } => {
-                joints.elastic.push(ElasticJoint::at(node));
+                joints.elastic.push(ElasticJoint { node, ..ElasticJoint::default() });
                 laws.joints.push((frame, ElasticLaw::User(potential)));
             }
         }
@@ -200,21 +194,13 @@ fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), Parame
 /// from `from` to `at`. Frames beyond follow: they keep their position relative to `at`, or rotate by shares that
 /// decrease to zero at `to`.
 pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: usize, to: Option<usize>) {
-    let p = rod.order().points();
-    let reference = rod.reference();
     let lengths: Vec<f64> = (0..rod.elements()).map(|e| rod.length_of(e)).collect();
     let part = |a: usize, b: usize| lengths[a..b].iter().sum::<f64>();
-    let share = |e: usize, x: f64| {
-        if e < from {
-            0.0
-        } else if e < at {
-            (part(from, e) + x * lengths[e]) / part(from, at)
-        } else {
-            match to {
-                Some(to) if e < to => 1.0 - (part(at, e) + x * lengths[e]) / part(at, to),
-                _ => 0.0,
-            }
-        }
+    let share = |e: usize, x: f64| match to {
+        _ if e < from => 0.0,
+        _ if e < at => (part(from, e) + x * lengths[e]) / part(from, at),
+        Some(to) if e < to => 1.0 - (part(at, e) + x * lengths[e]) / part(at, to),
+        _ => 0.0,
     };
     let old = rod.clone();
     let rigid = old.frames()[at] * so3::exp(turn) * old.frames()[at].inverse();
@@ -222,11 +208,20 @@ pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: u
         let frame = old.frame_within(e, x);
         if e >= at && to.is_none() { rigid * frame } else { frame * so3::exp(&(turn * share(e, x))) }
     };
-    let (frames, rotations) = rod.shape_mut();
-    for e in 0..lengths.len() {
-        frames[e] = if e == 0 && at > 0 { frames[0] } else { moved(e, 0.0) };
-        for k in 0..p {
-            rotations[e * p + k] = so3::log(&(frames[e].inverse() * moved(e, reference.nodes[k + 1])));
+    if at == 0 {
+        rod.frames[0] = moved(0, 0.0);
+    }
+    bend(rod, moved);
+}
+
+/// Gives a rod the shape in which the frames relative to the first one are a function of element and coordinate. The
+/// frame of the base does not change.
+pub(super) fn bend(rod: &mut Rod, frame: impl Fn(usize, f64) -> UnitQuaternion<f64>) {
+    let (p, reference) = (rod.order().points(), rod.reference());
+    for (e, rotations) in rod.rotations.chunks_mut(p).enumerate() {
+        let start = frame(e, 0.0).inverse();
+        for (rotation, x) in rotations.iter_mut().zip(&reference.nodes[1..]) {
+            *rotation = so3::log(&(start * frame(e, *x)));
         }
     }
     rod.chain_frames();

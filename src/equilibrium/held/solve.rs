@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 
 use super::law::Status;
-use super::reduced::{Evaluated, LinearContact, Reduced};
+use super::reduced::{ContactStep, Evaluated, LinearContact, Reduced};
 
 /// Number of Newton iterations, and of fractions of a step that are tried in each. The residual must decrease in each
 /// step. A comparison with the largest of the last three residuals solves more problems. With it the coil of the test
@@ -51,48 +51,36 @@ const POLISHES: usize = 3;
 /// Smallest relative decrease of the squared residual that a whole step must achieve.
 const DECREASE: f64 = 1e-3;
 
-/// A step of the iteration: changes of the force (N) and of the displacement along the rod (m) of each contact.
-type Steps = [(Vector3<f64>, f64)];
-
 impl Reduced<'_> {
-    /// Sets the scales of the laws, with or without the displacements of the whole rod.
-    fn scale(&self, contacts: &mut [LinearContact], with_rigid: bool) {
-        for contact in contacts {
+    /// The contacts with the scales of the laws, with or without the displacements of the whole rod.
+    fn scaled(&self, contacts: &[LinearContact], with_rigid: bool) -> Vec<LinearContact> {
+        let scaled = |contact: &LinearContact| {
             let own = self.compliance.fixed_view::<3, 3>(contact.first, contact.first).trace();
             let trace = if with_rigid { own } else { own - 3.0 * contact.rigid };
-            contact.k = STIFFER * 3.0 / trace.abs().max(STIFFER * f64::MIN_POSITIVE);
-        }
+            LinearContact { k: STIFFER * 3.0 / trace.abs().max(STIFFER * f64::MIN_POSITIVE), ..*contact }
+        };
+        contacts.iter().map(scaled).collect()
     }
 
-    /// Solves for the forces and displacements of the contacts, with their present values as initial guess. Unless it
-    /// is `near` the solution, the first step linearises the laws at the start of the step of the rod. Returns whether
-    /// the laws are satisfied, at least to [`USEFUL`]. If they are not, the contacts are unchanged.
-    pub fn solve(&self, contacts: &mut Vec<LinearContact>, near: bool) -> bool {
+    /// The contacts with forces and displacements that satisfy the laws, at least to [`USEFUL`]; `None` if they are not
+    /// found. The present values are the initial guess. Unless it is `near` the solution, the first step linearises the
+    /// laws at the start of the step of the rod.
+    pub fn solve(&self, contacts: &[LinearContact], near: bool) -> Option<Vec<LinearContact>> {
         // Many contacts of a rod with a free base differ by much smaller displacements than those of the whole rod.
         let rigid = contacts.iter().any(|contact| contact.rigid > 0.0);
         let scales: &[bool] = if rigid { &[true, false] } else { &[true] };
-        for &with_rigid in scales {
-            let mut scaled = contacts.clone();
-            self.scale(&mut scaled, with_rigid);
-            let first = || self.solved_from(self.first_guess(&scaled, near)?);
+        scales.iter().find_map(|with_rigid| {
+            let scaled = self.scaled(contacts, *with_rigid);
+            let first = || self.newton(self.first_guess(&scaled, near)?);
             let others = || {
                 let pressed = self.pressed_guess(&scaled, near)?;
-                let solved = self.solved_from(pressed.clone());
-                solved.or_else(|| self.solved_from(self.sticking_guess(pressed, &scaled)?))
+                let solved = self.newton(pressed.clone());
+                solved.or_else(|| self.newton(self.sticking_guess(pressed, &scaled)?))
             };
             // Near a solution the present forces have been the first guess.
-            let present = || if near { None } else { self.solved_from(scaled.clone()) };
-            if let Some(solved) = first().or_else(others).or_else(present) {
-                *contacts = solved;
-                return true;
-            }
-        }
-        false
-    }
-
-    /// The contacts after Newton's iteration; `None` if it does not solve their laws.
-    fn solved_from(&self, mut guess: Vec<LinearContact>) -> Option<Vec<LinearContact>> {
-        self.newton(&mut guess).then_some(guess)
+            let present = || if near { None } else { self.newton(scaled.clone()) };
+            first().or_else(others).or_else(present)
+        })
     }
 
     /// The first initial guess: the present contacts, or those after the first step. `None` if this step is not finite.
@@ -122,7 +110,7 @@ impl Reduced<'_> {
         let mut sticking = pressed;
         // An infinite coefficient times a derivative of zero would not be a number.
         sticking.iter_mut().filter(|at| at.friction > 0.0).for_each(|at| at.friction = f64::MAX);
-        let mut sticking = self.solved_from(sticking)?;
+        let mut sticking = self.newton(sticking)?;
         for (at, own) in sticking.iter_mut().zip(contacts) {
             (at.friction, at.k) = (own.friction, own.k);
         }
@@ -166,7 +154,7 @@ impl Reduced<'_> {
     }
 
     /// The contacts after a fraction of a step.
-    fn moved(contacts: &[LinearContact], steps: &Steps, fraction: f64) -> Vec<LinearContact> {
+    fn moved(contacts: &[LinearContact], steps: &[ContactStep], fraction: f64) -> Vec<LinearContact> {
         let mut moved = contacts.to_vec();
         for (contact, step) in moved.iter_mut().zip(steps) {
             contact.advance(*step, fraction);
@@ -174,29 +162,28 @@ impl Reduced<'_> {
         moved
     }
 
-    /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases. Returns whether
-    /// the laws are satisfied, at least to [`USEFUL`].
-    fn newton(&self, contacts: &mut Vec<LinearContact>) -> bool {
-        let mut all = self.follow(contacts);
-        let mut merit = Self::merit(contacts, &all);
+    /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases. Returns the
+    /// contacts if the laws are satisfied, at least to [`USEFUL`].
+    fn newton(&self, mut contacts: Vec<LinearContact>) -> Option<Vec<LinearContact>> {
+        let mut all = self.follow(&mut contacts);
+        let mut merit = Self::merit(&contacts, &all);
         let (mut extra, mut stalls) = (0.0_f64, 0);
         let mut merits = Vec::with_capacity(ITERATIONS);
         for _ in 0..ITERATIONS {
-            let (largest, size) = (self.largest(contacts), merit.sqrt());
-            if self.relative(contacts, &all) <= SOLVED {
-                self.polish(contacts);
-                return true;
+            let (largest, size) = (self.largest(&contacts), merit.sqrt());
+            if self.relative(&contacts, &all) <= SOLVED {
+                return Some(self.polished(contacts));
             }
             merits.push(merit);
             if merits.iter().rev().nth(PROGRESS.0).is_some_and(|before| merit > PROGRESS.1 * before) {
                 break;
             }
             let proximal = (DAMPING * size / size.max(largest)).max(PROXIMAL.0).max(extra);
-            let Some(steps) = self.step(contacts, &all, proximal) else { return false };
+            let steps = self.step(&contacts, &all, proximal)?;
             let mut best: Option<(f64, Vec<LinearContact>, Vec<Evaluated>)> = None;
             let falls = (0..FRACTIONS).any(|halvings| {
                 let fraction = 0.5_f64.powi(halvings as i32);
-                let trial = Self::moved(contacts, &steps, fraction);
+                let trial = Self::moved(&contacts, &steps, fraction);
                 let at = self.evaluate_all(&trial);
                 let value = Self::merit(&trial, &at);
                 if best.as_ref().is_none_or(|(least, ..)| value < *least) {
@@ -204,11 +191,9 @@ impl Reduced<'_> {
                 }
                 value < merit * (1.0 - DECREASE * fraction)
             });
-            let Some((value, trial, at)) = best else { return false };
+            let (value, trial, at) = best?;
             if value >= 0.25 * merit && self.relative(&trial, &at) <= STALLED {
-                *contacts = trial;
-                self.polish(contacts);
-                return true;
+                return Some(self.polished(trial));
             }
             if !falls {
                 if proximal < PROXIMAL.1 {
@@ -221,41 +206,36 @@ impl Reduced<'_> {
                 }
             }
             extra /= RAISE;
-            *contacts = trial;
-            all = at;
+            (contacts, all) = (trial, at);
             if all.iter().any(|at| at.law.status == Status::Open && at.slide.is_some()) {
-                all = self.follow(contacts);
+                all = self.follow(&mut contacts);
             }
-            merit = Self::merit(contacts, &all);
+            merit = Self::merit(&contacts, &all);
         }
-        if !(self.relative(contacts, &all) <= USEFUL) {
-            return false;
-        }
-        self.polish(contacts);
-        true
+        (self.relative(&contacts, &all) <= USEFUL).then(|| self.polished(contacts))
     }
 
     /// Improves the solution by further steps as long as the contacts keep their states and the largest residual over
     /// its scale, a length, decreases: rounding of the force at a stiff contact may hide the gap at a compliant one.
     /// The scale becomes the stiffness of the rod, since it multiplies the rounding of places.
-    fn polish(&self, contacts: &mut Vec<LinearContact>) {
+    fn polished(&self, mut contacts: Vec<LinearContact>) -> Vec<LinearContact> {
         contacts.iter_mut().for_each(|contact| contact.k /= STIFFER);
-        let mut all = self.evaluate_all(contacts);
+        let mut all = self.evaluate_all(&contacts);
         let length = |contacts: &[LinearContact], all: &[Evaluated]| {
             let each = contacts.iter().zip(all).map(|(contact, at)| at.law.residual.norm() / contact.k);
             each.fold(0.0, f64::max)
         };
-        let mut size = length(contacts, &all);
+        let mut size = length(&contacts, &all);
         for _ in 0..POLISHES {
-            let Some(steps) = self.step(contacts, &all, PROXIMAL.0) else { break };
-            let trial = Self::moved(contacts, &steps, 1.0);
+            let Some(steps) = self.step(&contacts, &all, PROXIMAL.0) else { break };
+            let trial = Self::moved(&contacts, &steps, 1.0);
             let at = self.evaluate_all(&trial);
             let keeps = all.iter().zip(&at).all(|(a, b)| a.law.status == b.law.status);
             let next = length(&trial, &at);
             if !(keeps && next < 0.5 * size) {
                 break;
             }
-            (*contacts, all, size) = (trial, at, next);
+            (contacts, all, size) = (trial, at, next);
         }
         // An open contact has no force.
         for (contact, at) in contacts.iter_mut().zip(&all) {
@@ -264,5 +244,6 @@ impl Reduced<'_> {
                 contact.force = Vector3::zeros();
             }
         }
+        contacts
     }
 }

@@ -6,19 +6,22 @@ use super::candidate::Candidate;
 use super::law::Status;
 use super::line::moved;
 use super::linear::Linear;
-use super::obstacles::{Obstacles, contact_share, largest_share, opening_share};
+use super::obstacles::{Obstacles, contact_share, opening_share, safe_factor};
 use super::reduced::{LinearContact, Reduced};
 use super::search::HeldSearch;
-use super::settings::SETTINGS;
+use super::settings;
 use super::trial::{Start, Step, Trial};
 use crate::equilibrium::system::Configuration;
 use crate::rod::Rod;
 
 impl HeldSearch<'_> {
-    /// The start of a step: shape, reactions, and unbalanced couples.
-    pub(super) fn start(&self, rod: &Rod) -> Start {
+    /// The start of a step: shape, reactions, unbalanced couples and merit. The rod with its loads had the given energy
+    /// (J) at the last evaluation.
+    pub(super) fn start(&mut self, rod: &Rod, energy: f64) -> Start {
         let mut shape = Configuration::default();
         shape.keep(rod);
+        let merit = self.merit(rod, energy);
+        self.found.energy = merit.energy;
         let system = self.body.system();
         Start {
             shape,
@@ -27,6 +30,7 @@ impl HeldSearch<'_> {
             line: self.line.clone(),
             turns: system.turns.clone(),
             base: system.base,
+            merit,
             condensed: system.elements.iter().map(|element| element.condensed).collect(),
         }
     }
@@ -52,15 +56,11 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// The contacts of the linear rod, and the contact problem without their forces, for coordinates that differ by
-    /// `offset` from those of the linear rod.
-    fn problem<'b>(
-        &'b self,
-        linear: &'b Linear,
-        start: &Start,
-        offset: &DVector<f64>,
-    ) -> (Vec<LinearContact>, Reduced<'b>) {
-        let moved = linear.free_candidates(offset);
+    /// The contacts of the linear rod, and the contact problem without their forces, for the share and the offset of a
+    /// trial.
+    fn problem<'b>(&'b self, trial: &'b Trial, start: &Start) -> (Vec<LinearContact>, Reduced<'b>) {
+        let linear = &trial.linear;
+        let moved = linear.free_candidates(&trial.offset);
         let mut present = DVector::zeros(linear.size);
         let yielded = self.obstacles.displacements(start.candidates.iter().map(|at| (at.obstacle, at.force)));
         let each = start.candidates.iter().enumerate().map(|(i, at)| {
@@ -72,21 +72,16 @@ impl HeldSearch<'_> {
                 // Within this distance the force does not change the curvature by more than half of the relative one.
                 let resolved = (0.5 * at.approach().1 / at.flexibility).max(0.02 * self.element);
                 let reach = (0.5 * self.element).min(1.0 / at.gap.curvature.norm()).min(resolved);
-                let (mut from, mut to) = (-at.arc_length, (self.length - at.arc_length).max(0.0));
                 // Two candidates do not slide to the same place.
                 let blocks = |other: &&Candidate| {
                     let loaded = other.status != Status::Open || at.status == Status::Open;
                     other.obstacle == at.obstacle && loaded
                 };
-                for other in start.candidates.iter().filter(blocks) {
-                    let half = 0.5 * (other.arc_length - at.arc_length);
-                    if half > 0.0 {
-                        to = to.min(half);
-                    } else if half < 0.0 {
-                        from = from.max(half);
-                    }
-                }
-                [from.max(-reach), to.min(reach)]
+                let others = start.candidates.iter().filter(blocks);
+                let halves = others.map(|other| 0.5 * (other.arc_length - at.arc_length));
+                let (back, ahead) = (at.arc_length.min(reach), (self.length - at.arc_length).max(0.0).min(reach));
+                let from = halves.clone().filter(|half| *half < 0.0).fold(-back, f64::max);
+                [from, halves.filter(|half| *half > 0.0).fold(ahead, f64::min)]
             });
             LinearContact {
                 obstacle: at.obstacle,
@@ -119,7 +114,8 @@ impl HeldSearch<'_> {
     }
 
     /// The compliance of a candidate, given its first coordinate in the contact problem, by displacements of the whole
-    /// rod, m/N. It is zero unless the base is free: its spring, and increases of pivots, bound them.
+    /// rod, m/N. It is zero unless the base is free. The spring at the base and the increases of pivots bound these
+    /// displacements.
     fn rigid_compliance(&self, linear: &Linear, first: usize) -> f64 {
         let Some(base) = &self.body.system().joints.free_base else { return 0.0 };
         let at = linear.first + first;
@@ -131,17 +127,12 @@ impl HeldSearch<'_> {
         (whole / 3.0 - (bent / 3.0).max(least)).max(0.0)
     }
 
-    /// Solves the contact problem of a trial for its present share, and for the step of the rod, which is that of the
-    /// system afterwards. The initial guess are the present forces, or those of earlier contacts whose changes are
-    /// multiplied by a factor. If the contact problem is not solved, the contacts are those of the initial guess.
-    pub(super) fn solve_trial(
-        &mut self,
-        trial: &mut Trial,
-        start: &Start,
-        offset: &DVector<f64>,
-        guess: Option<(&[LinearContact], f64)>,
-    ) {
-        let (mut contacts, problem) = self.problem(&trial.linear, start, offset);
+    /// Solves the contact problem of a trial for its present share, and then the step of the rod under the solved
+    /// forces, which the system contains afterwards. The initial guess is the present forces, or those of `guess`,
+    /// whose changes are multiplied by a factor. If the contact problem is not solved, the contacts are those of the
+    /// initial guess.
+    pub(super) fn solve_trial(&mut self, trial: &mut Trial, start: &Start, guess: Option<(&[LinearContact], f64)>) {
+        let (mut contacts, problem) = self.problem(trial, start);
         if let Some((guess, factor)) = guess {
             for (contact, guess) in contacts.iter_mut().zip(guess) {
                 contact.force += (guess.force - contact.force) * factor;
@@ -153,26 +144,21 @@ impl HeldSearch<'_> {
         }
         // An unstable equilibrium is sought from a shape that is close to it.
         let near = guess.is_some() || !self.stable;
-        let solved = contacts.is_empty() || problem.solve(&mut contacts, near);
-        self.take_contacts(trial, start, offset, contacts);
+        let solution = problem.solve(&contacts, near);
+        let solved = solution.is_some();
+        self.take_contacts(trial, start, solution.unwrap_or(contacts));
         trial.solved = solved;
     }
 
     /// Sets the step of a trial, which is that of the system afterwards, to the step with solved contacts.
-    pub(super) fn take_contacts(
-        &mut self,
-        trial: &mut Trial,
-        start: &Start,
-        offset: &DVector<f64>,
-        contacts: Vec<LinearContact>,
-    ) {
+    pub(super) fn take_contacts(&mut self, trial: &mut Trial, start: &Start, contacts: Vec<LinearContact>) {
         let linear = &trial.linear;
         let changes = Self::changes(linear, start, &contacts);
-        trial.links = linear.links_by(offset, &changes);
+        trial.links = linear.links_by(&trial.offset, &changes);
         let all = linear.reactions(&changes, &trial.links);
         self.return_couples(start, linear.share);
         linear.response.load(self.body.system_mut(), &all);
-        self.body.solve();
+        self.body.system_mut().solve();
         (trial.contacts, trial.solved) = (contacts, true);
         trial.turn = self.body.system().largest_turn();
     }
@@ -191,7 +177,7 @@ impl HeldSearch<'_> {
     pub(super) fn move_by(&mut self, rod: &mut Rod, start: &Start, trial: &Trial, fraction: f64) {
         start.shape.restore(rod);
         self.body.system_mut().start.keep(rod);
-        self.body.advance(rod, fraction);
+        self.body.system().advance(rod, fraction);
         self.sites.clone_from(&start.sites);
         self.add_links(&trial.linear.roles, &trial.links, fraction);
         for ((at, from), contact) in self.candidates.iter_mut().zip(&start.candidates).zip(&trial.contacts) {
@@ -208,15 +194,13 @@ impl HeldSearch<'_> {
     }
 
     /// The factor, possibly above one, by which the motion from the start of a step may be longer so that no part of
-    /// the rod approaches an obstacle too far, and no contact passes to its other side.
-    pub(super) fn safe_share(&self, rod: &Rod, start: &Start) -> f64 {
-        if self.obstacles.contacts.is_empty() {
-            return 1.0;
-        }
+    /// the rod approaches an obstacle too far, and no contact passes to its other side. It is infinite without
+    /// obstacles.
+    pub(super) fn safe_step_factor(&self, rod: &Rod, start: &Start) -> f64 {
         let before = &start.line;
         let moved = |_, i: usize| (self.line.places[i].position - before.places[i].position).norm();
         let contacts = start.candidates.iter().filter(|at| self.is_contact(at));
-        let mut share = largest_share(&self.obstacles, contacts, (rod, before), moved);
+        let mut share = safe_factor(&self.obstacles, contacts, (rod, before), moved);
         for (from, to) in start.candidates.iter().zip(&self.candidates) {
             // Contacts are compared at their new places along the rod, and open candidates at their old ones.
             let opens = to.status == Status::Open;
@@ -233,75 +217,67 @@ impl HeldSearch<'_> {
     /// it represents the rod beside it. A contact of an initial guess may be far from its obstacle.
     pub(super) fn is_contact(&self, at: &Candidate) -> bool {
         let slope = at.approach().0;
-        let least = slope.abs() <= SETTINGS.largest_turn || self.end(at).is_some_and(|outward| slope * outward <= 0.0);
-        let reach = SETTINGS.approach * Obstacles::radius(&at.gap) + SETTINGS.permitted * self.length;
+        let least = slope.abs() <= settings::LARGEST_TURN || self.end(at).is_some_and(|outward| slope * outward <= 0.0);
+        let reach = settings::APPROACH * Obstacles::radius(&at.gap) + settings::PERMITTED * self.length;
         at.status != Status::Open && least && at.gap.value <= reach
     }
 
     /// Corrects a step of any share, without a line search, for the difference between the linear rod and the rod. The
     /// existing factors serve as long as each correction halves the difference and the rotation does not double.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
-        let mut offset = DVector::zeros(trial.linear.response.size());
         let (mut last, turn) = (f64::INFINITY, trial.turn);
-        for _ in 0..SETTINGS.corrections {
-            let (difference, largest) = self.mismatch(start, trial, &offset);
-            if largest <= SETTINGS.rounding * self.length || !(largest < 0.5 * last) {
+        for _ in 0..settings::CORRECTIONS {
+            let (difference, largest) = self.mismatch(start, trial);
+            if largest <= settings::ROUNDING * self.length || !(largest < 0.5 * last) {
                 break;
             }
             last = largest;
-            let (next, known) = (&offset + difference, trial.contacts.clone());
-            self.solve_trial(trial, start, &next, Some((&known, 1.0)));
+            let (offset, known) = (trial.offset.clone(), trial.contacts.clone());
+            trial.offset += difference;
+            self.solve_trial(trial, start, Some((&known, 1.0)));
             let grows = !trial.solved || !(trial.turn <= 2.0 * turn + 1e-9);
             if grows {
                 // The contact problem may have other solutions.
-                self.take_contacts(trial, start, &offset, known);
-            } else {
-                offset = next;
+                trial.offset = offset;
+                self.take_contacts(trial, start, known);
             }
             self.move_by(rod, start, trial, 1.0);
             if grows {
                 break;
             }
         }
-        // The size of a step is that before its corrections.
+        // The rotation before the corrections is the size of the step.
         trial.turn = turn;
+        trial.offset.fill(0.0);
     }
 
-    /// A further step with the factors of the last one, from the present shape. Its rotation is infinite, and the shape
-    /// is not changed, unless it is shorter than half of the last one and passes no obstacle.
-    pub(super) fn chord(&mut self, rod: &mut Rod, step: Box<Step>) -> Box<Step> {
-        let Step { turn: last, pivots, mut linear, mut changed, mut drift, .. } = *step;
-        let energy = self.body.evaluate(rod);
-        self.found.evaluations += 1;
-        self.found.energy = self.potential(rod, energy);
-        self.body.balance();
-        let start = self.start(rod);
-        let residuals = self.residuals();
-        let zero = DVector::zeros(linear.response.size());
-        let (mut turn, mut stretch) = (f64::INFINITY, 0.0);
+    /// Takes a further step with the factors of the last one, from the present shape. Returns whether it is shorter
+    /// than half of the last one and passes no obstacle. The shape is not changed otherwise.
+    pub(super) fn chord(&mut self, rod: &mut Rod, step: &mut Step) -> bool {
+        let energy = self.balance(rod);
+        let (start, residuals, last) = (self.start(rod, energy), self.residuals(), step.trial.turn);
+        let trial = &mut step.trial;
         // The factors are not reused if the coordinates or the conditions have changed: for a new candidate, for one
         // that no longer follows the least gap, and for other axes of a spring.
         let following: Vec<bool> = self.candidates.iter().map(|at| at.follows_gap).collect();
-        let same = linear.response.with_tangents().skip(self.sites.len()).eq(following);
-        if same && residuals.len() == linear.residuals.len() {
-            linear.residuals.copy_from_slice(&residuals);
-            linear.free = linear.response.free(self.body.system_mut());
-            let mut trial = Trial::new(linear);
-            self.solve_trial(&mut trial, &start, &zero, None);
-            let rest = trial.turn;
-            let shorter = trial.solved && rest < 0.5 * last;
-            if shorter {
-                self.move_by(rod, &start, &trial, 1.0);
-            }
-            if shorter && self.safe_share(rod, &start) >= 1.0 {
-                (turn, stretch) = (rest, self.stretch(rod, &start.sites));
-                (changed, drift) = (self.has_changed(&start), drift + rest + self.reaction_change(&start));
-            } else {
-                self.return_to(rod, &start);
-            }
-            linear = trial.linear;
+        let same = trial.linear.response.with_tangents().skip(self.sites.len()).eq(following);
+        if !same || residuals.len() != trial.linear.residuals.len() {
+            return false;
         }
-        Box::new(Step { turn, fraction: 1.0, shift: 0.0, pivots, linear, changed, stretch, drift })
+        trial.linear.residuals.copy_from_slice(&residuals);
+        trial.linear.free = trial.linear.response.free(self.body.system_mut());
+        self.solve_trial(trial, &start, None);
+        let shorter = trial.solved && trial.turn < 0.5 * last;
+        if shorter {
+            self.move_by(rod, &start, trial, 1.0);
+        }
+        if !(shorter && self.safe_step_factor(rod, &start) >= 1.0) {
+            self.return_to(rod, &start);
+            return false;
+        }
+        step.drift = step.drift + trial.turn + self.reaction_change(&start);
+        (step.stretch, step.changed) = (self.stretch(rod, &start.sites), self.has_changed(&start));
+        true
     }
 
     /// Whether the state of a contact differs from that at the start of a step.
@@ -319,11 +295,11 @@ impl HeldSearch<'_> {
         if change > 0.0 { change / largest } else { 0.0 }
     }
 
-    /// The coordinates of the rod after a whole step minus those of the linear rod with an offset, and the largest
-    /// difference of a place at which a reaction acts, m.
-    fn mismatch(&self, start: &Start, trial: &Trial, offset: &DVector<f64>) -> (DVector<f64>, f64) {
-        let Trial { linear, contacts, links, .. } = trial;
-        let (_, problem) = self.problem(linear, start, offset);
+    /// The coordinates of the rod after a whole step minus those of the trial, and the largest difference of a place at
+    /// which a reaction acts, m.
+    fn mismatch(&self, start: &Start, trial: &Trial) -> (DVector<f64>, f64) {
+        let Trial { linear, offset, contacts, links, .. } = trial;
+        let (_, problem) = self.problem(trial, start);
         let coordinates = problem.coordinates(contacts);
         let mut difference = DVector::zeros(linear.response.size());
         let mut largest = 0.0_f64;

@@ -9,7 +9,6 @@ use super::linear::Linear;
 use super::reduced::LinearContact;
 use super::search::Snapshot;
 use super::sites::HeldSite;
-use crate::equilibrium::Inertia;
 use crate::equilibrium::elimination::Row;
 use crate::equilibrium::system::Configuration;
 
@@ -33,11 +32,11 @@ pub(super) struct Course {
     /// Places of the centre line at the initial guess, m; empty in Newton's method, which does not use them.
     pub line: Vec<Vector3<f64>>,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
-    pub last: f64,
+    pub last_turn: f64,
     /// Shift of the last step, N; without contact in a descent the last one that was not zero.
     pub shift: f64,
     /// Shift that is tried first in the next step, N.
-    pub next: f64,
+    pub next_shift: f64,
     /// The least energy of the saddles that were left, J, and the number of saddles that were left since then,
     /// including this one.
     pub lowest: f64,
@@ -57,8 +56,8 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Whether the tangent has to be positive on the permitted directions also while contacts are loaded.
-    pub fn is_guarded(&self) -> bool {
+    /// Whether the iteration is a descent. Its tangent has to be positive on the permitted directions, also in contact.
+    pub fn is_descent(&self) -> bool {
         self.reach != Reach::Newton
     }
 }
@@ -73,17 +72,16 @@ pub(super) struct Start {
     /// The unbalanced force on a free base, N.
     pub base: Vector3<f64>,
     pub line: Line,
+    /// The merit of the shape.
+    pub merit: Merit,
 }
 
 /// An accepted step.
 pub(super) struct Step {
-    /// Largest rotation, rad.
-    pub turn: f64,
-    /// Share of the unbalanced couples times the fraction of the step that was taken.
-    pub fraction: f64,
-    pub shift: f64,
-    pub pivots: Inertia,
-    pub linear: Linear,
+    /// The step on the linear rod, of which the rod has moved by a fraction.
+    pub trial: Trial,
+    /// Part of the residual that the step has removed: share times fraction. It is one after a whole step.
+    pub removed: f64,
     /// Whether the state of a contact has changed.
     pub changed: bool,
     /// Largest displacement of a hold or spring of a rod that stretches, m; zero without stretch.
@@ -109,6 +107,8 @@ pub(super) enum Attempt {
 /// A step on the linear rod.
 pub(super) struct Trial {
     pub linear: Linear,
+    /// Difference of the coordinates from those of the linear rod in a correction; zero otherwise.
+    pub offset: DVector<f64>,
     pub contacts: Vec<LinearContact>,
     /// Changes of the reactions of holds and springs.
     pub links: DVector<f64>,
@@ -121,7 +121,8 @@ pub(super) struct Trial {
 impl Trial {
     /// A trial whose contact problem is not solved yet.
     pub fn new(linear: Linear) -> Self {
-        Self { linear, contacts: Vec::new(), links: DVector::zeros(0), turn: 0.0, solved: false }
+        let offset = DVector::zeros(linear.response.size());
+        Self { linear, offset, contacts: Vec::new(), links: DVector::zeros(0), turn: 0.0, solved: false }
     }
 }
 

@@ -10,8 +10,7 @@ use super::space::{MIN_RATIO, SHORTER};
 use crate::equilibrium::EquilibriumError;
 use crate::integrator::error::Outcome;
 use crate::integrator::{IntegrationError, MAX_HALVINGS, ORDER, ROUNDING, Statistics};
-use crate::load::Load;
-use crate::model::Model;
+use crate::model::{Load, Model};
 use crate::rod::LARGEST_INSIDE;
 use crate::state::Plan;
 use crate::tropism::Declaration;
@@ -117,12 +116,9 @@ impl<M: Model> Runs<'_, M> {
 
     /// Returns the plan of the first run: one element in the growth zone, and the first step.
     fn first_plan(&self, until: f64) -> Plan {
-        let longest_element = if self.has_started() {
-            // The elements of a run that has started are kept.
-            self.longest_at_start()
-        } else {
-            size(self.shoot) / FIRST_LENGTH
-        };
+        // The elements of a run that has started are kept.
+        let longest_element =
+            if self.has_started() { self.longest_at_start() } else { size(self.shoot) / FIRST_LENGTH };
         // A load is evaluated at the ends of steps. If they are multiples of its period, they and their halves have one
         // phase.
         let period = self.shoot.model().load().shortest_period(self.start.time);
@@ -153,7 +149,7 @@ impl<M: Model> Runs<'_, M> {
         // length: their difference is the error of the steps.
         let finer = self.run_over_delays(shorter)?;
         let double = Rc::clone(if self.has_started() { &first } else { &finer });
-        let (run, error) = self.refine_elements(first, finer)?;
+        let (run, error) = self.refine_elements([first, finer])?;
         if error.is_infinite() {
             // An infinite estimate makes the caller halve the steps. The next runs need as many elements.
             coarse.longest_element = run.plan.longest_element;

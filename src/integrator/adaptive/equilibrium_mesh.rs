@@ -1,7 +1,5 @@
 //! Mesh refinement for an equilibrium with a tolerance.
 
-use nalgebra::Vector3;
-
 use super::division::{FIRST_LENGTH, cut, cut_each, cut_into, longest_element, merge_lossless, size};
 use super::hidden_turns::hidden_turns;
 use super::richardson::SAFETY;
@@ -48,15 +46,14 @@ impl Adaptive {
         // The error of the solver is added to that of the elements.
         let tolerance = self.tolerance - tolerance_of_equilibria(self.tolerance);
         let (error, found) = self.refine_equilibrium(shoot, tolerance, 1.0, &mut refinement)?;
-        let mut statistics = self.workspace.stepper.start(shoot, &mut self.workspace.solver, history, Some(found))?;
+        let mut statistics = self.workspace.run(shoot).start(history, Some(found))?;
         let error = error + statistics.equilibrium_error;
         statistics += refinement;
         // No step was chosen. Later calls keep elements and error.
-        let (tolerance, until, longest) = (self.tolerance, shoot.time(), longest_element(&shoot.state) / FIRST_LENGTH);
-        let [step, coarsest_step] = [f64::MAX; 2];
-        let merge_tolerance = tolerance;
-        let plan = Plan { tolerance, until, step, coarsest_step, longest_element: longest, merge_tolerance, error };
-        shoot.state.plan = Some(plan);
+        let ([tolerance, merge_tolerance], [step, coarsest_step]) = ([self.tolerance; 2], [f64::MAX; 2]);
+        let (until, longest_element) = (shoot.time(), longest_element(&shoot.state) / FIRST_LENGTH);
+        shoot.state.plan =
+            Some(Plan { tolerance, until, step, coarsest_step, longest_element, merge_tolerance, error });
         Ok(Statistics { error: Some(error), ..statistics })
     }
 
@@ -87,23 +84,10 @@ impl Adaptive {
                 let (work, snap) = (spent.work(), None);
                 return Err(IntegrationError::ToleranceNotMet { tolerance, reached, work, snap });
             }
-            let before = match self.equilibrium_or_folded(shoot, spent)? {
-                Ok(found) => found,
-                Err(folded) => {
-                    cut_into(&mut shoot.state, folded, 2);
-                    continue;
-                }
-            };
+            let Some(before) = self.equilibrium_or_cut(shoot, None, spent)? else { continue };
             let coarse = shoot.state.clone();
             cut_each(&mut shoot.state, |_, _| 2);
-            let found = match self.equilibrium_or_folded(shoot, spent)? {
-                Ok(found) => found,
-                Err(folded) => {
-                    shoot.state.copy_from(&coarse);
-                    cut_into(&mut shoot.state, folded / 2, 2);
-                    continue;
-                }
-            };
+            let Some(found) = self.equilibrium_or_cut(shoot, Some(&coarse), spent)? else { continue };
             let difference = distance(&coarse.rod, &shoot.state.rod);
             // Shapes with a large difference do not show an order of convergence. With the cube root a difference of
             // one permits no gain, and a gain of two needs a difference below 1/8.
@@ -135,23 +119,30 @@ impl Adaptive {
         }
     }
 
-    /// Solves the equilibrium and adds its cost. The inner error is the index of an element that rotates by π in the
-    /// iteration.
-    fn equilibrium_or_folded(
+    /// Solves the equilibrium and adds its cost. Returns `None` if an element rotates by π in the iteration. This
+    /// element is then halved. If the elements are the halves of those of `coarse`, the state becomes `coarse`, and its
+    /// element that contains the half is halved.
+    fn equilibrium_or_cut(
         &mut self,
         shoot: &mut Shoot<impl Model>,
+        coarse: Option<&State>,
         spent: &mut Statistics,
-    ) -> Outcome<Result<Equilibrium, usize>> {
-        let many = shoot.state.rod.elements() >= MAX_ELEMENTS_TO_UNFOLD;
-        let time = shoot.time();
-        match self.workspace.stepper.solve_equilibrium(shoot, &mut self.workspace.solver, time) {
-            Err(IntegrationError::Equilibrium { error: EquilibriumError::Folded { element, .. }, .. }) if !many => {
-                Ok(Err(element))
+    ) -> Outcome<Option<Equilibrium>> {
+        let (few, time) = (shoot.state.rod.elements() < MAX_ELEMENTS_TO_UNFOLD, shoot.time());
+        match self.workspace.run(shoot).solve_equilibrium(time) {
+            Err(IntegrationError::Equilibrium { error: EquilibriumError::Folded { element, .. }, .. }) if few => {
+                let mut folded = element;
+                if let Some(coarse) = coarse {
+                    shoot.state.copy_from(coarse);
+                    folded /= 2;
+                }
+                cut_into(&mut shoot.state, folded, 2);
+                Ok(None)
             }
             found => {
                 let found = found?;
                 spent.add_equilibrium(&found);
-                Ok(Ok(found))
+                Ok(Some(found))
             }
         }
     }
@@ -210,6 +201,5 @@ fn distance(coarse: &Rod, fine: &Rod) -> f64 {
 /// Returns the difference between the two rods in the rotation from one end of element `e` to the other, rad.
 fn turn_between(coarse: &Rod, fine: &Rod, e: usize) -> f64 {
     let turn = |rod: &Rod, a: usize, b: usize| rod.frames()[a].inverse() * rod.frames()[b];
-    let difference: Vector3<f64> = so3::log(&(turn(coarse, e, e + 1).inverse() * turn(fine, 2 * e, 2 * e + 2)));
-    difference.norm()
+    so3::log(&(turn(coarse, e, e + 1).inverse() * turn(fine, 2 * e, 2 * e + 2))).norm()
 }

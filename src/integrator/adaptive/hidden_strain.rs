@@ -8,10 +8,9 @@ use nalgebra::Vector3;
 
 use super::division::{MOST_ELEMENTS, cut_into};
 use super::hidden_turns::SMOOTH;
-use crate::growth::GrowthLaw;
 use crate::integrator::IntegrationError;
 use crate::integrator::error::Outcome;
-use crate::model::Model;
+use crate::model::{GrowthLaw, Model};
 use crate::rod::weighted;
 use crate::shoot::Shoot;
 

@@ -52,7 +52,7 @@ pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> 
         } else {
             departure(last, &after[first..first + p], -reference.points[0] * gaps[0] / gaps[1])
         };
-        if !(share <= SMOOTH || coarse.keeps_node(e)) {
+        if !(share <= SMOOTH || coarse.kept[e]) {
             let turn = (gaps[0] + gaps[1]) * elastic(last).norm().max(elastic(first).norm()) * share;
             hidden[e - 1] += turn;
             hidden[e] += turn;

@@ -38,7 +38,7 @@ mod track;
 use std::ops::RangeInclusive;
 
 use super::error::Outcome;
-use super::stepper::{MAX_CORRECTIONS, RunOptions, StepEnd, Stepper, check_ahead, shortest_period};
+use super::stepper::{MAX_CORRECTIONS, Run, RunOptions, Stepper, check_ahead, shortest_period};
 use super::undo::undo_on_error;
 use super::{ConstantHistory, HistoryFunction, Integrator, Statistics};
 use crate::equilibrium::{Equilibrium, NewtonSolver};
@@ -128,6 +128,13 @@ pub struct AdaptiveWorkspace {
     backup: Option<State>,
 }
 
+impl AdaptiveWorkspace {
+    /// The run of a shoot in this memory.
+    fn run<'a, M>(&'a mut self, shoot: &'a mut Shoot<M>) -> Run<'a, M, NewtonSolver> {
+        Run { stepper: &mut self.stepper, shoot, solver: &mut self.solver }
+    }
+}
+
 impl Adaptive {
     /// An integrator with a tolerance relative to the length.
     #[must_use]
@@ -139,33 +146,21 @@ impl Adaptive {
         let ok = TOLERANCES.contains(&self.tolerance);
         ParameterError::unless(ok, "tolerance", self.tolerance, "from 1e-12, which rounding permits, to 0.1")
     }
+}
 
-    /// Advances the shoot by a plan.
-    fn advance_by<M: Model>(
-        &mut self,
-        shoot: &mut Shoot<M>,
-        plan: &Plan,
-        until: f64,
-        [max_steps, max_work]: [usize; 2],
-        known: Option<Equilibrium>,
-        observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
-    ) -> Outcome<Statistics> {
-        let tolerance = tolerance_of_equilibria(plan.tolerance);
-        let AdaptiveWorkspace { solver, stepper, .. } = &mut self.workspace;
-        solver.tolerance = tolerance;
-        let options = RunOptions {
-            until,
-            step: plan.step,
-            max_steps,
-            max_work,
-            retries: 0,
-            tolerance,
-            max_corrections: MAX_CORRECTIONS,
-            mesh: Mesh { longest_element: plan.longest_element, merge_tolerance: plan.merge_tolerance },
-            coarsest_step: Some(plan.coarsest_step),
-            known,
-        };
-        stepper.advance(shoot, solver, options, observe)
+/// Returns the options of a run by a plan to the time `until` (s), from an equilibrium if that is `known`.
+fn options_of(plan: &Plan, until: f64, [max_steps, max_work]: [usize; 2], known: Option<Equilibrium>) -> RunOptions {
+    RunOptions {
+        until,
+        step: plan.step,
+        max_steps,
+        max_work,
+        retries: 0,
+        tolerance: tolerance_of_equilibria(plan.tolerance),
+        max_corrections: MAX_CORRECTIONS,
+        mesh: Mesh { longest_element: plan.longest_element, merge_tolerance: plan.merge_tolerance },
+        coarsest_step: Some(plan.coarsest_step),
+        known,
     }
 }
 
@@ -195,8 +190,9 @@ impl Integrator for Adaptive {
             let usable = |plan: &Plan| valid && plan.tolerance == self.tolerance && until <= plan.until;
             let (plan, statistics) = match start.plan.filter(usable) {
                 Some(plan) => {
-                    let limits = [max_steps, self.max_work];
-                    (plan, self.advance_by(shoot, &plan, until, limits, None, |_, _| ())?)
+                    let options = options_of(&plan, until, [max_steps, self.max_work], None);
+                    self.workspace.solver.tolerance = options.tolerance;
+                    (plan, self.workspace.run(shoot).advance(options, |_, _| ())?)
                 }
                 None => Runs::new(self, shoot, start).choose(until, max_steps)?,
             };

@@ -7,7 +7,7 @@ use super::division::{FIRST_LENGTH, LOSSLESS, cut, cut_each, cut_to, first_in_zo
 use super::hidden_strain::{hidden_strain, nodes_at_steep_places};
 use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::PositionTrack;
-use super::{Adaptive, Outcome, Statistics, tolerance_of_equilibria};
+use super::{Adaptive, Outcome, Statistics, options_of, tolerance_of_equilibria};
 use crate::equilibrium::Equilibrium;
 use crate::integrator::stepper::StepEnd;
 use crate::integrator::{IntegrationError, ROUNDING};
@@ -130,7 +130,7 @@ impl<'a, M: Model> Runs<'a, M> {
         let (plan, longest_delay) = (run.plan, self.laws.longest_delay());
         if longest_delay > 0.0 {
             let until = plan.until + longest_delay.min(MOST_LATER_STEPS * plan.coarsest_step);
-            let (samples, track) = (run.track.samples(), &mut run.track);
+            let (samples, track) = (run.track.samples.len(), &mut run.track);
             let record = |shoot: &Shoot<M>, end: Option<_>| {
                 if end.is_some() {
                     track.record(shoot, end)
@@ -140,7 +140,7 @@ impl<'a, M: Model> Runs<'a, M> {
                 Ok(later) if later.snaps == 0 => {
                     run.statistics.merge_loss = run.statistics.merge_loss.max(later.merge_loss);
                 }
-                _ => run.track.truncate(samples),
+                _ => run.track.samples.truncate(samples),
             }
         }
         self.compared_until = self.compared_until.min(run.track.end());
@@ -191,9 +191,11 @@ impl<'a, M: Model> Runs<'a, M> {
         known: Option<Equilibrium>,
         observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
     ) -> Outcome<Statistics> {
-        let limits = [max_steps, self.work_left()];
-        let result = self.integrator.advance_by(self.shoot, plan, until, limits, known, observe);
-        let statistics = self.integrator.workspace.stepper.statistics();
+        let options = options_of(plan, until, [max_steps, self.work_left()], known);
+        let workspace = &mut self.integrator.workspace;
+        workspace.solver.tolerance = options.tolerance;
+        let result = workspace.run(self.shoot).advance(options, observe);
+        let statistics = workspace.stepper.statistics;
         self.spent += statistics.as_trial();
         self.snap = statistics.last_snap.filter(|time| *time <= plan.until).or(self.snap);
         result
@@ -256,12 +258,10 @@ impl<'a, M: Model> Runs<'a, M> {
 
     /// Divides elements at the additional nodes.
     fn add_nodes(&mut self) {
+        let inside = |(_, x): &(usize, f64)| *x > AT_NODE && *x < 1.0 - AT_NODE;
         for distance in &self.nodes {
             let state = &mut self.shoot.state;
-            if let Some((e, x)) = state.rod.locate_initial(*distance)
-                && x > AT_NODE
-                && x < 1.0 - AT_NODE
-            {
+            if let Some((e, x)) = state.rod.locate_initial(*distance).filter(inside) {
                 state.split(e, x);
             }
         }

@@ -34,11 +34,7 @@ impl<M: Model> Runs<'_, M> {
     /// of two successive runs is small enough, or until the difference no longer decreases. In the last case the steps
     /// are too long to show the error of the elements. Returns the run with sufficient elements, and the error of its
     /// elements relative to the length, which is infinite if it is not shown.
-    pub fn refine_elements(
-        &mut self,
-        mut compared: Rc<TrialRun>,
-        mut run: Rc<TrialRun>,
-    ) -> Outcome<(Rc<TrialRun>, f64)> {
+    pub fn refine_elements(&mut self, [mut compared, mut run]: [Rc<TrialRun>; 2]) -> Outcome<(Rc<TrialRun>, f64)> {
         let order = order_in_space(self.start.rod.order());
         let assumed = if self.is_smooth(&run) { order_before_observation(order) } else { UNOBSERVED };
         let mut estimate = Richardson::assuming(assumed, order);

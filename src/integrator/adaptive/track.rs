@@ -18,19 +18,21 @@ const PLACES: usize = 37;
 /// Positions of a shoot after every step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PositionTrack {
-    samples: Vec<StepSample>,
-    /// Places of all samples, one after the other, m.
-    places: Vec<Vector3<f64>>,
+    /// One sample for the start and for the end of each step, in the order of time.
+    pub samples: Vec<StepSample>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct StepSample {
+/// Positions at one time.
+#[derive(Debug, Clone)]
+pub(super) struct StepSample {
     time: f64,
     /// Smoothness of the positions at this time.
     smoothness: Smoothness,
     length: f64,
     longest_element: f64,
     in_contact: bool,
+    /// Places, m.
+    places: Vec<Vector3<f64>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,11 +47,6 @@ enum Smoothness {
 }
 
 impl PositionTrack {
-    /// Returns the number of samples.
-    pub fn samples(&self) -> usize {
-        self.samples.len()
-    }
-
     /// Returns whether the shoot is in contact with an obstacle at one of the samples.
     pub fn has_contact(&self) -> bool {
         self.samples.iter().any(|sample| sample.in_contact)
@@ -58,12 +55,6 @@ impl PositionTrack {
     /// Returns the time of the last sample, s.
     pub fn end(&self) -> f64 {
         self.samples.last().map_or(f64::NEG_INFINITY, |sample| sample.time)
-    }
-
-    /// Removes the samples from an index on.
-    pub fn truncate(&mut self, samples: usize) {
-        self.samples.truncate(samples);
-        self.places.truncate(samples * PLACES);
     }
 
     /// Appends the present positions of the shoot, after a step or at the start.
@@ -76,15 +67,11 @@ impl PositionTrack {
         };
         let (length, longest_element) = (shoot.rod().length(), longest_element(&shoot.state));
         let in_contact = !shoot.state.contact.patches.is_empty();
-        self.samples.push(StepSample { time: shoot.time(), smoothness, length, longest_element, in_contact });
-        shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut self.places);
+        let mut places = Vec::with_capacity(PLACES);
+        shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut places);
         // No positions are appended if the length is NaN.
-        self.places.resize(self.samples.len() * PLACES, Vector3::repeat(f64::NAN));
-    }
-
-    /// Returns the places of a sample, m.
-    fn places(&self, sample: usize) -> &[Vector3<f64>] {
-        &self.places[sample * PLACES..(sample + 1) * PLACES]
+        places.resize(PLACES, Vector3::repeat(f64::NAN));
+        self.samples.push(StepSample { time: shoot.time(), smoothness, length, longest_element, in_contact, places });
     }
 
     /// Returns the longest element, averaged over the steps of the run, m.
@@ -96,16 +83,10 @@ impl PositionTrack {
     /// the length: up to the time `until` (s), and over all times. Times after the end of either run are not compared.
     pub fn distances(&self, coarser: &Self, until: f64) -> [f64; 2] {
         let mut largest = [0.0_f64; 2];
-        let mut near = 0;
-        for (i, sample) in coarser.samples.iter().enumerate().take_while(|(_, sample)| sample.time <= self.end()) {
-            if sample.smoothness == Smoothness::ContactChange {
-                continue;
-            }
-            while near < self.samples.len() && self.samples[near].time < sample.time {
-                near += 1;
-            }
-            let Some(places) = self.at(sample.time, near) else { continue };
-            for (a, b) in places.iter().zip(coarser.places(i)) {
+        let compared = coarser.samples.iter().take_while(|sample| sample.time <= self.end());
+        for sample in compared.filter(|sample| sample.smoothness != Smoothness::ContactChange) {
+            let Some(places) = self.at(sample.time) else { continue };
+            for (a, b) in places.iter().zip(&sample.places) {
                 // NaN counts as an infinite distance.
                 let distance = (a - b).norm() / sample.length;
                 largest[1] = if distance.is_nan() { f64::INFINITY } else { largest[1].max(distance) };
@@ -117,10 +98,11 @@ impl PositionTrack {
         largest
     }
 
-    /// Interpolates the places at a time. `near` is the index of the first sample at that time or later.
-    fn at(&self, time: f64, near: usize) -> Option<[Vector3<f64>; PLACES]> {
-        if self.samples.get(near).is_some_and(|sample| sample.time == time) {
-            return self.places(near).try_into().ok();
+    /// Interpolates the places at a time.
+    fn at(&self, time: f64) -> Option<Vec<Vector3<f64>>> {
+        let near = self.samples.partition_point(|sample| sample.time < time);
+        if let Some(sample) = self.samples.get(near).filter(|sample| sample.time == time) {
+            return Some(sample.places.clone());
         }
         let smoothness = |i: usize| self.samples[i].smoothness;
         // Positions are interpolated through two more samples than the order of the method. The first sample is
@@ -139,17 +121,11 @@ impl PositionTrack {
                 _ => break,
             }
         }
-        let mut times = [0.0; POINTS];
-        for (time, other) in times.iter_mut().zip(&self.samples[first..end]) {
-            *time = other.time;
-        }
-        let mut weights = [0.0; POINTS];
-        lagrange(&times[..end - first], time, &mut weights[..end - first]);
-        let mut places = [Vector3::zeros(); PLACES];
-        for (other, weight) in (first..end).zip(weights) {
-            for (place, at) in places.iter_mut().zip(self.places(other)) {
-                *place += at * weight;
-            }
+        let times: [f64; POINTS] = std::array::from_fn(|k| self.samples[(first + k).min(end - 1)].time);
+        let weights: [f64; POINTS] = lagrange(&times[..end - first], time);
+        let mut places = vec![Vector3::zeros(); PLACES];
+        for (other, weight) in self.samples[first..end].iter().zip(weights) {
+            places.iter_mut().zip(&other.places).for_each(|(place, at)| *place += at * weight);
         }
         Some(places)
     }

@@ -49,7 +49,7 @@ pub(super) struct ExponentialCollocation {
     /// Stimuli at the nodes of an interval.
     stimuli: Vec<f64>,
     picard: Picard,
-    /// Number of halvings since the start of the run.
+    /// Number of halvings that the caller has not counted yet.
     pub halvings: usize,
     /// Number of halvings that are left in the present step.
     budget: usize,
@@ -59,6 +59,7 @@ pub(super) struct ExponentialCollocation {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Levels {
     pub count: usize,
+    /// Times of the levels. Entries from `count` on are not used.
     pub times: [f64; LEVELS],
     /// Time constant of the transient in the stimuli, in the same unit.
     pub transient: Option<f64>,
@@ -67,12 +68,10 @@ pub(super) struct Levels {
 impl Levels {
     /// Returns the interpolation weights of the levels at a time.
     pub fn weights(&self, time: f64) -> [f64; LEVELS] {
-        let mut weights = [0.0; LEVELS];
         match self.transient {
-            Some(tau) => lagrange_with_transient(&self.times[..self.count], tau, time, &mut weights[..self.count]),
-            None => lagrange(&self.times[..self.count], time, &mut weights[..self.count]),
+            Some(tau) => lagrange_with_transient(&self.times[..self.count], tau, time),
+            None => lagrange(&self.times[..self.count], time),
         }
-        weights
     }
 }
 
@@ -110,7 +109,7 @@ impl ExponentialCollocation {
         for weights in &mut self.weights {
             weights.size = 0.0;
             weights.kernels.clear();
-            weights.kernels.resize(self.picard.groups(), Kernel::default());
+            weights.kernels.resize(self.parts.groups().count(), Kernel::default());
             weights.memories.reserve(self.parts.of_variables.len());
         }
     }

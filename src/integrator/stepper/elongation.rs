@@ -30,10 +30,9 @@ impl Stepper {
         for point in leaving_points {
             // These points leave the zone before the node that is on the boundary at the end of the step.
             point.exit_time = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
-            let exit_time = point.exit_time;
-            stretch(growth, std::slice::from_mut(point), from, exit_time);
+            stretch(growth, [from, point.exit_time], point);
         }
-        stretch(growth, staying, from, to);
+        staying.iter_mut().for_each(|point| stretch(growth, [from, to], point));
         // The length of a leaving element is a difference of distances beyond the boundary. A difference of
         // distances from the apex would lose digits.
         let mut before = None;
@@ -48,9 +47,7 @@ impl Stepper {
                     (Some(before), Some(beyond)) => before - beyond,
                     _ => rod.node_distance[e] - distance,
                 };
-                if !rod.set_element_length(e, length).is_finite() {
-                    return Err(IntegrationError::NotFinite { what: STRETCH, time: to });
-                }
+                IntegrationError::finite(rod.set_element_length(e, length).is_finite(), STRETCH, to)?;
                 if !(rod.least_jacobian(e) > 0.0) {
                     return Err(IntegrationError::Uneven { time: to, element: e, ratio: rod.jacobian_ratio(e) });
                 }
@@ -62,13 +59,11 @@ impl Stepper {
     }
 }
 
-/// Moves points of the zone, and stretches their tissue.
-fn stretch(growth: &impl GrowthLaw, points: &mut [MaterialPoint], from: f64, to: f64) {
-    for point in points {
-        let (distance, stretch) = growth.flow(point.apex_distance, from, to);
-        point.apex_distance = distance;
-        point.jacobian *= stretch;
-    }
+/// Moves a point of the zone, and stretches its tissue.
+fn stretch(growth: &impl GrowthLaw, [from, to]: [f64; 2], point: &mut MaterialPoint) {
+    let (distance, stretch) = growth.flow(point.apex_distance, from, to);
+    point.apex_distance = distance;
+    point.jacobian *= stretch;
 }
 
 /// Returns the distance of a node beyond the boundary of the zone at the end of the step, m; negative inside

@@ -13,7 +13,8 @@ impl Stepper {
         if matches!(self.grid, GridUse::Free) {
             return next_step_end(shoot, &self.laws, options);
         }
-        let (name, requirement) = ("support of a run with a recorded grid", "one without obstacles and friction");
+        let (name, requirement) =
+            ("support of a run with a recorded grid", "one without obstacles, if the laws have stimuli");
         ParameterError::unless(!self.locates_contacts(shoot), name, f64::NAN, requirement)?;
         let from = shoot.state.time;
         if let Some(step) = self.grid.next(from)? {
@@ -30,27 +31,21 @@ impl Stepper {
         if target == options.until {
             return Anchor::Until;
         }
-        let found = breaking_points(shoot, &self.laws).find(|(time, _)| *time == target);
-        match found {
-            Some((_, [discontinuity, delay])) => Anchor::BreakingPoint { discontinuity, delay },
-            None => Anchor::Discontinuity,
-        }
+        let found = breaking_points(&shoot.state.history, &self.laws).find(|(time, _)| *time == target);
+        found.map_or(Anchor::Discontinuity, |(_, indices)| Anchor::BreakingPoint(indices))
     }
 
     /// Returns the end of a recorded step in a run with other parameters. Between the start of the step and its
     /// target the time is stretched in proportion.
     fn followed(&self, shoot: &Shoot<impl Model>, options: &RunOptions, step: &GridStep) -> Outcome<StepEnd> {
         let from = shoot.state.time;
-        let refuse = |problem| Err(IntegrationError::Grid { time: from, problem });
+        let refused = |problem| IntegrationError::Grid { time: from, problem };
         let target = match step.anchor {
             Anchor::Until => options.until,
             Anchor::Discontinuity => next_discontinuity_after(shoot, from)?,
-            Anchor::BreakingPoint { discontinuity, delay } => {
-                let mut points = breaking_points(shoot, &self.laws);
-                match points.find(|(_, indices)| *indices == [discontinuity, delay]) {
-                    Some((time, _)) => time,
-                    None => return refuse("a discontinuity of it does not occur"),
-                }
+            Anchor::BreakingPoint(indices) => {
+                let point = breaking_points(&shoot.state.history, &self.laws).find(|(_, other)| *other == indices);
+                point.ok_or(refused("a discontinuity of it does not occur"))?.0
             }
         };
         let end = step.end;
@@ -62,7 +57,7 @@ impl Stepper {
             end.time + (from - step.from) * (1.0 - share) + (target - end.target) * share
         };
         if !(time > from && time <= options.until) {
-            return refuse("breaking points, discontinuities and ends of calls are in another order");
+            return Err(refused("breaking points, discontinuities and ends of calls are in another order"));
         }
         Ok(StepEnd { time, target, ..end })
     }

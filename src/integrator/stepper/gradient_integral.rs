@@ -29,8 +29,8 @@ pub(super) struct GradientIntegral {
     delays: Vec<[f64; 2]>,
     /// The variables with each pair.
     delayed: Vec<Vec<usize>>,
-    /// Levels through which the present stimuli are interpolated.
-    levels: Nodes,
+    /// Levels through which the present stimuli are interpolated, and their times.
+    levels: (Nodes, Levels),
     /// Start of the step and ends of the pieces, s.
     ends: Vec<f64>,
     /// Delayed variables of each point.
@@ -47,57 +47,10 @@ struct Node {
 }
 
 impl GradientIntegral {
-    /// Computes the quadrature for the interval from `from` to `to` (s). If the gradient depends on the present
-    /// stimuli, these are interpolated through the levels `smooth`, by a cubic and a transient with the time constant
-    /// `transient` (s).
-    pub fn prepare(
-        &mut self,
-        history: &History,
-        laws: &Declaration,
-        (smooth, transient): (&Nodes, Option<f64>),
-        [from, to]: [f64; 2],
-    ) {
-        self.ends.clear();
-        self.ends.extend([from, to]);
-        self.begin(laws);
-        for [delay, _] in &self.delays {
-            let passings = history.passings(*delay, from, to);
-            if passings.clone().count() > MOST_INSIDE {
-                self.ends.extend(passings);
-            }
-        }
-        self.ends.sort_unstable_by(f64::total_cmp);
-        let levels = self.levels_of(history, smooth, transient);
-        let (x, w) = rule::<3>();
-        for piece in 1..self.ends.len() {
-            let [a, b] = [self.ends[piece - 1], self.ends[piece]];
-            if b <= a {
-                continue;
-            }
-            for (x, w) in x.iter().zip(w) {
-                self.push(history, laws, &levels, (a + (b - a) * x, w * (b - a)));
-            }
-        }
-    }
-
-    /// Prepares [`add`](Self::add) for the rate of the intrinsic strain at a `time` (s) in a step, 1/(m s), instead of
-    /// its change in an interval. The other arguments are those of [`prepare`](Self::prepare).
-    pub fn prepare_rate(
-        &mut self,
-        history: &History,
-        laws: &Declaration,
-        (smooth, transient): (&Nodes, Option<f64>),
-        time: f64,
-    ) {
-        self.begin(laws);
-        let levels = self.levels_of(history, smooth, transient);
-        self.push(history, laws, &levels, (time, 1.0));
-    }
-
-    /// Lists the delays of the laws.
-    fn begin(&mut self, laws: &Declaration) {
-        self.nodes.clear();
-        self.readings.clear();
+    /// Begins a step: lists the delays of the laws, and keeps the levels through which the present stimuli are
+    /// interpolated if the gradient depends on them.
+    pub fn begin_step(&mut self, laws: &Declaration, levels: (Nodes, Levels)) {
+        self.levels = levels;
         let (variables, size) = (laws.variables(), laws.size());
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
         self.delays.clear();
@@ -116,42 +69,66 @@ impl GradientIntegral {
         }
     }
 
-    /// Keeps the levels through which the present stimuli are interpolated, and returns them with their times.
-    fn levels_of(&mut self, history: &History, smooth: &Nodes, transient: Option<f64>) -> Levels {
-        let mut levels = Levels { count: smooth.len(), transient, ..Levels::default() };
-        for (time, level) in levels.times.iter_mut().zip(smooth.iter()) {
-            *time = history.time(*level);
+    /// Computes the quadrature for the interval from `from` to `to` (s).
+    pub fn prepare(&mut self, history: &History, [from, to]: [f64; 2]) {
+        self.clear();
+        self.ends.extend([from, to]);
+        for [delay, _] in &self.delays {
+            let passings = history.passings(*delay, from, to);
+            if passings.clone().count() > MOST_INSIDE {
+                self.ends.extend(passings);
+            }
         }
-        self.levels = *smooth;
-        levels
+        self.ends.sort_unstable_by(f64::total_cmp);
+        let (x, w) = rule::<3>();
+        for piece in 1..self.ends.len() {
+            let [a, b] = [self.ends[piece - 1], self.ends[piece]];
+            if b <= a {
+                continue;
+            }
+            for (x, w) in x.iter().zip(w) {
+                self.push(history, (a + (b - a) * x, w * (b - a)));
+            }
+        }
+    }
+
+    /// Prepares [`add`](Self::add) for the rate of the intrinsic strain at a `time` (s) in a step, 1/(m s), instead of
+    /// its change in an interval.
+    pub fn prepare_rate(&mut self, history: &History, time: f64) {
+        self.clear();
+        self.push(history, (time, 1.0));
+    }
+
+    /// Removes all times.
+    fn clear(&mut self) {
+        self.ends.clear();
+        self.nodes.clear();
+        self.readings.clear();
     }
 
     /// Appends a time (s) with its weight.
-    fn push(&mut self, history: &History, laws: &Declaration, levels: &Levels, (time, weight): (f64, f64)) {
-        let interpolation = if laws.size().reads_present { levels.weights(time) } else { [0.0; LEVELS] };
+    fn push(&mut self, history: &History, (time, weight): (f64, f64)) {
+        let interpolation = if self.present.is_empty() { [0.0; LEVELS] } else { self.levels.1.weights(time) };
         self.nodes.push(Node { time, weight, interpolation });
         let read = |[delay, tau]: [f64; 2]| history.reading(time - delay, tau);
         self.readings.extend(self.delays.iter().copied().map(read));
     }
 
-    /// The first value of a law because of which the change of the intrinsic strain of a point is not finite. The point
-    /// is given by its index in the zone and its place at the time `start` (s), when the shoot has the given `length`
-    /// (m). `None` if the change is finite.
+    /// The error of a change of the intrinsic strain that is not finite. It names the first value of a law that causes
+    /// it, or else the change itself at the time `end` (s). The point is given by its index in the zone and its place
+    /// at the time `start` (s), when the shoot has the given `length` (m).
     pub fn undefined<G: GrowthLaw, T: TropismLaw>(
         &mut self,
         (growth, tropism): (&G, &T),
         history: &History,
-        (index, start): (usize, f64),
+        (index, [start, end]): (usize, [f64; 2]),
         (point, length): (&Growing, f64),
-    ) -> Option<IntegrationError> {
+    ) -> IntegrationError {
         let (nodes, readings) = (std::mem::take(&mut self.nodes), std::mem::take(&mut self.readings));
         let (size, delays) = (history.size().0, self.delays.len());
         for (i, node) in nodes.into_iter().enumerate() {
             let mut sum = [Vector3::zeros()];
-            self.nodes.clear();
-            self.nodes.push(node);
-            self.readings.clear();
-            self.readings.extend_from_slice(&readings[i * delays..(i + 1) * delays]);
+            (self.nodes, self.readings) = (vec![node], readings[i * delays..(i + 1) * delays].to_vec());
             self.add((growth, tropism), history, (index, start), std::slice::from_ref(point), &mut sum);
             if sum[0].sum().is_finite() {
                 continue;
@@ -168,9 +145,9 @@ impl GradientIntegral {
                 None => ("REGR", std::any::type_name::<G>()),
             };
             let (arc_length, time) = (length - apex_distance, node.time);
-            return Some(IntegrationError::Undefined { what, law, arc_length, time });
+            return IntegrationError::Undefined { what, law, arc_length, time };
         }
-        None
+        IntegrationError::NotFinite { what: "growth gradient", time: end }
     }
 
     /// Adds to `sums` the changes of the intrinsic strain over the interval (1/m) of consecutive points of the zone,
@@ -196,7 +173,7 @@ impl GradientIntegral {
             }
             for (k, (place, sum)) in points.iter().zip(sums.iter_mut()).enumerate() {
                 for (m, value) in self.present.iter_mut().enumerate() {
-                    let levels = self.levels.iter().zip(node.interpolation);
+                    let levels = self.levels.0.iter().zip(node.interpolation);
                     *value = levels.map(|(level, w)| w * history.stimuli(*level, first + k)[m]).sum();
                 }
                 let apex_distance =

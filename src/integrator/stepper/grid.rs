@@ -47,7 +47,7 @@ pub(in crate::integrator) enum Anchor {
     /// The next discontinuity of a law or the scene.
     Discontinuity,
     /// A breaking point: a discontinuity, counted from the last one backwards, and the index of a delay.
-    BreakingPoint { discontinuity: usize, delay: usize },
+    BreakingPoint([usize; 2]),
 }
 
 /// A change of elements.

@@ -8,29 +8,19 @@ use super::relaxation::{Kernel, LANES, relaxed_integral};
 use crate::state::LEVELS;
 use crate::tropism::{Declaration, Source, Variable};
 
-/// Memory of a stimulus or of another variable.
+/// A variable in one of the parts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct DeclaredMemory {
+pub(super) struct Member {
     /// Place among the variables.
-    variable: usize,
-    /// Place of what it remembers, among the stimuli or among the variables.
-    source: usize,
+    pub variable: usize,
+    /// Place of what a memory remembers, among the stimuli or among the variables. For an iterated variable, the place
+    /// of the stimulus that it approaches, or `usize::MAX` if it approaches none.
+    pub source: usize,
     /// Time constant, s.
-    time: f64,
+    pub time: f64,
     /// Angular frequency ω (rad/s) of the oscillation of which it is the real part, −ω of the imaginary part, zero of
     /// others.
     frequency: f64,
-}
-
-/// Variable that is iterated.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Iterated {
-    /// Place among the variables.
-    pub variable: usize,
-    /// The stimulus that it approaches.
-    pub source: Option<usize>,
-    /// Time constant, s.
-    pub time: f64,
 }
 
 /// Variables of a point in three parts, in the order of their integration.
@@ -39,11 +29,11 @@ pub(super) struct Parts {
     /// The variables that are divided into the parts.
     variables: Vec<Variable>,
     /// Memories of stimuli, which are integrated first.
-    pub of_stimuli: Vec<DeclaredMemory>,
+    pub of_stimuli: Vec<Member>,
     /// Variables that depend on each other in an undeclared way.
-    pub iterated: Vec<Iterated>,
+    pub iterated: Vec<Member>,
     /// Memories of iterated variables, which are integrated last.
-    pub of_variables: Vec<DeclaredMemory>,
+    pub of_variables: Vec<Member>,
 }
 
 impl Parts {
@@ -67,19 +57,19 @@ impl Parts {
         };
         for (i, variable) in variables.iter().enumerate() {
             let frequency = variable.turns.map_or(0.0, |(frequency, _)| frequency);
-            let memory = |source| DeclaredMemory { variable: i, source, time: variable.time_constant, frequency };
+            let memory = |source| Member { variable: i, source, time: variable.time_constant, frequency };
             match variable.remembers {
                 Source::Stimulus(source) if !is_read(i, variable) => self.of_stimuli.push(memory(source)),
                 Source::Variable(source) if !is_read(i, variable) => self.of_variables.push(memory(source)),
                 _ => {
                     let of = |source| if let Source::Stimulus(k) = source { Some(k) } else { None };
                     let source = of(variable.approaches).or(of(variable.remembers));
-                    self.iterated.push(Iterated { variable: i, source, time: variable.time_constant });
+                    self.iterated.push(memory(source.unwrap_or(usize::MAX)));
                 }
             }
         }
         // Oscillations come last, each as its real part and its imaginary part.
-        let place = |memory: &DeclaredMemory| match variables[memory.variable].turns {
+        let place = |memory: &Member| match variables[memory.variable].turns {
             Some((frequency, _)) if frequency > 0.0 => (memory.variable + 1, 0),
             Some((_, other)) => (other + 1, 1),
             None => (0, memory.variable),
@@ -91,13 +81,13 @@ impl Parts {
     }
 
     /// Groups of at most [`LANES`] iterated variables at consecutive places.
-    pub fn groups(&self) -> impl Iterator<Item = &[Iterated]> {
+    pub fn groups(&self) -> impl Iterator<Item = &[Member]> {
         self.iterated.chunk_by(|a, b| a.variable + 1 == b.variable).flat_map(|run| run.chunks(LANES))
     }
 
     /// The group of a variable and its lane, if it is iterated.
     fn lane(&self, variable: usize) -> Option<(usize, usize)> {
-        let lane = |group: &[Iterated]| group.iter().position(|each| each.variable == variable);
+        let lane = |group: &[Member]| group.iter().position(|each| each.variable == variable);
         self.groups().enumerate().find_map(|(i, group)| Some((i, lane(group)?)))
     }
 }
@@ -105,9 +95,10 @@ impl Parts {
 /// Exact integration of linear memories.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
+    /// Weights of all memories. Oscillations come last, each as its real part and its imaginary part.
     each: Vec<MemoryWeights>,
-    /// Real and imaginary parts of oscillations.
-    pairs: Vec<[MemoryWeights; 2]>,
+    /// Number of memories that are no oscillations.
+    single: usize,
 }
 
 /// Weights in y at the end of an interval: of y and of the remembered quantity at the start, and of values on which the
@@ -125,17 +116,16 @@ struct MemoryWeights {
 
 impl MemoryWeights {
     /// Computes the weights of the remembered quantities at the `nodes` of an interval of `size` seconds.
-    fn each<'a>(memories: &'a [DeclaredMemory], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
+    fn each<'a>(memories: &'a [Member], nodes: &'a [f64], size: f64) -> impl Iterator<Item = Self> + 'a {
         // Successive memories with the same time constant have the same weights.
         let mut known = (f64::NAN, 0.0, [0.0; LEVELS]);
-        memories.iter().map(move |&DeclaredMemory { variable, source, time, frequency }| {
+        memories.iter().map(move |&Member { variable, source, time, frequency }| {
             let z = size / time;
             if frequency != 0.0 {
                 let turning = Complex::new(z, -frequency.abs() * size);
                 let part = |value: Complex<f64>| if frequency > 0.0 { value.re } else { value.im };
                 let mut weights = [0.0; LEVELS];
-                let integrals = relaxed_integral(nodes, turning, 1.0);
-                weights.iter_mut().zip(integrals).for_each(|(weight, integral)| *weight = part(integral) * z);
+                weights[..ORDER].copy_from_slice(&relaxed_integral(nodes, turning, 1.0).map(|value| part(value) * z));
                 return Self { variable, source, decay: part((-turning).exp()), start: 0.0, weights };
             }
             if known.0 != time {
@@ -152,65 +142,51 @@ impl MemoryWeights {
 impl Memories {
     /// Allocates the memory for a `number` of memories.
     pub fn reserve(&mut self, number: usize) {
-        self.clear();
-        self.each.reserve(number);
-        self.pairs.reserve(number / 2);
-    }
-
-    /// Removes all memories.
-    fn clear(&mut self) {
+        self.single = 0;
         self.each.clear();
-        self.pairs.clear();
+        self.each.reserve(number);
     }
 
-    /// Appends the memories of a list, in which the parts of oscillations follow those without in pairs.
-    fn extend(&mut self, memories: &[DeclaredMemory], mut weights: impl Iterator<Item = MemoryWeights>) {
+    /// Replaces the memories by those of a list, in which the parts of oscillations follow the others in pairs.
+    fn replace(&mut self, memories: &[Member], weights: impl Iterator<Item = MemoryWeights>) {
+        self.each.clear();
+        self.each.extend(weights);
         let single = memories.iter().take_while(|memory| memory.frequency == 0.0).count();
-        self.each.extend(weights.by_ref().take(single));
-        while let (Some(real), Some(imaginary)) = (weights.next(), weights.next()) {
-            self.pairs.push([real, imaginary]);
-        }
+        self.single = single.min(self.each.len());
     }
 
     /// Computes the weights of stimuli at the `nodes` of an interval of `size` seconds.
-    pub fn set(&mut self, memories: &[DeclaredMemory], nodes: &[f64], size: f64) {
-        self.clear();
-        self.extend(memories, MemoryWeights::each(memories, nodes, size));
+    pub fn set(&mut self, memories: &[Member], nodes: &[f64], size: f64) {
+        self.replace(memories, MemoryWeights::each(memories, nodes, size));
     }
 
     /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
     /// variables in `kernels`.
     pub fn set_of_iterated(&mut self, parts: &Parts, kernels: &[Kernel], nodes: &[f64], size: f64) {
-        self.clear();
-        let of_nodes = MemoryWeights::each(&parts.of_variables, nodes, size);
-        self.extend(
-            &parts.of_variables,
-            of_nodes.filter_map(|of_nodes| {
-                let (group, lane) = parts.lane(of_nodes.source)?;
-                let kernel = &kernels[group];
-                let mut sum = MemoryWeights { source: group * LANES + lane, weights: [0.0; LEVELS], ..of_nodes };
-                for (j, weight) in of_nodes.weights[..ORDER].iter().copied().enumerate() {
-                    sum.start += weight * kernel.decay[j][lane];
-                    let integrals = sum.weights.iter_mut().zip(kernel.integral[j]);
-                    integrals.for_each(|(sum, integral)| *sum += weight * integral[lane]);
-                }
-                Some(sum)
-            }),
-        );
+        let of_forcing = |of_nodes: MemoryWeights| {
+            let (group, lane) = parts.lane(of_nodes.source)?;
+            let kernel = &kernels[group];
+            let mut sum = MemoryWeights { source: group * LANES + lane, weights: [0.0; LEVELS], ..of_nodes };
+            for (j, weight) in of_nodes.weights[..ORDER].iter().copied().enumerate() {
+                sum.start += weight * kernel.decay[j][lane];
+                let integrals = sum.weights.iter_mut().zip(kernel.integral[j]);
+                integrals.for_each(|(sum, integral)| *sum += weight * integral[lane]);
+            }
+            Some(sum)
+        };
+        let memories = &parts.of_variables;
+        self.replace(memories, MemoryWeights::each(memories, nodes, size).filter_map(of_forcing));
     }
 
     /// Computes the weights of levels from those of nodes, and from the interpolation weights of the levels at the
     /// nodes.
     pub fn interpolate(&mut self, memories: &Self, at_nodes: &[[f64; LEVELS]; ORDER]) {
         self.each.clone_from(&memories.each);
-        self.pairs.clone_from(&memories.pairs);
-        let from = memories.each.iter().chain(memories.pairs.as_flattened());
-        for (memory, from) in self.each.iter_mut().chain(self.pairs.as_flattened_mut()).zip(from) {
-            memory.weights = [0.0; LEVELS];
-            for (node, at) in from.weights.iter().zip(at_nodes) {
-                for (weight, at) in memory.weights.iter_mut().zip(at) {
-                    *weight += node * at;
-                }
+        self.single = memories.single;
+        for memory in &mut self.each {
+            let of_nodes = std::mem::take(&mut memory.weights);
+            for (node, at) in of_nodes.iter().zip(at_nodes) {
+                memory.weights.iter_mut().zip(at).for_each(|(weight, at)| *weight += node * at);
             }
         }
     }
@@ -219,20 +195,21 @@ impl Memories {
     /// source at the start of the interval, and four values of it.
     #[inline]
     pub fn integrate(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; LEVELS])) {
-        for memory in &self.each {
+        let (single, pairs) = self.each.split_at(self.single);
+        for memory in single {
             let (start, values) = course(memory.source);
             let sum = y[memory.variable] * memory.decay + memory.start * start;
             y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
         }
-        if !self.pairs.is_empty() {
-            self.integrate_pairs(y, course);
+        if !pairs.is_empty() {
+            Self::integrate_pairs(pairs.as_chunks().0, y, course);
         }
     }
 
     /// Integrates the oscillations among the variables `y` of a point.
     #[inline(never)]
-    fn integrate_pairs(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; LEVELS])) {
-        for pair in &self.pairs {
+    fn integrate_pairs(pairs: &[[MemoryWeights; 2]], y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; LEVELS])) {
+        for pair in pairs {
             let (start, values) = course(pair[0].source);
             let [p, q] = [0, 1].map(|k| y[pair[k].variable]);
             let decayed = [p * pair[0].decay - q * pair[1].decay, q * pair[0].decay + p * pair[1].decay];

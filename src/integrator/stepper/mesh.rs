@@ -84,26 +84,22 @@ pub(super) fn follow(
         if e + usize::from(merges) >= state.rod.elements() {
             return refuse("an element that it changes does not exist");
         }
-        match change {
+        let x = match change {
             Change::Merge(e) => {
-                let compliance = compliance(constitutive, state.time);
-                let Some(needed) = state.merge(e, f64::INFINITY, compliance) else {
-                    return refuse("elements that it merges cannot be merged");
-                };
+                let merged = state.merge(e, f64::INFINITY, compliance(constitutive, state.time));
+                let Some(needed) = merged else { return refuse("elements that it merges cannot be merged") };
                 statistics.merges += 1;
                 statistics.merge_loss = statistics.merge_loss.max(needed);
+                continue;
             }
-            Change::Halve(e) => state.split(e, state.rod.halfway(e)),
-            Change::Cut(e) => {
-                let boundary = growth.flow(growth.zone_length(), to, from).0;
-                let x = state.rod.coordinate_at_distance(e, boundary);
-                if !(x > ROUNDING && x < 1.0 - ROUNDING) {
-                    return refuse("the boundary of the growth zone is in another element");
-                }
-                state.split(e, x);
-            }
+            Change::Halve(e) => state.rod.halfway(e),
+            Change::Cut(e) => state.rod.coordinate_at_distance(e, growth.flow(growth.zone_length(), to, from).0),
+        };
+        if matches!(change, Change::Cut(_)) && !(x > ROUNDING && x < 1.0 - ROUNDING) {
+            return refuse("the boundary of the growth zone is in another element");
         }
-        statistics.splits += usize::from(!merges);
+        state.split(e, x);
+        statistics.splits += 1;
     }
     state.merge_next = step.merge_next;
     Ok(step.leaving)
@@ -177,7 +173,7 @@ mod tests {
             assert_eq!(shoot.rod().first_growing, 7);
             shoot.mesh.longest_element = 0.012;
             // Nodes that the user has given are never removed, unless they are released.
-            shoot.state.rod.release_nodes();
+            shoot.state.rod.kept.fill(false);
             let mut statistics = Statistics::default();
             for _ in 0..5 {
                 merge_mature(&mut shoot.state, &law, &shoot.mesh, &mut statistics, &mut |_| ());

@@ -5,11 +5,9 @@ use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, zone_elongation};
 use crate::integrator::IntegrationError;
 use crate::integrator::error::{MAX_ZONES, Outcome};
-use crate::load::Load;
-use crate::model::{Model, next_discontinuity};
+use crate::model::{Load, Model, TropismLaw, next_discontinuity};
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
-use crate::tropism::TropismLaw;
 
 /// Default of the largest number of corrections of a step. A contraction by two in each correction gains 2⁻³⁰ =
 /// 1e-9. With a slower contraction the step is too long.
@@ -77,7 +75,7 @@ const PERIOD: &str = "shortest period of the laws";
 ///
 /// # Errors
 /// A period that is not positive.
-pub(in crate::integrator) fn shortest_period(shoot: &Shoot<impl Model>) -> Result<f64, ParameterError> {
+pub(crate) fn shortest_period(shoot: &Shoot<impl Model>) -> Result<f64, ParameterError> {
     let periods = [shoot.model().tropism().shortest_period(), shoot.model().load().shortest_period(shoot.time())];
     for period in periods {
         ParameterError::unless(period > 0.0, PERIOD, period, "positive, and infinite if they have none (s)")?;
@@ -106,7 +104,7 @@ fn check_discontinuities(shoot: &Shoot<impl Model>, until: f64) -> Result<(), Pa
 
 /// Returns an error if a shoot grows by more than [`MAX_ZONES`] up to the time `until` (s). The growth is integrated
 /// only if the present rate suggests it.
-pub(in crate::integrator) fn check_growth(shoot: &Shoot<impl Model>, until: f64) -> Outcome {
+pub(crate) fn check_growth(shoot: &Shoot<impl Model>, until: f64) -> Outcome {
     let (growth, from) = (shoot.model().growth(), shoot.time());
     let zone = growth.zone_length();
     if !(growth.elongates() && growth.apical_speed(zone, after(from)) * (until - from) > MAX_ZONES * zone) {
@@ -117,11 +115,7 @@ pub(in crate::integrator) fn check_growth(shoot: &Shoot<impl Model>, until: f64)
 }
 
 /// Returns an error unless `until` (s) is finite and not in the past of the shoot.
-pub(in crate::integrator) fn check_ahead(
-    name: &'static str,
-    shoot: &Shoot<impl Model>,
-    until: f64,
-) -> Result<(), ParameterError> {
+pub(crate) fn check_ahead(name: &'static str, shoot: &Shoot<impl Model>, until: f64) -> Result<(), ParameterError> {
     let ahead = until >= shoot.time() && until.is_finite();
     ParameterError::unless(ahead, name, until, "finite and not in the past (s)")
 }

@@ -15,18 +15,6 @@ pub(super) enum StepPart {
     Variables,
 }
 
-impl StepPart {
-    /// All parts in their order.
-    pub const ALL: [Self; 5] = [Self::Growth, Self::Strain, Self::Shape, Self::Stimuli, Self::Variables];
-
-    /// Name for messages.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Growth => "growth",
-            Self::Strain => "intrinsic strain",
-            Self::Shape => "equilibrium",
-            Self::Stimuli => "stimuli",
-            Self::Variables => "variables of the laws",
-        }
-    }
-}
+/// Names of the parts in messages, in the order of [`StepPart`].
+pub(super) const PART_NAMES: [&str; 5] =
+    ["growth", "intrinsic strain", "equilibrium", "stimuli", "variables of the laws"];

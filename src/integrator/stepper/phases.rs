@@ -4,64 +4,49 @@
 use nalgebra::Vector3;
 
 use super::collocation::Levels;
-use super::transient::smooth_levels;
-use super::{IntegrationError, Outcome, PointStep, ROUNDING, StepInterval, Stepper};
-use crate::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, IncrementStart, check_balance};
+use super::{IntegrationError, Outcome, PointStep, ROUNDING, Run, StepInterval, Stepper};
+use crate::equilibrium::{
+    Equilibrium, EquilibriumError, EquilibriumSolver, HeldRod, IncrementStart, Past, check_balance,
+};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::model::{GrowthLaw, Model};
 use crate::rod::Rod;
 use crate::scene::{Environment, Scene};
 use crate::sensing;
 use crate::shoot::Shoot;
 use crate::state::{LEVELS, Nodes, State};
 use crate::support::{Joint, Support};
-use crate::tropism::{Declaration, Growing, Site, TropismLaw};
+use crate::tropism::{Declaration, Site, TropismLaw};
 
 /// Name of the rates of variables in errors. The default of [`TropismLaw::rates`] is NaN.
 pub(super) const RATE: &str = "rate of a variable of the tropism laws, which `TropismLaw::rates` writes,";
-
-/// Name of the gradients of the laws in errors.
-const GRADIENT: &str = "growth gradient";
 
 impl Stepper {
     /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
     /// Returns the largest difference from the present intrinsic strain of a point, as an angle over the length
     /// of the shoot, rad.
     pub(super) fn integrate_intrinsic(&mut self, shoot: &mut Shoot<impl Model>, step: StepInterval) -> Outcome<f64> {
-        let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
+        let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &shoot.state);
         check_size(&self.laws, tropism)?;
-        let StepInterval { from, to, leaving, growth: [start, end] } = step;
-        let history = &state.history;
-        let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
-        let (zone, leaving) = (state.rod.zone(), leaving * state.rod.order().points());
-        self.gradient_integral.prepare(history, &self.laws, (&smooth, transient), [from, to]);
-        let points = &state.rod.points()[zone];
-        self.places.clear();
-        let places = points.iter().zip(&self.starts);
-        self.places.extend(places.map(|(point, (_, distance))| Growing::of(point, start, *distance)));
+        let StepInterval { from, to, leaving, growth: [start, end], .. } = step;
+        let (laws, history) = ((growth, tropism), &state.history);
         self.changes.clear();
-        self.changes.resize(points.len(), Vector3::zeros());
-        let laws = (growth, tropism);
+        self.changes.resize(self.places.len(), Vector3::zeros());
         // The points that leave the zone come first, and each has an end of its own.
-        let leaving = leaving.min(points.len());
+        let leaving = (leaving * state.rod.order().points()).min(self.places.len());
         for i in 0..leaving {
             let (place, change) = (&self.places[i..=i], &mut self.changes[i..=i]);
-            match growth.exit_time(place[0].apex_distance, start, end) {
-                Some(exit) => {
-                    self.exit_integral.prepare(history, &self.laws, (&smooth, transient), [from, exit]);
-                    self.exit_integral.add(laws, history, (i, start), place, change);
-                }
-                None => self.gradient_integral.add(laws, history, (i, start), place, change),
-            }
+            let exit = growth.exit_time(place[0].apex_distance, start, end).unwrap_or(to);
+            self.gradient_integral.prepare(history, [from, exit]);
+            self.gradient_integral.add(laws, history, (i, start), place, change);
         }
+        self.gradient_integral.prepare(history, [from, to]);
         let (places, changes) = (&self.places[leaving..], &mut self.changes[leaving..]);
         self.gradient_integral.add(laws, history, (leaving, start), places, changes);
         if let Some(i) = self.changes.iter().position(|change| !change.sum().is_finite()) {
             // A point that leaves the zone in the step is examined at all times of the step.
             let point = (&self.places[i], state.rod.length());
-            let undefined = self.gradient_integral.undefined(laws, history, (i, start), point);
-            return Err(undefined.unwrap_or(IntegrationError::NotFinite { what: GRADIENT, time: to }));
+            return Err(self.gradient_integral.undefined(laws, history, (i, [start, to]), point));
         }
         Ok(self.apply_changes(shoot))
     }
@@ -72,7 +57,7 @@ impl Stepper {
         let rod = &mut shoot.state.rod;
         let (length, zone) = (rod.length(), rod.zone());
         let mut largest = 0.0_f64;
-        for ((point, (intrinsic, _)), change) in rod.points[zone].iter_mut().zip(&self.starts).zip(&self.changes) {
+        for ((point, intrinsic), change) in rod.points[zone].iter_mut().zip(&self.starts).zip(&self.changes) {
             let new = intrinsic + change;
             largest = largest.max((new - point.intrinsic).norm());
             point.intrinsic = new;
@@ -91,53 +76,17 @@ impl Stepper {
     ) -> Outcome<Vector3<f64>> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &shoot.state);
         check_size(&self.laws, tropism)?;
-        let StepInterval { from, to, growth: [start, end], .. } = step;
-        let (smooth, transient) = smooth_levels(state, &self.laws, to - from);
+        let [start, end] = step.growth;
         // Laws are evaluated after a discontinuity at the start, and before one at the end.
         let time = time.clamp(start, end);
-        self.gradient_integral.prepare_rate(&state.history, &self.laws, (&smooth, transient), time);
-        let index = point - state.rod.zone().start;
-        let place = [Growing::of(&state.rod.points()[point], start, self.starts[index].1)];
-        let mut rate = [Vector3::zeros()];
-        self.gradient_integral.add((growth, tropism), &state.history, (index, start), &place, &mut rate);
+        self.gradient_integral.prepare_rate(&state.history, time);
+        let (laws, index, mut rate) = ((growth, tropism), point - state.rod.zone().start, [Vector3::zeros()]);
+        self.gradient_integral.add(laws, &state.history, (index, start), &self.places[index..=index], &mut rate);
         if rate[0].sum().is_finite() {
             return Ok(rate[0]);
         }
-        let (laws, point) = ((growth, tropism), (&place[0], state.rod.length()));
-        let undefined = self.gradient_integral.undefined(laws, &state.history, (index, start), point);
-        Err(undefined.unwrap_or(IntegrationError::NotFinite { what: GRADIENT, time }))
-    }
-
-    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
-    /// environment of that time.
-    pub fn solve_equilibrium(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        solver: &mut impl EquilibriumSolver,
-        time: f64,
-    ) -> Outcome<Equilibrium> {
-        let environment = self.move_base(shoot, time)?;
-        let (model, rod) = (&shoot.model, &mut shoot.state.rod);
-        if !model.support().is_absent() {
-            return self.solve_held(shoot, solver, &environment);
-        }
-        let material = model.constitutive();
-        self.force.update(rod, model.load(), &environment);
-        let examined = !solver.is_trusted();
-        if examined {
-            // A solver that changes material points does so from the start: later comparisons would cost time.
-            self.unshaped.keep(rod, self.statistics.equilibria == 0);
-        }
-        let found = solver.equilibrate(rod, material, &self.force).and_then(|found| {
-            if examined {
-                // The history belongs to these elements, and the scene determines the base.
-                self.unshaped.changed(rod).map_or(Ok(()), |what| Err(EquilibriumError::Changed { what }))?;
-                found.check()?;
-                check_balance(rod, material, &self.force, found.error)?;
-            }
-            Ok(found)
-        });
-        found.map_err(|error| IntegrationError::Equilibrium { time, error })
+        let point = (&self.places[index], state.rod.length());
+        Err(self.gradient_integral.undefined(laws, &state.history, (index, [start, time]), point))
     }
 
     /// Moves the base to its position and frame at `time` (s), and returns the environment of that time.
@@ -147,53 +96,20 @@ impl Stepper {
         let model = &shoot.model;
         let scene = model.scene();
         let (base, position, environment) = (scene.base(time), scene.position(time), scene.environment(time));
-        if !base.norm().is_finite() {
-            return Err(IntegrationError::NotFinite { what: "frame of the base", time });
-        }
+        IntegrationError::finite(base.norm().is_finite(), "frame of the base", time)?;
         ParameterError::unit("norm of the base frame's quaternion", base.norm())?;
-        if !environment.gravity.norm().is_finite() {
-            return Err(IntegrationError::NotFinite { what: "gravity", time });
-        }
+        IntegrationError::finite(environment.gravity.norm().is_finite(), "gravity", time)?;
         shoot.state.gravity = environment.gravity;
         let base_joint = model.support().base().filter(|_| started);
         let rod = &mut shoot.state.rod;
-        if base_joint != Some(Joint::Free) && !position.sum().is_finite() {
-            return Err(IntegrationError::NotFinite { what: "position of the base", time });
-        }
+        let placed = base_joint == Some(Joint::Free) || position.sum().is_finite();
+        IntegrationError::finite(placed, "position of the base", time)?;
         rod.place_base((base, position), base_joint)?;
         Ok(environment)
     }
 
-    /// Solves the equilibrium of a shoot with a support.
-    fn solve_held(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        solver: &mut impl EquilibriumSolver,
-        environment: &Environment,
-    ) -> Outcome<Equilibrium> {
-        let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
-        let (material, load, support) = (model.constitutive(), model.load(), model.support());
-        let (reactions, patches) = contact.predicted(rod.reactions(), environment.time);
-        let earlier = (&reactions[..], &patches[..]);
-        let (shape, start, omits_descent) = (contact.shape.as_ref(), self.increment_start.as_ref(), self.omits_descent);
-        let held =
-            solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, start, omits_descent });
-        let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
-        self.force.update(&held.rod, load, environment);
-        self.force.react(&held.rod, &held.reactions);
-        contact.take(held.patches, [rod.reactions(), &held.reactions], environment.time);
-        if held.rod.elements() == rod.elements() {
-            rod.copy_shape(&held.rod);
-            contact.shape = None;
-        } else {
-            rod.sample_shape(&held.rod);
-            contact.shape = Some(held.rod);
-        }
-        Ok(held.equilibrium)
-    }
-
-    /// Keeps shape and reactions at the start of an increment, from which the search for contacts begins and friction
-    /// counts displacements.
+    /// Stores shape and reactions at the start of an increment. The search for contacts begins there, and friction acts
+    /// on the displacement since then.
     pub(in crate::integrator) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
         let touches = !shoot.model.support().contacts().is_empty();
         self.increment_start = touches.then(|| IncrementStart {
@@ -233,7 +149,7 @@ impl Stepper {
             visit(i, site, stimuli);
         });
         let what = "stimulus of a tropism law (a law that reads its position must declare `with_position`)";
-        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what, time }) }
+        IntegrationError::finite(finite, what, time)
     }
 
     /// Integrates the laws' variables from the last level but one to the last. In an explicit step nothing depends on
@@ -245,25 +161,20 @@ impl Stepper {
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
         check_size(&self.laws, tropism)?;
         let size = step.to - step.from;
-        let (smooth, transient) = smooth_levels(state, &self.laws, size);
-        let count = smooth.len();
+        let (smooth, Levels { count, times, transient }) = step.levels;
         // Times in units of the step, from its start.
-        let mut times = [0.0; LEVELS];
-        for (time, level) in times.iter_mut().zip(smooth.iter()) {
-            *time = (state.history.time(*level) - step.from) / size;
-        }
+        let mut times = times.map(|time| (time - step.from) / size);
         times[count - 1] = 1.0;
         let transient = transient.map(|tau| tau / size);
         self.collocation.prepare(&self.laws, size, Levels { count, times, transient });
         let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
         let collocation = &mut self.collocation;
-        integrate_points(
-            (state, tropism),
-            &self.laws,
-            (&smooth, unread),
-            step.to,
-            |_, [_, rates], stimuli, variables| collocation.integrate(tropism, stimuli, variables, rates),
-        )
+        let result =
+            integrate_points((state, tropism), &self.laws, (&smooth, unread), step.to, |_, [_, rates], x, y| {
+                collocation.integrate(tropism, x, y, rates)
+            });
+        self.statistics.halvings += std::mem::take(&mut self.collocation.halvings);
+        result
     }
 
     /// Sets the variables at the last level by a function of those at the level before and of the stimuli at both, for
@@ -304,18 +215,65 @@ impl Stepper {
     }
 }
 
+impl<M: Model, E: EquilibriumSolver> Run<'_, M, E> {
+    /// Moves the base to its position and frame at `time` (s), and solves the equilibrium under the load and the
+    /// environment of that time.
+    pub fn solve_equilibrium(&mut self, time: f64) -> Outcome<Equilibrium> {
+        let environment = self.stepper.move_base(self.shoot, time)?;
+        if !self.shoot.model.support().is_absent() {
+            return self.solve_held(&environment);
+        }
+        let Self { stepper, shoot, solver } = self;
+        let (model, rod) = (&shoot.model, &mut shoot.state.rod);
+        let material = model.constitutive();
+        stepper.force.update(rod, model.load(), &environment);
+        let before = (!solver.is_trusted()).then(|| rod.clone());
+        // A solver that changes material points does so from the start, so that they are compared once.
+        let points = stepper.statistics.equilibria == 0;
+        let found = solver.equilibrate(rod, material, &stepper.force).and_then(|found| {
+            if let Some(before) = &before {
+                // The history belongs to these elements, and the scene determines the base.
+                rod.changed_from(before, points).map_or(Ok(()), |what| Err(EquilibriumError::Changed { what }))?;
+                found.check()?;
+                check_balance(rod, material, &stepper.force, found.error)?;
+            }
+            Ok(found)
+        });
+        found.map_err(|error| IntegrationError::Equilibrium { time, error })
+    }
+
+    /// Solves the equilibrium of a shoot with a support.
+    fn solve_held(&mut self, environment: &Environment) -> Outcome<Equilibrium> {
+        let Self { stepper, shoot, solver } = self;
+        let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
+        let (material, load, support) = (model.constitutive(), model.load(), model.support());
+        let (reactions, patches) = contact.predicted(rod.reactions(), environment.time);
+        let earlier = (&reactions[..], &patches[..]);
+        let (shape, start) = (contact.shape.as_ref(), stepper.increment_start.as_ref());
+        let past = Past { earlier, shape, start, omits_descent: stepper.omits_descent };
+        let held = solver.hold(&HeldRod { rod, material, load, support, environment, past });
+        let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
+        stepper.force.update(&held.rod, load, environment);
+        stepper.force.react(&held.rod, &held.reactions);
+        contact.take(held.patches, [rod.reactions(), &held.reactions], environment.time);
+        if held.rod.elements() == rod.elements() {
+            rod.copy_shape(&held.rod);
+            contact.shape = None;
+        } else {
+            rod.sample_shape(&held.rod);
+            contact.shape = Some(held.rod);
+        }
+        Ok(held.equilibrium)
+    }
+}
+
 /// Returns an error if laws have changed their declaration.
 fn check_size(laws: &Declaration, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
-    let (now, before) = (tropism.size(), laws.size());
-    let requirement = "the same throughout a call";
-    for (name, counts) in [
-        ("number of variables that the tropism laws declare", [now.variables, before.variables]),
-        ("number of stimuli that the tropism laws declare", [now.stimuli, before.stimuli]),
-        ("number of reads of present stimuli", [now.reads_present.into(), before.reads_present.into()]),
-    ] {
-        ParameterError::count(name, counts, requirement)?;
-    }
-    Ok(())
+    let (now, own, same) = (tropism.size(), laws.size(), "the same throughout a call");
+    ParameterError::count("number of variables that the tropism laws declare", [now.variables, own.variables], same)?;
+    ParameterError::count("number of stimuli that the tropism laws declare", [now.stimuli, own.stimuli], same)?;
+    let reads = [now.reads_present, own.reads_present].map(usize::from);
+    ParameterError::count("number of reads of present stimuli", reads, same)
 }
 
 /// Sets the variables at the last level, at the time `to` (s), for each point of the zone but the first `unread` ones,
@@ -351,9 +309,7 @@ fn integrate_points<T: TropismLaw>(
         // More specific errors take precedence.
         check_size(laws, tropism)?;
         check?;
-        if !defined {
-            return Err(IntegrationError::NotFinite { what: RATE, time: to });
-        }
+        IntegrationError::finite(defined, RATE, to)?;
         Err(IntegrationError::Variables { time: to, point: first + point })
     })
 }
@@ -369,12 +325,8 @@ pub(super) fn check_slender(shoot: &Shoot<impl Model>, time: f64) -> Outcome {
         let square = (u.x * section.along_d2).powi(2) + (u.y * section.along_d1).powi(2);
         if square >= 1.0 {
             let (curvature, arc_length) = (u.xy().norm(), rod.length() - point.apex_distance);
-            return Err(IntegrationError::NotSlender {
-                time,
-                arc_length,
-                curvature,
-                radius: square.sqrt() / curvature,
-            });
+            let radius = square.sqrt() / curvature;
+            return Err(IntegrationError::NotSlender { time, arc_length, curvature, radius });
         }
     }
     Ok(())

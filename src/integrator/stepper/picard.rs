@@ -1,5 +1,7 @@
 //! Picard iteration for the variables of a point that depend on each other, over one interval.
 
+use std::array::from_fn;
+
 use super::ORDER;
 use super::memories::Parts;
 use super::relaxation::{Kernel, LANES, Lanes};
@@ -44,10 +46,7 @@ impl Group {
     // Not inlined, so that the operations on one group are vectorised.
     #[inline(never)]
     fn integrate_to(&mut self, j: usize, kernel: &Kernel) {
-        let mut value = [0.0; LANES];
-        for i in 0..LANES {
-            value[i] = kernel.decay[j][i] * self.start[i];
-        }
+        let mut value: Lanes = from_fn(|i| kernel.decay[j][i] * self.start[i]);
         for l in 0..ORDER {
             for i in 0..LANES {
                 value[i] += kernel.integral[j][l][i] * self.forcing[l][i];
@@ -73,7 +72,7 @@ impl Group {
     #[inline]
     fn gather(&self, from: &[f64]) -> Lanes {
         let after = from.get(self.first..).unwrap_or_default();
-        after.first_chunk().copied().unwrap_or_else(|| std::array::from_fn(|i| after.get(i).copied().unwrap_or(0.0)))
+        after.first_chunk().copied().unwrap_or_else(|| from_fn(|i| after.get(i).copied().unwrap_or(0.0)))
     }
 }
 
@@ -103,7 +102,7 @@ impl Picard {
             group.first = iterated.first().map_or(variables, |iterated| iterated.variable);
             for (i, iterated) in iterated.iter().enumerate() {
                 group.inverse[i] = 1.0 / iterated.time;
-                group.sources[i] = iterated.source.unwrap_or(usize::MAX);
+                group.sources[i] = iterated.source;
             }
             group
         }));
@@ -124,18 +123,13 @@ impl Picard {
         (self.follows, self.contraction) = (false, f64::INFINITY);
     }
 
-    /// Number of groups of iterated variables.
-    pub fn groups(&self) -> usize {
-        self.groups.len()
-    }
-
     /// An iterated variable at the start of the interval, and its N at each node. The variable is given by its group
     /// times [`LANES`] plus its lane.
     #[inline]
     pub fn course(&self, place: usize) -> (f64, [f64; LEVELS]) {
         let (group, lane) = (&self.groups[place / LANES], place % LANES);
         let value = |node| group.forcing.get(node).map_or(0.0, |forcing: &Lanes| forcing[lane]);
-        (group.start[lane], std::array::from_fn(value))
+        (group.start[lane], from_fn(value))
     }
 
     /// Writes the values of a group to the list of all variables. The next groups overwrite further lanes.
@@ -174,30 +168,18 @@ impl Picard {
         }
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
             let rate = group.gather(rates.unwrap_or(&self.rates));
-            let mut forcing = [0.0; LANES];
-            for i in 0..LANES {
-                group.motion[i] = kernel.reach[i] * rate[i].abs();
-                forcing[i] = rate[i] + group.start[i] * group.inverse[i];
-            }
+            group.motion = from_fn(|i| kernel.reach[i] * rate[i].abs());
+            let forcing: Lanes = from_fn(|i| rate[i] + group.start[i] * group.inverse[i]);
             // N − x/τ at the start of the last interval, and x/τ at the start of this one.
             let (mut rest, mut first) = ([0.0; LANES], [0.0; LANES]);
             for (j, stimuli) in stimuli.iter().enumerate() {
                 let (at, target) = (&mut group.forcing[j], &mut group.target[j]);
-                let mut change = [0.0; LANES];
-                if follows {
-                    for i in 0..LANES {
-                        change[i] = at[i] - target[i];
-                    }
-                }
-                for i in 0..LANES {
-                    target[i] = group.inverse[i] * stimuli.get(group.sources[i]).copied().unwrap_or(0.0);
-                }
+                let change: Lanes = if follows { from_fn(|i| at[i] - target[i]) } else { [0.0; LANES] };
+                *target = from_fn(|i| group.inverse[i] * stimuli.get(group.sources[i]).copied().unwrap_or(0.0));
                 if j == 0 {
                     (rest, first) = (change, *target);
                 }
-                for i in 0..LANES {
-                    at[i] = forcing[i] + (target[i] - first[i]) + (change[i] - rest[i]);
-                }
+                *at = from_fn(|i| forcing[i] + (target[i] - first[i]) + (change[i] - rest[i]));
             }
         }
     }
@@ -223,14 +205,8 @@ impl Picard {
     /// Largest relative effect of a change of N on a variable since the last call.
     #[inline]
     fn take_change(&mut self) -> f64 {
-        let mut largest = 0.0;
-        for group in &mut self.groups {
-            for change in &mut group.change {
-                largest = if *change > largest { *change } else { largest };
-                *change = 0.0;
-            }
-        }
-        largest
+        let changes = self.groups.iter_mut().flat_map(|group| std::mem::take(&mut group.change));
+        changes.fold(0.0, |largest, change| if change > largest { change } else { largest })
     }
 
     /// Iterates from the initial guess of N, with the stimuli at each node. Writes the variables at the end of the

@@ -62,10 +62,8 @@ pub(super) fn relaxed_integral<T: ComplexField<RealField = f64>>(nodes: &[f64], 
     if c * z.clone().modulus() <= 3.0 {
         let (points, weights) = rule::<8>();
         for (x, w) in points.iter().zip(weights) {
-            let mut values = [0.0; ORDER];
-            lagrange(nodes, c * x, &mut values);
             let kernel = z.clone().scale(-(c - c * x)).exp().scale(w * c);
-            for (o, v) in out.iter_mut().zip(values) {
+            for (o, v) in out.iter_mut().zip(lagrange::<ORDER>(nodes, c * x)) {
                 *o += kernel.clone().scale(v);
             }
         }

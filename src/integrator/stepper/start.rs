@@ -1,44 +1,37 @@
 //! Start of a run: the first equilibrium and the history before it.
 
 use super::phases::RATE;
-use super::step_end::starts_at_discontinuity;
-use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, Stepper};
+use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, Run};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver};
-use crate::model::Model;
+use crate::model::{Model, Support, next_discontinuity};
 use crate::numerics::interpolation::lagrange_derivatives;
-use crate::scene::before;
-use crate::shoot::Shoot;
+use crate::scene::{after, before};
 use crate::state::History;
-use crate::support::Support;
 
-impl Stepper {
+impl<M: Model, E: EquilibriumSolver> Run<'_, M, E> {
     /// Solves the equilibrium at the present time, unless it is `known`, and sets the history of the laws.
-    pub(super) fn begin(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        solver: &mut impl EquilibriumSolver,
-        past: &impl HistoryFunction,
-        known: Option<Equilibrium>,
-    ) -> Outcome {
+    pub(super) fn begin(&mut self, past: &impl HistoryFunction, known: Option<Equilibrium>) -> Outcome {
+        let Self { stepper, shoot, .. } = self;
         let now = shoot.state.time;
-        let discontinuity = starts_at_discontinuity(shoot)?;
-        self.begin_increment(shoot);
+        let discontinuity = next_discontinuity(&shoot.model, before(now))? <= after(now);
+        stepper.begin_increment(shoot);
         match known.filter(|_| !discontinuity && shoot.model.support().is_absent()) {
             Some(known) => {
-                let environment = self.move_base(shoot, now)?;
-                self.force.update(&shoot.state.rod, shoot.model.load(), &environment);
-                self.statistics.equilibrium_error = known.error;
+                let environment = stepper.move_base(shoot, now)?;
+                stepper.force.update(&shoot.state.rod, shoot.model.load(), &environment);
+                stepper.statistics.equilibrium_error = known.error;
             }
             None => {
                 let time = if discontinuity { before(now) } else { now };
-                let found = self.solve_equilibrium(shoot, solver, time)?;
-                self.statistics.add_equilibrium(&found);
+                let found = self.solve_equilibrium(time)?;
+                self.stepper.statistics.add_equilibrium(&found);
             }
         }
+        let Self { stepper, shoot, .. } = self;
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
         state.predictor.allocate(&state.rod, now);
         (state.smooth_since, state.changed) = (now, false);
-        let (size, longest) = (self.laws.size(), self.laws.longest_delay());
+        let (size, longest) = (stepper.laws.size(), stepper.laws.longest_delay());
         // A history that varies is sampled as finely as the first steps, relative to the longest delay. The
         // present has two levels: one with the rates of the past, and one with the rates that follow from the
         // stimuli.
@@ -47,7 +40,8 @@ impl Stepper {
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
         if size.variables + size.stimuli > 0 {
-            self.visit_stimuli((&state.rod, state.contact.shape.as_ref()), &shoot.model, now, |i, site, stimuli| {
+            let rod = (&state.rod, state.contact.shape.as_ref());
+            stepper.visit_stimuli(rod, &shoot.model, now, |i, site, stimuli| {
                 for level in 0..history.levels() {
                     let time = history.time(level) - now;
                     let point = history.at_mut(level, i);
@@ -60,7 +54,7 @@ impl Stepper {
             differentiate(&mut history);
         }
         state.history = history;
-        self.evaluate_rates(shoot);
+        stepper.evaluate_rates(shoot);
         if !shoot.state.history.is_finite() {
             let mut present = shoot.state.history.each_present();
             let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
@@ -69,9 +63,9 @@ impl Stepper {
             return Err(IntegrationError::NotFinite { what, time: now });
         }
         for point in shoot.state.history.each_present() {
-            self.laws.check_rates(point.variables, point.rates, point.stimuli)?;
+            stepper.laws.check_rates(point.variables, point.rates, point.stimuli)?;
         }
-        if discontinuity { self.pass_discontinuity(shoot, solver, 0) } else { Ok(()) }
+        if discontinuity { self.pass_discontinuity(0) } else { Ok(()) }
     }
 }
 

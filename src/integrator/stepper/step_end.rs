@@ -8,7 +8,7 @@ use crate::integrator::error::MAX_PARTS;
 use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
 use crate::shoot::{Mesh, Shoot};
-use crate::state::CLOSE;
+use crate::state::{CLOSE, History, State};
 use crate::tropism::Declaration;
 
 /// Number of equal steps before a breaking point: the number of steps over which stimuli are interpolated. After it
@@ -57,19 +57,9 @@ impl StepEnd {
     }
 }
 
-/// Returns whether a law or the scene has a discontinuity at the start of a run.
-pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool, ParameterError> {
-    let start = shoot.state.time;
-    Ok(next_discontinuity(&shoot.model, before(start))? <= after(start))
-}
-
 /// Breaking points of the discontinuities in the history, s: their times plus the delays of the laws. Each has the
 /// index of the discontinuity, counted from the last one backwards, and that of the delay.
-pub(super) fn breaking_points(
-    shoot: &Shoot<impl Model>,
-    laws: &Declaration,
-) -> impl Iterator<Item = (f64, [usize; 2])> {
-    let history = &shoot.state.history;
+pub(super) fn breaking_points(history: &History, laws: &Declaration) -> impl Iterator<Item = (f64, [usize; 2])> {
     history.discontinuities().rev().enumerate().flat_map(move |(discontinuity, level)| {
         let delays = laws.delays().enumerate().filter(|(_, delay)| *delay > 0.0);
         delays.map(move |(delay, value)| (history.time(level) + value, [discontinuity, delay]))
@@ -81,9 +71,9 @@ pub(super) fn breaking_points(
 ///
 /// A step ends at a breaking point, and the steps around it are equal. The errors of interpolation across the
 /// kink, of third order, then cancel.
-fn points_beside(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> (f64, f64) {
-    let (close, points) = (CLOSE * size, || breaking_points(shoot, laws).map(|(time, _)| time));
-    let now = shoot.state.time + close;
+fn points_beside(state: &State, laws: &Declaration, size: f64) -> (f64, f64) {
+    let (close, points) = (CLOSE * size, || breaking_points(&state.history, laws).map(|(time, _)| time));
+    let now = state.time + close;
     let last = points().filter(|point| *point <= now).fold(f64::NEG_INFINITY, f64::max);
     let next = points().filter(|point| *point > now).fold(f64::INFINITY, f64::min);
     // Merge breaking points closer than `CLOSE` times the step into the last of them.
@@ -92,8 +82,8 @@ fn points_beside(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> (f
 
 /// Returns the rise time of a variable, s: the time in which it would reach its stimulus at its rate at a level, which
 /// is the one after a discontinuity. It is infinite for a variable that stays zero.
-fn rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize, variable: usize) -> f64 {
-    let (value, rate) = shoot.state.history.largest(level, variable);
+fn rise(history: &History, laws: &Declaration, level: usize, variable: usize) -> f64 {
+    let (value, rate) = history.largest(level, variable);
     // The stimulus is x = y + τ ẏ.
     let time = laws.variables()[variable].time_constant + value / rate;
     if time > 0.0 { time } else { f64::INFINITY }
@@ -106,12 +96,12 @@ fn rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize, variable: u
 ///
 /// Differential growth jumps at the first generation, which gives the shape and a fast variable a kink. At the second
 /// generation it has a kink. It is smooth enough at the third one, which is an ordinary breaking point.
-fn sharp_generation(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions, time: f64) -> Option<u8> {
-    let (history, close) = (&shoot.state.history, CLOSE * options.step);
+fn sharp_generation(history: &History, laws: &Declaration, options: &RunOptions, time: f64) -> Option<u8> {
+    let close = CLOSE * options.step;
     let longest = options.coarsest_step.map_or(options.step, |coarsest| coarsest.max(options.step));
     let acts = |level: usize, delay: f64| (history.time(level) + delay - time).abs() <= close;
     let is_sharp = |level: usize, i: usize| {
-        laws.variables()[i].delay.is_some_and(|delay| acts(level, delay)) && rise(shoot, laws, level, i) < longest
+        laws.variables()[i].delay.is_some_and(|delay| acts(level, delay)) && rise(history, laws, level, i) < longest
     };
     let causes = history.discontinuities().filter(|level| (0..laws.variables().len()).any(|i| is_sharp(*level, i)));
     let generations =
@@ -124,11 +114,7 @@ fn sharp_generation(shoot: &Shoot<impl Model>, laws: &Declaration, options: &Run
 ///
 /// # Errors
 /// A zone that shrinks, and a step that would be divided into more than [`MAX_PARTS`].
-pub(in crate::integrator) fn permitted_step(
-    shoot: &Shoot<impl Model>,
-    [size, until]: [f64; 2],
-    mesh: &Mesh,
-) -> Outcome<f64> {
+pub(crate) fn permitted_step(shoot: &Shoot<impl Model>, [size, until]: [f64; 2], mesh: &Mesh) -> Outcome<f64> {
     let (t, growth) = (shoot.state.time, shoot.model.growth());
     let zone = growth.zone_length();
     if !(growth.elongates() && zone.is_finite()) {
@@ -153,21 +139,16 @@ pub(in crate::integrator) fn permitted_step(
     if step > shortest { Ok(step) } else { Err(IntegrationError::GrowsTooFast { time: t, step: size }) }
 }
 
-/// Returns a bound on the step that makes the steps of compared runs differ, s. `interval` is the time between
-/// two discontinuities or breaking points, s.
+/// Returns a bound on the step (s) in runs that `Adaptive` compares. `interval` is the time between two discontinuities
+/// or breaking points, s.
 ///
-/// The steps after a discontinuity would depend only on the time since then without this bound, and the difference of
-/// two runs would not contain their error. An interval as short as rounding has no bound, and is one step.
-fn longest_to_compare(
-    shoot: &Shoot<impl Model>,
-    options: &RunOptions,
-    interval: f64,
-    rise: impl FnOnce() -> f64,
-) -> f64 {
+/// Without this bound, the steps after a discontinuity would be the same in all these runs, and their difference would
+/// not show the error. An interval as short as rounding has no bound, and is one step.
+fn longest_to_compare(state: &State, options: &RunOptions, interval: f64, rise: impl FnOnce() -> f64) -> f64 {
     let size = options.step;
     let Some(coarsest) = options.coarsest_step.filter(|_| interval > CLOSE * size) else { return f64::INFINITY };
     let fineness = size / coarsest;
-    let since = shoot.state.time - shoot.state.smooth_since;
+    let since = state.time - state.smooth_since;
     // The coarsest run makes two steps in an interval that is shorter than its longest step.
     let scale = if interval < coarsest * (1.0 - ROUNDING) { 0.5 * interval } else { coarsest };
     // Steps proportional to the root of the time since the discontinuity grow linearly with their number. The
@@ -192,20 +173,13 @@ pub(super) fn next_discontinuity_after(shoot: &Shoot<impl Model>, t: f64) -> Res
 
 /// Returns the next discontinuity of a law or the scene on the way to the time `until` (s). One that differs from it by
 /// rounding is there.
-pub(in crate::integrator) fn next_discontinuity_ahead(
-    shoot: &Shoot<impl Model>,
-    until: f64,
-) -> Result<f64, ParameterError> {
+pub(crate) fn next_discontinuity_ahead(shoot: &Shoot<impl Model>, until: f64) -> Result<f64, ParameterError> {
     let t = shoot.state.time;
-    // Discontinuities that differ by rounding count as one.
-    let passed = t == shoot.state.smooth_since;
     let discontinuity = next_discontinuity_after(shoot, t)?;
-    ParameterError::unless(
-        !passed || discontinuity > after(after(t)),
-        "discontinuity that a law announces",
-        discontinuity,
-        "later than the one before by more than rounding (s): does the law announce times without end?",
-    )?;
+    // Discontinuities that differ by rounding count as one.
+    let ok = t != shoot.state.smooth_since || discontinuity > after(after(t));
+    let requirement = "later than the one before by more than rounding (s): does the law announce times without end?";
+    ParameterError::unless(ok, "discontinuity that a law announces", discontinuity, requirement)?;
     Ok(if discontinuity > before(until) && discontinuity < after(until) { until } else { discontinuity })
 }
 
@@ -214,22 +188,21 @@ pub(in crate::integrator) fn next_discontinuity_ahead(
 /// discontinuity, steps that must differ in compared runs, growth in a step, and the step before a breaking point. The
 /// rest up to the target is then divided into equal steps.
 pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions) -> Outcome<StepEnd> {
-    let (t, until, size) = (shoot.state.time, options.until, options.step);
+    let (state, history) = (&shoot.state, &shoot.state.history);
+    let (t, smooth, until, size) = (state.time, state.smooth_since, options.until, options.step);
     let discontinuity = next_discontinuity_ahead(shoot, until)?;
-    let (passed_point, next_point) = points_beside(shoot, laws, size);
+    let (passed_point, next_point) = points_beside(state, laws, size);
     let is_close = |time: &f64| (time - next_point).abs() <= CLOSE * size;
     let next_point = [discontinuity, until].into_iter().find(is_close).unwrap_or(next_point);
     let target = until.min(discontinuity).min(next_point);
-    let since = t - shoot.state.smooth_since;
-    let last = shoot.state.history.levels() - 1;
-    let rise = || (0..laws.variables().len()).map(|i| rise(shoot, laws, last, i)).fold(f64::INFINITY, f64::min);
+    let (since, last) = (t - smooth, history.levels() - 1);
+    let rise = || (0..laws.variables().len()).map(|i| rise(history, laws, last, i)).fold(f64::INFINITY, f64::min);
     let mut first = FIRST_STEP * size;
     if since < first {
         // The cubic interpolation of a variable that changes faster than the step would overshoot.
         first = first.min(STEP_OVER_RISE * rise());
         let resolves = |tau: f64| (SHORTEST * first..first).contains(&(STEP_OVER_RISE * tau));
-        let transient = fastest_transient(&shoot.state, laws, CLOSE * size, resolves);
-        if let Some(tau) = transient {
+        if let Some(tau) = fastest_transient(state, laws, CLOSE * size, resolves) {
             // Steps that double the elapsed time end with a full one, at a multiple of it after the discontinuity.
             first = size * 0.5_f64.powf((size / (STEP_OVER_RISE * tau)).log2().ceil());
         }
@@ -237,11 +210,10 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - ROUNDING) { since.max(first) } else { size };
     // The passed breaking point may be later than the present by rounding.
-    let interval = discontinuity.min(next_point) - shoot.state.smooth_since.max(passed_point.min(t));
-    step = step.min(longest_to_compare(shoot, options, interval, rise));
+    let interval = discontinuity.min(next_point) - smooth.max(passed_point.min(t));
+    step = step.min(longest_to_compare(state, options, interval, rise));
     step = step.min(permitted_step(shoot, [size, until], &options.mesh)?);
-    let last_step = shoot.state.history.last_step();
-    let smooth = shoot.state.smooth_since;
+    let last_step = history.last_step();
     // Steps after a breaking point are as long as the last one before it.
     if last_step > 0.0 && passed_point > smooth && t - passed_point < (EQUAL_STEPS - 0.5) * last_step {
         step = step.min(last_step);
@@ -260,7 +232,7 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     let requirement = "longer than the rounding of the time (s): a step, a delay or a memory time is too short";
     ParameterError::unless(time > t, "time step", step, requirement)?;
     let kink = time == next_point;
-    let sharp = if kink && time != discontinuity { sharp_generation(shoot, laws, options, time) } else { None };
+    let sharp = if kink && time != discontinuity { sharp_generation(history, laws, options, time) } else { None };
     let (generation, discontinuity) = (sharp.unwrap_or(0), sharp.is_some() || time == discontinuity);
     Ok(StepEnd { discontinuity, kink, generation, ..StepEnd::smooth(time, target) })
 }

@@ -3,15 +3,13 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::phases::check_slender;
-use super::step_end::StepEnd;
-use super::{IntegrationError, Outcome, PointStep, Statistics, StepInterval, StepPart, Stepper};
+use super::{IntegrationError, Outcome, PART_NAMES, PointStep, Run, Statistics, StepInterval, StepPart};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::model::{GrowthLaw, Model};
 use crate::scene::{Scene, after, before};
-use crate::shoot::{Mesh, Shoot};
-use crate::state::{Moments, State, intrinsic_moments};
+use crate::shoot::Shoot;
+use crate::state::State;
 use crate::support::{Joint, Support};
 
 /// A time step that has begun, with the parts of which an integrator composes it.
@@ -39,17 +37,12 @@ use crate::support::{Joint, Support};
 #[derive(Debug)]
 #[must_use = "a step that is dropped is undone"]
 pub struct TimeStep<'a, M, E> {
-    stepper: &'a mut Stepper,
-    shoot: &'a mut Shoot<M>,
-    solver: &'a mut E,
+    run: Run<'a, M, E>,
     step: StepInterval,
-    end: StepEnd,
-    /// Moments of the intrinsic strain at the start of the step.
-    moments: Moments,
     /// The last part that was made; the order of `StepPart` is that of the step.
     reached: StepPart,
     /// The parts that failed and were not repeated with success.
-    failed: [bool; StepPart::ALL.len()],
+    failed: [bool; PART_NAMES.len()],
     /// State that is restored unless the step is finished; `None` if the caller restores it.
     undo: Option<&'a State>,
 }
@@ -57,48 +50,21 @@ pub struct TimeStep<'a, M, E> {
 impl<M, E> Drop for TimeStep<'_, M, E> {
     fn drop(&mut self) {
         if let Some(before) = self.undo {
-            self.shoot.state.copy_from(before);
+            self.run.shoot.state.copy_from(before);
         }
     }
 }
 
 impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
-    /// Adapts the elements, moves the tissue and appends the end of the step to the history.
-    pub(in crate::integrator) fn begin(
-        stepper: &'a mut Stepper,
-        (shoot, solver): (&'a mut Shoot<M>, &'a mut E),
-        (end, mesh): (StepEnd, &Mesh),
-        undo: Option<&'a State>,
-    ) -> Outcome<Self> {
-        let step = StepInterval { from: shoot.state.time, to: end.time, leaving: 0, growth: [end.time; 2] };
-        let moments = Moments::zeros();
-        let mut begun = Self {
-            stepper,
-            shoot,
-            solver,
-            step,
-            end,
-            moments,
-            reached: StepPart::Growth,
-            failed: [false; StepPart::ALL.len()],
-            undo,
-        };
-        let Self { stepper, shoot, step, moments, .. } = &mut begun;
-        check_base_turn(shoot, [step.from, step.to])?;
-        shoot.check_zone(&shoot.state, CHANGED_ZONE)?;
-        stepper.begin_increment(shoot);
-        *step = stepper.begin_step(shoot, mesh, end)?;
-        stepper.collocation.begin_step();
-        *moments = intrinsic_moments(&shoot.state.rod);
-        stepper.elongate(shoot, *step)?;
-        shoot.state.time = end.time;
-        Ok(begun)
+    /// The step that [`Stepper::begin_step`] has begun.
+    pub(in crate::integrator) fn new(run: Run<'a, M, E>, step: StepInterval, undo: Option<&'a State>) -> Self {
+        Self { run, step, reached: StepPart::Growth, failed: [false; PART_NAMES.len()], undo }
     }
 
     /// The shoot during the step: its lengths are those at the end, and the other quantities those that were set last.
     #[must_use]
     pub fn shoot(&self) -> &Shoot<M> {
-        self.shoot
+        self.run.shoot
     }
 
     /// Start and end of the step, s.
@@ -111,14 +77,14 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// rod.
     #[must_use]
     pub fn points(&self) -> std::ops::Range<usize> {
-        self.shoot.state.rod.zone()
+        self.run.shoot.state.rod.zone()
     }
 
     /// Whether the step is not longer than the shortest delay of the laws. The change of the intrinsic strain then
     /// depends only on what is known at the start of the step.
     #[must_use]
     pub fn is_explicit(&self) -> bool {
-        self.stepper.is_explicit(self.step)
+        self.run.stepper.is_explicit(self.step)
     }
 
     /// The time in the step during which a point is in the growth zone, s: from the start to its exit, or to the end.
@@ -126,11 +92,11 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     #[must_use]
     pub fn growth_interval(&self, point: usize) -> Option<[f64; 2]> {
         let index = point.checked_sub(self.points().start)?;
-        let (_, distance) = *self.stepper.starts.get(index)?;
+        let distance = self.run.stepper.places.get(index)?.apex_distance;
         let [from, to] = self.times();
         let [start, end] = self.step.growth;
-        let leaves = index < self.step.leaving * self.shoot.state.rod.order().points();
-        let exit = leaves.then(|| self.shoot.model.growth().exit_time(distance, start, end)).flatten();
+        let leaves = index < self.step.leaving * self.run.shoot.state.rod.order().points();
+        let exit = leaves.then(|| self.run.shoot.model.growth().exit_time(distance, start, end)).flatten();
         Some([from, exit.unwrap_or(to)])
     }
 
@@ -148,7 +114,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         let [from, to] = self.growth_interval(point).ok_or_else(outside)?;
         let requirement = "in the step, before the exit of the point from the growth zone (s)";
         ParameterError::unless(time >= from && time <= to, "time of a rate of the strain", time, requirement)?;
-        self.stepper.intrinsic_rate(self.shoot, self.step, point, time)
+        self.run.stepper.intrinsic_rate(self.run.shoot, self.step, point, time)
     }
 
     /// Integrates the intrinsic strain over the step, to fourth order. The [rates](Self::intrinsic_rate) are those at
@@ -160,7 +126,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`NotFinite`](IntegrationError::NotFinite); [`NotSlender`](IntegrationError::NotSlender) in an explicit step.
     pub fn integrate_intrinsic(&mut self) -> Outcome<f64> {
         self.make(StepPart::Strain, |this| {
-            let change = this.stepper.integrate_intrinsic(this.shoot, this.step)?;
+            let change = this.run.stepper.integrate_intrinsic(this.run.shoot, this.step)?;
             this.check_explicit(change)
         })
     }
@@ -175,13 +141,12 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     pub fn change_intrinsic(&mut self, changes: &[Vector3<f64>]) -> Outcome<f64> {
         let (counts, requirement) = ([changes.len(), self.points().len()], "that of the points in the growth zone");
         ParameterError::count("number of changes of strain", counts, requirement)?;
-        if changes.iter().any(|change| !change.sum().is_finite()) {
-            return Err(IntegrationError::NotFinite { what: "change of the intrinsic strain", time: self.step.to });
-        }
-        self.stepper.changes.clear();
-        self.stepper.changes.extend_from_slice(changes);
+        let finite = changes.iter().all(|change| change.sum().is_finite());
+        IntegrationError::finite(finite, "change of the intrinsic strain", self.step.to)?;
+        self.run.stepper.changes.clear();
+        self.run.stepper.changes.extend_from_slice(changes);
         self.make(StepPart::Strain, |this| {
-            let change = this.stepper.apply_changes(this.shoot);
+            let change = this.run.stepper.apply_changes(this.run.shoot);
             this.check_explicit(change)
         })
     }
@@ -190,7 +155,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// strain of an implicit step may be corrected later.
     fn check_explicit(&self, change: f64) -> Outcome<f64> {
         if self.is_explicit() {
-            check_slender(self.shoot, self.step.to)?;
+            check_slender(self.run.shoot, self.step.to)?;
         }
         Ok(change)
     }
@@ -219,27 +184,28 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
 
     fn find_equilibrium(&mut self) -> Outcome<Equilibrium> {
         let first = self.reached < StepPart::Shape;
-        let Self { stepper, shoot, solver, step, end, moments, .. } = self;
-        let time = end.before();
+        let Self { run, step, .. } = self;
+        let time = step.end.before();
         if first {
-            shoot.state.predictor.extrapolate(&mut shoot.state.rod, moments, step.from, step.to);
+            let state = &mut run.shoot.state;
+            state.predictor.extrapolate(&mut state.rod, &step.moments, step.from, step.to);
         }
         // The first search starts from an extrapolated shape and does not descend to a distant equilibrium, since a
         // snap starts from the last one.
-        let omitted = stepper.omits_descent;
-        stepper.omits_descent |= first;
-        let found = stepper.solve_equilibrium(shoot, *solver, time);
-        stepper.omits_descent = omitted;
+        let omitted = run.stepper.omits_descent;
+        run.stepper.omits_descent |= first;
+        let found = run.solve_equilibrium(time);
+        run.stepper.omits_descent = omitted;
         let found = match found {
             // The last equilibrium is a safer initial guess. A step that locates a change of contact is divided
             // instead.
             Err(error) if error.is_recoverable() && first && !omitted => {
-                shoot.state.predictor.take_last(&mut shoot.state.rod);
-                stepper.solve_equilibrium(shoot, *solver, time)?
+                run.shoot.state.predictor.take_last(&mut run.shoot.state.rod);
+                run.solve_equilibrium(time)?
             }
             found => found?,
         };
-        stepper.record(&found, shoot)?;
+        run.stepper.record(&found, run.shoot)?;
         Ok(found)
     }
 
@@ -250,7 +216,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`NotFinite`](IntegrationError::NotFinite).
     pub fn sense(&mut self) -> Outcome {
         self.require(StepPart::Shape)?;
-        self.make(StepPart::Stimuli, |this| this.stepper.sense(this.shoot))
+        self.make(StepPart::Stimuli, |this| this.run.stepper.sense(this.run.shoot))
     }
 
     /// Integrates the variables of the laws over the step, to fourth order, by exponential collocation with stimuli
@@ -261,7 +227,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`Parameter`](IntegrationError::Parameter) for rates that contradict the declaration of the laws.
     pub fn integrate_variables(&mut self) -> Outcome {
         self.require(StepPart::Stimuli)?;
-        self.make(StepPart::Variables, |this| this.stepper.integrate_variables(this.shoot, this.step))
+        self.make(StepPart::Variables, |this| this.run.stepper.integrate_variables(this.run.shoot, this.step))
     }
 
     /// Sets the variables of the laws at the end of the step: `integrate` is called with each point of the growth zone,
@@ -274,7 +240,7 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// the declaration of the laws.
     pub fn set_variables(&mut self, integrate: impl FnMut(&PointStep, &mut [f64])) -> Outcome {
         self.require(StepPart::Stimuli)?;
-        self.make(StepPart::Variables, |this| this.stepper.set_variables(this.shoot, this.step, integrate))
+        self.make(StepPart::Variables, |this| this.run.stepper.set_variables(this.run.shoot, this.step, integrate))
     }
 
     /// Ends the step: the tissue outside the growth zone is mature from now on. If a law or the scene has a
@@ -287,41 +253,41 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
     /// [`NotSlender`](IntegrationError::NotSlender), and the errors of [`equilibrate`](Self::equilibrate) and
     /// [`sense`](Self::sense) at a discontinuity.
     pub fn finish(mut self) -> Outcome<Statistics> {
-        let size = self.stepper.laws.size();
+        let size = self.run.stepper.laws.size();
         self.require(match (size.variables, size.stimuli) {
             (0, 0) => StepPart::Shape,
             (0, _) => StepPart::Stimuli,
             _ => StepPart::Variables,
         })?;
-        if let Some(part) = StepPart::ALL.into_iter().find(|part| self.failed[*part as usize]) {
+        if let Some((part, _)) = PART_NAMES.into_iter().zip(self.failed).find(|(_, failed)| *failed) {
             return Err(self.lacks(part));
         }
         if !self.is_explicit() {
-            check_slender(self.shoot, self.step.to)?;
+            check_slender(self.run.shoot, self.step.to)?;
         }
-        let Self { stepper, shoot, solver, step, end, .. } = &mut self;
-        stepper.end_step(shoot, *step);
-        if end.discontinuity {
-            stepper.pass_discontinuity(shoot, *solver, end.generation)?;
+        let Self { run, step, .. } = &mut self;
+        run.stepper.end_step(run.shoot, *step);
+        if step.end.discontinuity {
+            run.pass_discontinuity(step.end.generation)?;
         }
         self.undo = None;
-        Ok(self.stepper.statistics())
+        Ok(self.run.stepper.statistics)
     }
 
     /// Returns an error unless a part of the step was made.
     fn require(&self, part: StepPart) -> Outcome {
-        if self.reached >= part { Ok(()) } else { Err(self.lacks(part)) }
+        if self.reached >= part { Ok(()) } else { Err(self.lacks(PART_NAMES[part as usize])) }
     }
 
-    /// The error of a step without a part.
-    fn lacks(&self, part: StepPart) -> IntegrationError {
-        IntegrationError::Incomplete { time: self.step.to, missing: part.name() }
+    /// The error of a step without a part, given by its name.
+    fn lacks(&self, missing: &'static str) -> IntegrationError {
+        IntegrationError::Incomplete { time: self.step.to, missing }
     }
 }
 
 /// Change of the length of the growth zone by which a law contradicts itself, relative to the length of the shoot. Exit
 /// times that are integrated numerically change it by up to 3e-8.
-const CHANGED_ZONE: f64 = 1e-4;
+pub(super) const CHANGED_ZONE: f64 = 1e-4;
 
 /// Largest rotation of the base in a step, rad: a third of a turn, rounded down. More is an error of input. The tip of
 /// a shoot on a clinostat is accurate with steps of a twentieth of a turn, as the test
@@ -333,7 +299,7 @@ const SHARES: [f64; 3] = [0.186, 0.86, 0.993];
 
 /// Returns an error if the scene rotates the base too far in a step between two times (s). A scene does not rotate a
 /// base that rotates freely, and of one with a hinge only the axis.
-fn check_base_turn(shoot: &Shoot<impl Model>, [from, to]: [f64; 2]) -> Outcome {
+pub(super) fn check_base_turn(shoot: &Shoot<impl Model>, [from, to]: [f64; 2]) -> Outcome {
     let (scene, joint) = (shoot.model.scene(), shoot.model.support().base());
     let turn = |a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>| match joint {
         None => a.angle_to(b),

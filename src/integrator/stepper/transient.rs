@@ -6,6 +6,7 @@
 //! interpolated by a cubic and exp(−t/τ), through one more level.
 
 use super::ORDER;
+use super::collocation::Levels;
 use crate::state::{CLOSE, LEVELS, Nodes, State};
 use crate::tropism::Declaration;
 
@@ -22,12 +23,7 @@ const APART: f64 = 0.1;
 
 /// Returns the shortest time constant (s) for which `acts` returns true, among those of the variables whose
 /// discontinuity has the last discontinuity as its breaking point, up to a difference of `close` s.
-pub(super) fn fastest_transient(
-    state: &State,
-    laws: &Declaration,
-    close: f64,
-    acts: impl Fn(f64) -> bool,
-) -> Option<f64> {
+pub fn fastest_transient(state: &State, laws: &Declaration, close: f64, acts: impl Fn(f64) -> bool) -> Option<f64> {
     let (history, start) = (&state.history, state.smooth_since);
     // The search in the history comes last, since it takes a time proportional to the number of levels.
     let passes = |delay: f64| history.discontinuities().any(|k| (history.time(k) + delay - start).abs() <= close);
@@ -36,21 +32,23 @@ pub(super) fn fastest_transient(
     passing.map(|variable| variable.time_constant).reduce(f64::min)
 }
 
-/// Returns the levels for the interpolation of stimuli over a step of `size` seconds, and the time constant (s) of the
-/// fastest transient that has not decayed at the first of them and that a cubic does not resolve.
-pub(super) fn smooth_levels(state: &State, laws: &Declaration, size: f64) -> (Nodes, Option<f64>) {
-    let smooth = |most| state.history.smooth(most, state.smooth_since, APART * size);
-    let nodes = smooth(LEVELS);
+/// Returns the levels for the interpolation of stimuli over a step of `size` seconds, with their times (s) and the time
+/// constant (s) of the fastest transient that has not decayed at the first of them and that a cubic does not resolve.
+pub(super) fn smooth_levels(state: &State, laws: &Declaration, size: f64) -> (Nodes, Levels) {
+    let levels = |most: usize, transient: Option<f64>| {
+        let nodes = state.history.smooth(most, state.smooth_since, APART * size);
+        let time = |node: usize| nodes.get(node).map_or(f64::NAN, |level| state.history.time(*level));
+        (nodes, Levels { count: nodes.len(), times: std::array::from_fn(time), transient })
+    };
+    let all = levels(LEVELS, None);
     // Two levels are the ends of the first step, whose stimuli are linear.
-    if nodes.len() < 3 {
-        return (nodes, None);
+    if all.1.count < 3 {
+        return all;
     }
-    let [age, next] = [0, 1].map(|node| state.history.time(nodes[node]) - state.smooth_since);
+    let [age, next] = [0, 1].map(|node| all.1.times[node] - state.smooth_since);
     // A transient that decays in the first step is negligible.
     let first = if age > 0.0 { 0.0 } else { next };
     let unresolved = |tau: f64| age < DECAYED * tau && size > SLOW * tau && first < tau;
-    match fastest_transient(state, laws, CLOSE * size, unresolved) {
-        Some(tau) => (nodes, Some(tau)),
-        None => (smooth(ORDER), None),
-    }
+    let transient = fastest_transient(state, laws, CLOSE * size, unresolved);
+    levels(if transient.is_some() { LEVELS } else { ORDER }, transient)
 }

@@ -3,9 +3,9 @@
 use nalgebra::{Complex, Vector2};
 
 use super::crossing::Crossing;
-use super::follow::Follower;
+use super::follow::{Follower, LinearFamily};
 use super::mesh_error::{ACCURACY, size};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, ensure};
 use crate::linearisation::StabilityError;
 use crate::numerics::interpolation::lagrange;
 use crate::stability::spectrum::Linearisation;
@@ -85,24 +85,24 @@ pub fn boundary(
     mut family: impl FnMut(f64, f64) -> Result<Linearisation, StabilityError>,
     settings: &BoundarySettings,
 ) -> Result<Vec<Crossing<2>>, StabilityError> {
-    let at = |x: &Vector2<f64>| {
+    let mut at = |x: &Vector2<f64>| {
         let [first, second] = settings.parameters(x);
         family(first, second)
     };
-    Ok(places(at, settings)?.into_iter().map(|place| settings.point(place)).collect())
+    Ok(places(&mut at, settings)?.into_iter().map(|place| settings.point(place)).collect())
 }
 
 /// The points of a boundary. Their parameters, and those of the family, are measured from the lower corner in
 /// fractions of the rectangle's sides.
 pub(super) fn places(
-    mut family: impl FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>,
+    family: &mut LinearFamily<2>,
     settings: &BoundarySettings,
 ) -> Result<Vec<Follower<2>>, StabilityError> {
     settings.check()?;
     let from = (Vector2::from(settings.start) - Vector2::from(settings.low)).component_div(&settings.sides());
     let mut start = Follower::on_axis(&family(&from)?, from, settings.frequency)?;
-    start.differentiate(&mut family)?;
-    start.correct(&Vector2::repeat(1.0), ACCURACY, &mut family)?;
+    start.differentiate(family)?;
+    start.correct(&Vector2::repeat(1.0), ACCURACY, family)?;
     let forwards = tangent(&start, 1.0)?.dot(&Vector2::from(settings.direction)) >= 0.0;
     let side = if forwards { 1.0 } else { -1.0 };
     let mut curve = Curve { family, places: vec![start], side, largest: settings.step, step: settings.step };
@@ -118,8 +118,8 @@ pub(super) fn places(
 }
 
 /// A curve, with parameters in fractions of the rectangle's sides.
-struct Curve<F> {
-    family: F,
+struct Curve<'a, 'b> {
+    family: &'a mut LinearFamily<'b, 2>,
     /// Its points, at least one.
     places: Vec<Follower<2>>,
     /// The side on which the growth rate increases: 1 if it lies to the right of the direction in which the
@@ -131,7 +131,7 @@ struct Curve<F> {
     step: f64,
 }
 
-impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> {
+impl Curve<'_, '_> {
     /// Adds a point. Returns false if it is the last one.
     fn extend(&mut self) -> Result<bool, StabilityError> {
         let mut here = self.places[self.places.len() - 1];
@@ -142,13 +142,11 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
                 Ok(next) => break next,
                 Err(error) if fresh => {
                     self.step *= 0.5;
-                    if self.step < 1e-4 * self.largest {
-                        return Err(error);
-                    }
+                    ensure(self.step >= 1e-4 * self.largest, error)?;
                 }
                 Err(_) => {
                     let mut beside = here;
-                    beside.differentiate(&mut self.family)?;
+                    beside.differentiate(self.family)?;
                     here.slope = beside.slope;
                     fresh = true;
                 }
@@ -179,7 +177,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let (to, expected) = self.extrapolate(along);
         let mut next = *here;
         next.advance(to, expected, &(self.family)(&to)?)?;
-        next.correct(&Vector2::repeat(1.0), ACCURACY, &mut self.family)?;
+        next.correct(&Vector2::repeat(1.0), ACCURACY, self.family)?;
         let moved = next.at - here.at;
         let length = moved.norm();
         // The angle between the step and the tangent at either end is at most 60°. It is larger than 90° if
@@ -201,13 +199,11 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         for pair in last.windows(2) {
             chords.push(chords[chords.len() - 1] + (pair[1].at - pair[0].at).norm());
         }
-        let mut weights = [0.0; 4];
-        lagrange(&chords, chords[chords.len() - 1] + self.step, &mut weights[..last.len()]);
+        let weights: [f64; 4] = lagrange(&chords, chords[chords.len() - 1] + self.step);
         let weighted = || last.iter().zip(weights);
-        (
-            weighted().map(|(place, weight)| place.at * weight).sum(),
-            weighted().map(|(place, weight)| place.root * weight).sum(),
-        )
+        let at = weighted().map(|(place, weight)| place.at * weight).sum();
+        let root = weighted().map(|(place, weight)| place.root * weight).sum();
+        (at, root)
     }
 
     /// The point between two others at which a coordinate has the value of a side.
@@ -223,7 +219,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         to[k] = side;
         let mut end = *outside;
         end.advance(to, inside.root + (outside.root - inside.root) * share, &(self.family)(&to)?)?;
-        end.correct(&Vector2::ith(1 - k, 1.0), ACCURACY, &mut self.family)?;
+        end.correct(&Vector2::ith(1 - k, 1.0), ACCURACY, self.family)?;
         Ok(end)
     }
 }

@@ -73,11 +73,8 @@ pub(super) struct MeshError<const N: usize> {
 impl<const N: usize> MeshError<N> {
     /// The larger error of two, component by component.
     pub fn larger(&self, other: &Self) -> Self {
-        Self {
-            parameters: self.parameters.sup(&other.parameters),
-            frequency: self.frequency.max(other.frequency),
-            relative: self.relative.max(other.relative),
-        }
+        let (frequency, relative) = (self.frequency.max(other.frequency), self.relative.max(other.relative));
+        Self { parameters: self.parameters.sup(&other.parameters), frequency, relative }
     }
 }
 

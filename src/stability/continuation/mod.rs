@@ -6,7 +6,6 @@ mod follow;
 mod mesh_error;
 mod onset;
 mod refine_boundary;
-mod refine_crossings;
 mod refinement;
 
 pub use boundary::{BoundarySettings, boundary};

@@ -1,16 +1,23 @@
-//! Values of a parameter at which roots cross the imaginary axis.
+//! Values of a parameter at which roots cross the imaginary axis. They are found on one mesh, or to a tolerance: those
+//! of a coarse mesh are then corrected on finer ones.
 
 use nalgebra::Vector1;
 
 use super::crossing::Crossing;
 use super::follow::{Follower, LinearFamily};
+use super::mesh_error::{Estimated, size};
+use super::refinement::Refinement;
 use crate::error::ParameterError;
 use crate::linearisation::StabilityError;
+use crate::numerics::scalar::sort_by_value;
 use crate::stability::spectrum::Linearisation;
 
 /// Largest |Re λ| of a root on the axis, relative to its modulus or to the slowest rate. Its rounding error is 1e-13.
 /// Amplified waves can increase the rounding error to a hundred times this value.
 const ON_AXIS: f64 = 1e-11;
+
+/// A family of linearisations with one parameter on one mesh.
+type FamilyOfNumber<'a> = dyn FnMut(f64) -> Result<Linearisation, StabilityError> + 'a;
 
 /// Finds the value of a parameter between `from` and `to` at which the rightmost root, isolated or essential,
 /// crosses the axis. `family` returns the linearisation about the steady state at a value of the parameter.
@@ -27,7 +34,7 @@ pub fn onset(
 ) -> Result<Crossing<1>, StabilityError> {
     check_range(from, to)?;
     let (first, last) = (family(from)?, family(to)?);
-    let (stable_end, unstable, linear) = match [count(&first)?, count(&last)?] {
+    let (stable_end, unstable, linear) = match [first.count_unstable()?, last.count_unstable()?] {
         [0, n] if n > 0 => (from, to, last),
         [n, 0] if n > 0 => (to, from, first),
         _ => return Err(StabilityError::NoCrossing { unstable: [first.unstable()?, last.unstable()?] }),
@@ -43,7 +50,7 @@ pub fn onset(
             None => 0.5 * (stable + leading.at[0]),
         };
         let linear = family(next)?;
-        match (count(&linear)?, crossing) {
+        match (linear.count_unstable()?, crossing) {
             (0, Some(crossing)) => return Ok(Crossing::at(crossing)),
             (0, None) => stable = next,
             (_, crossing) => {
@@ -103,7 +110,7 @@ pub fn crossings(
             }
         }
     }
-    found.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
+    sort_by_value(&mut found, |crossing| crossing.at[0]);
     Ok(found.into_iter().map(Crossing::at).collect())
 }
 
@@ -113,18 +120,10 @@ fn check_range(from: f64, to: f64) -> Result<(), ParameterError> {
     ParameterError::unless(from != to, "end of the parameter's range", to, "another value than its start")
 }
 
-/// The number of unstable roots; the largest number if there are infinitely many.
-pub(super) fn count(linear: &Linearisation) -> Result<usize, StabilityError> {
-    match linear.unstable() {
-        Err(StabilityError::InfinitelyMany { .. }) => Ok(usize::MAX),
-        number => number,
-    }
-}
-
 /// The value of the parameter just beyond a crossing, in a direction (its sign), at which unstable roots are
 /// counted. Its distance of 1e-5 of the range is far above the error of the crossing, and far below the
 /// distance of two crossings.
-pub(super) fn beyond(crossing: f64, direction: f64, from: f64, to: f64) -> f64 {
+fn beyond(crossing: f64, direction: f64, from: f64, to: f64) -> f64 {
     (crossing + direction.signum() * 1e-5 * (to - from).abs()).clamp(from.min(to), from.max(to))
 }
 
@@ -157,4 +156,79 @@ fn follow_to_axis(
         }
     }
     Ok(root.is_on_axis(100.0 * ON_AXIS).then_some(root))
+}
+
+impl Refinement {
+    /// Finds an onset as the function [`onset()`] does, to the tolerance. The error of the parameter is relative to the
+    /// parameter, or to the larger end of a range that contains zero. That of the frequency is relative to the
+    /// frequency, or to the slowest rate if nothing oscillates.
+    ///
+    /// # Errors
+    /// Errors of [`onset()`], a tolerance below 1e-9 or a range of meshes that is too small, or
+    /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet).
+    pub fn onset(
+        &self,
+        mut family: impl FnMut(f64, usize) -> Result<Linearisation, StabilityError>,
+        from: f64,
+        to: f64,
+    ) -> Result<Crossing<1>, StabilityError> {
+        let search = |at: &mut FamilyOfNumber| Ok((vec![onset(at, from, to)?], vec![0]));
+        // No other root may be unstable just beyond the crossing.
+        let counts = |at: &mut FamilyOfNumber, found: &[Estimated<1>]| {
+            let places = found.iter().map(|one| beyond(one.place.at[0], -one.place.slope[0].re, from, to));
+            places.map(|place| at(place)?.count_unstable()).collect()
+        };
+        let found = self.refine_crossings(&mut family, [from, to], &search, &counts)?;
+        found.into_iter().next().ok_or(StabilityError::NoConvergence { what: "onset", residual: f64::INFINITY })
+    }
+
+    /// Finds crossings as the function [`crossings()`] does, to the tolerance; errors are relative as in
+    /// [`onset`](Self::onset).
+    ///
+    /// # Errors
+    /// Errors of [`crossings()`], a tolerance below 1e-9 or a range of meshes that is too small, or
+    /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet).
+    pub fn crossings(
+        &self,
+        mut family: impl FnMut(f64, usize) -> Result<Linearisation, StabilityError>,
+        from: f64,
+        to: f64,
+    ) -> Result<Vec<Crossing<1>>, StabilityError> {
+        // The number of roots that cross must be the same on all meshes.
+        let ends = |at: &mut FamilyOfNumber| {
+            [from, to].iter().map(|end| at(*end)?.count_unstable()).collect::<Result<Vec<_>, _>>()
+        };
+        let search = |at: &mut FamilyOfNumber| Ok((crossings(&mut *at, from, to)?, ends(at)?));
+        self.refine_crossings(&mut family, [from, to], &search, &|at, _| ends(at))
+    }
+
+    /// Corrects crossings from mesh to mesh. `search` returns those of one mesh, and the numbers of unstable
+    /// roots that `counts` must return on the last mesh.
+    fn refine_crossings(
+        &self,
+        family: &mut dyn FnMut(f64, usize) -> Result<Linearisation, StabilityError>,
+        [from, to]: [f64; 2],
+        search: &dyn Fn(&mut FamilyOfNumber) -> Result<(Vec<Crossing<1>>, Vec<usize>), StabilityError>,
+        counts: &dyn Fn(&mut FamilyOfNumber, &[Estimated<1>]) -> Result<Vec<usize>, StabilityError>,
+    ) -> Result<Vec<Crossing<1>>, StabilityError> {
+        self.check()?;
+        let (found, _) = self.converge(|n, coarser: Option<(Vec<Estimated<1>>, Vec<usize>)>| {
+            let mut at = |x: f64| family(x, n);
+            let Some((mut found, unstable)) = coarser else {
+                let (found, unstable) = search(&mut at)?;
+                return Ok(((found.iter().map(|one| Estimated::new(one.place)).collect(), unstable), None));
+            };
+            for one in &mut found {
+                let sizes = Vector1::new(size(one.place.at[0], from, to));
+                let _ = one.refine(&Vector1::new(1.0), &sizes, self.close(sizes[0]), &mut |x| at(x[0]))?;
+            }
+            let error = found.iter().map(|one| one.error.relative).fold(0.0, f64::max);
+            if error <= self.tolerance && counts(&mut at, &found)? != unstable {
+                let what = "number of unstable roots on a finer mesh";
+                return Err(StabilityError::NoConvergence { what, residual: error });
+            }
+            Ok(((found, unstable), Some(error)))
+        })?;
+        Ok(found.iter().map(|one| Crossing::at(one.place).estimated(&one.error)).collect())
+    }
 }

@@ -42,7 +42,7 @@ impl Refinement {
         };
         // The error of this curve is not estimated, so that the first result is accepted.
         let (first, coarse) = self.converge(|n, _: Option<(usize, Vec<Follower<2>>)>| {
-            Ok(((n, places(|x| at(x, n), settings)?), Some(0.0)))
+            Ok(((n, places(&mut |x| at(x, n), settings)?), Some(0.0)))
         })?;
         let refine = Self { first, ..*self };
         let (mut last, mut mesh) = refine.sample(&coarse[0], settings, &mut at)?;

@@ -231,23 +231,17 @@ impl Linearisation {
         let elements = shoot.rod().elements();
         let meshes = Refinement { tolerance, first: 1, last: (MOST_RESOLVED_ELEMENTS / elements).max(2) };
         let answers = |linear: &Self| {
-            let number = match linear.unstable() {
-                Err(StabilityError::InfinitelyMany { .. }) => None,
-                number => Some(number?),
-            };
+            let number = linear.count_unstable()?;
             match linear.rightmost() {
                 Err(StabilityError::NoIsolatedRoot) => Ok((number, Vec::new())),
                 root => Ok((number, vec![root?])),
             }
         };
-        let found = meshes.refine_roots(|parts| Self::refined(shoot, parts), answers);
-        let (linear, _) = found.map_err(|error| match error {
-            StabilityError::ToleranceNotMet { tolerance, error, elements: parts } => {
-                StabilityError::ToleranceNotMet { tolerance, error, elements: parts * elements }
-            }
-            error => error,
-        })?;
-        Ok(linear)
+        let mut found = meshes.refine_roots(|parts| Self::refined(shoot, parts), answers);
+        if let Err(StabilityError::ToleranceNotMet { elements: parts, .. }) = &mut found {
+            *parts *= elements;
+        }
+        Ok(found?.0)
     }
 
     /// The size to which the error of a root is relative, 1/s: |λ|, or a thousandth of the slowest rate.

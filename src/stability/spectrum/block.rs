@@ -41,21 +41,11 @@ impl LocalBlock {
     }
 }
 
-/// det A/(λ + c)ⁿ, with −c left of every line on which zeros are counted.
-fn determinant_over_power(
-    characteristic: &CharacteristicMatrix,
-    z: Complex<f64>,
-    matrix: AnalyticMatrix,
-) -> AnalyticSample {
+/// det A/bⁿ, with b = λ + c from [`shifted`](CharacteristicMatrix::shifted).
+fn determinant_over_power(b: Complex<f64>, matrix: AnalyticMatrix) -> AnalyticSample {
     let n = matrix.value.nrows() as u32;
-    let c = shifted(characteristic, z);
     let (value, log_derivative) = matrix.determinant();
-    AnalyticSample { value: value / c.powu(n), log_derivative: log_derivative - c.inv() * f64::from(n), nearness: 0.0 }
-}
-
-/// λ + c.
-fn shifted(characteristic: &CharacteristicMatrix, z: Complex<f64>) -> Complex<f64> {
-    z + Complex::from(characteristic.shift())
+    AnalyticSample { value: value / b.powu(n), log_derivative: log_derivative - b.inv() * f64::from(n), nearness: 0.0 }
 }
 
 impl Analytic for LocalBlock {
@@ -65,12 +55,12 @@ impl Analytic for LocalBlock {
     /// underflows.
     fn at(&self, z: Complex<f64>) -> AnalyticSample {
         let transfer = &self.characteristic.transfers[self.kind];
-        let mut out = determinant_over_power(&self.characteristic, z, self.matrix(z, &transfer.at(z)));
-        let c = shifted(&self.characteristic, z);
+        let b = self.characteristic.shifted(z);
+        let mut out = determinant_over_power(b, self.matrix(z, &transfer.at(z)));
         for rate in &transfer.local_rates {
-            let factor = (z - rate) / c;
+            let factor = (z - rate) / b;
             out.value *= factor / factor.norm();
-            out.log_derivative += (z - rate).inv() - c.inv();
+            out.log_derivative += (z - rate).inv() - b.inv();
         }
         out
     }
@@ -101,21 +91,18 @@ impl Element {
         let here = unknowns.iter().map(|&unknown| characteristic.unknowns[unknown]).take_while(|(i, _)| *i == point);
         let components = here.map(|(_, c)| c).collect();
         let turns = characteristic.turn[point / p * p..][..p].iter();
+        let kind = characteristic.kind[point];
         Self {
-            point: LocalBlock {
-                characteristic: Arc::clone(characteristic),
-                kind: characteristic.kind[point],
-                components,
-            },
+            point: LocalBlock { characteristic: Arc::clone(characteristic), kind, components },
             unknowns: unknowns.to_vec(),
             length: characteristic.lengths[point / p],
             turn: turns.max_by(|a, b| a.norm().total_cmp(&b.norm())).cloned().unwrap_or_default(),
         }
     }
 
-    fn matrix(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticMatrix {
+    fn matrix(&self, transfers: &Transfers) -> AnalyticMatrix {
         let characteristic = &self.point.characteristic;
-        characteristic.matrix(z, transfers, &characteristic.rigid_response, &self.unknowns)
+        characteristic.matrix(transfers, &characteristic.rigid_response, &self.unknowns)
     }
 
     /// Whether another element has the same matrix.
@@ -135,19 +122,19 @@ impl Element {
     }
 
     /// The gain from rotation to strain, (λ − T ∂x/∂u)⁻¹ T ∂x/∂φ in 1/m, and the inverse matrix in it.
-    fn gain(&self, z: Complex<f64>, transfers: &Transfers) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
+    fn gain(&self, (z, transfers): &Transfers) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
         let driven = &self.point.components;
         let n = driven.len();
         let transfer = &transfers[self.point.kind];
-        let own = self.point.matrix(z, transfer).value.try_inverse();
+        let own = self.point.matrix(*z, transfer).value.try_inverse();
         let own = own.unwrap_or_else(|| DMatrix::from_element(n, n, Complex::from(f64::INFINITY)));
         let turn = self.turn.select_columns(driven).map(Complex::from);
         (&own * (transfer.value.select_rows(driven) * turn), own)
     }
 
     /// The inverse distance of the essential spectrum, s.
-    fn nearness(&self, z: Complex<f64>, transfers: &Transfers) -> f64 {
-        let AnalyticMatrix { value, derivative } = self.point.matrix(z, &transfers[self.point.kind]);
+    fn nearness(&self, (z, transfers): &Transfers) -> f64 {
+        let AnalyticMatrix { value, derivative } = self.point.matrix(*z, &transfers[self.point.kind]);
         value.lu().solve(&derivative).map_or(f64::INFINITY, |quotient| quotient.norm())
     }
 }
@@ -160,7 +147,7 @@ impl Analytic for Element {
         let none = || AnalyticMatrix::lambda(z, 0);
         let kinds = characteristic.transfers.iter().enumerate();
         let transfers = kinds.map(|(kind, transfer)| if own(kind) { transfer.at(z) } else { none() }).collect();
-        determinant_over_power(characteristic, z, self.matrix(z, &transfers))
+        determinant_over_power(characteristic.shifted(z), self.matrix(&(z, transfers)))
     }
 
     fn characteristic(&self) -> &CharacteristicMatrix {
@@ -207,28 +194,29 @@ impl Block {
     }
 
     /// M(λ).
-    pub fn matrix(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticMatrix {
-        self.characteristic.matrix(z, transfers, &self.characteristic.response, &self.unknowns)
+    pub fn matrix(&self, transfers: &Transfers) -> AnalyticMatrix {
+        self.characteristic.matrix(transfers, &self.characteristic.response, &self.unknowns)
     }
 
     /// det M/Π det Mₑ. M consists of the Mₑ and a compact part, so that this quotient has a limit as the mesh is
     /// refined. The limit has only the isolated roots; those of short waves and of the mesh cancel. Roots next to zero
     /// are moved to −c, left of every line on which zeros are counted.
-    fn quotient(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticSample {
-        let (mut pivots, mut log_derivative) = self.matrix(z, transfers).pivots();
+    fn quotient(&self, transfers: &Transfers) -> AnalyticSample {
+        let &(z, _) = transfers;
+        let (mut pivots, mut log_derivative) = self.matrix(transfers).pivots();
         for (root, pivot) in self.neutral.iter().zip(&mut pivots) {
-            let c = shifted(&self.characteristic, z);
-            *pivot *= c / (z - root);
-            log_derivative += c.inv() - (z - root).inv();
+            let b = self.characteristic.shifted(z);
+            *pivot *= b / (z - root);
+            log_derivative += b.inv() - (z - root).inv();
         }
         let mut nearness = 0.0_f64;
         let mut divisors = Vec::with_capacity(pivots.len());
         for (element, number) in &self.elements {
-            let (own, own_derivative) = element.matrix(z, transfers).determinant();
+            let (own, own_derivative) = element.matrix(transfers).determinant();
             let size = element.unknowns.len();
             divisors.extend(std::iter::repeat_n(own.powf(1.0 / size as f64), size * number));
             log_derivative -= own_derivative * *number as f64;
-            nearness = nearness.max(element.nearness(z, transfers));
+            nearness = nearness.max(element.nearness(transfers));
         }
         // Determinants for many points overflow or underflow, but quotients of pivots do not.
         let value = pivots.iter().zip(&divisors).map(|(pivot, divisor)| pivot / divisor).product();
@@ -240,13 +228,13 @@ impl Block {
     /// They vary as exp(Gs), G the gain from rotation to strain, and Gauss collocation replaces exp(Gh) by its
     /// diagonal Padé approximant. Waves that are not resolved change the function by way of elasticity, which
     /// couples the far end of the shoot, where they have grown, to its base.
-    fn short_waves(&self, z: Complex<f64>, transfers: &Transfers) -> Option<ShortWaves> {
+    fn short_waves(&self, transfers: &Transfers) -> Option<ShortWaves> {
         let p = self.characteristic.points_per_element() as u32;
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
         let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
         let (mut error, mut waves, mut growth, mut local) = (0.0, 0.0, 0.0, 0.0_f64);
         for (element, number) in &self.elements {
-            let (gain, own) = element.gain(z, transfers);
+            let (gain, own) = element.gain(transfers);
             if !gain.iter().all(|x| x.is_finite()) {
                 return None;
             }
@@ -255,7 +243,7 @@ impl Block {
             waves += number * wave;
             let symmetric = (&gain + gain.adjoint()) * Complex::from(0.5 * element.length);
             growth += number * symmetric.symmetric_eigenvalues().max();
-            local = local.max((own * z).norm());
+            local = local.max((own * transfers.0).norm());
         }
         // The amplification may overflow. The bound prevents 0 · ∞ for a shoot without elasticity.
         let share = self.elasticity * local * growth.exp().min(f64::MAX) / (waves * waves).max(1.0);
@@ -290,18 +278,18 @@ impl ShortWaves {
 
 impl Analytic for Block {
     fn at(&self, z: Complex<f64>) -> AnalyticSample {
-        self.quotient(z, &self.characteristic.transfers_at(z))
+        self.quotient(&self.characteristic.transfers_at(z))
     }
 
     fn with_mesh_error(&self, z: Complex<f64>) -> (AnalyticSample, f64) {
         let transfers = self.characteristic.transfers_at(z);
-        let Some(waves) = self.short_waves(z, &transfers) else { return (NOT_A_NUMBER, f64::INFINITY) };
+        let Some(waves) = self.short_waves(&transfers) else { return (NOT_A_NUMBER, f64::INFINITY) };
         // The function is not evaluated where the estimate alone exceeds the limit.
         let expected = waves.error_for(waves.share);
         if !(expected < RESOLVED) {
             return (NOT_A_NUMBER, expected);
         }
-        let sample = self.quotient(z, &transfers);
+        let sample = self.quotient(&transfers);
         (sample, waves.error_for(waves.share.max(waves.found(z, &sample))))
     }
 

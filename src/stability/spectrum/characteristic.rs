@@ -3,15 +3,16 @@
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::transfer::TransferFunction;
+use crate::error::ensure;
 use crate::linearisation::{
     AnalyticMatrix, StabilityError, SteadyLaws, eigenvalues, rigid_conditions, stimulus_derivatives, visit_bends,
     visit_stimuli,
 };
 use crate::load::{InternalForce, Load};
-use crate::model::Model;
+use crate::model::{Model, Support};
+use crate::numerics::scalar::sort_by_value;
 use crate::rod::{Rod, centre_line_tangent};
 use crate::shoot::Shoot;
-use crate::support::Support;
 use crate::tropism::{Growing, TropismLaw};
 
 /// Largest number of operations for the variables of the laws in one evaluation of the characteristic function:
@@ -23,8 +24,8 @@ const MOST_WORK: f64 = 2.7e7;
 /// 4e-6.
 const NEUTRAL: f64 = 1e-5;
 
-/// T(λ) of each kind of point.
-pub(super) type Transfers = Vec<AnalyticMatrix>;
+/// λ, and T(λ) of each kind of point.
+pub(super) type Transfers = (Complex<f64>, Vec<AnalyticMatrix>);
 
 /// The characteristic matrix M(λ) = λ − T(λ) X of M(λ) δu* = 0.
 #[derive(Debug)]
@@ -79,25 +80,22 @@ impl CharacteristicMatrix {
             kind.push(known.unwrap_or(transfers.len()));
             if known.is_none() {
                 work += transfer.work();
-                if work > MOST_WORK {
-                    let what = "operations for variables of the laws that depend on each other";
-                    return Err(StabilityError::TooMuchWork { what, amount: work, most: MOST_WORK });
-                }
+                let what = "operations for variables of the laws that depend on each other";
+                ensure(work <= MOST_WORK, StabilityError::TooMuchWork { what, amount: work, most: MOST_WORK })?;
                 transfer.find_own_rates()?;
                 transfers.push(transfer);
             }
         }
-        let driven: Vec<Vec<usize>> = transfers.iter().map(TransferFunction::driven).collect();
-        let unknowns: Vec<(usize, usize)> =
-            kind.iter().enumerate().flat_map(|(i, &kind)| driven[kind].iter().map(move |&c| (i, c))).collect();
-        if unknowns.is_empty() {
-            return Err(StabilityError::NothingDriven);
-        }
+        let of_point = |(i, &kind): (usize, &usize)| transfers[kind].driven().into_iter().map(move |c| (i, c));
+        let unknowns: Vec<_> = kind.iter().enumerate().flat_map(of_point).collect();
+        ensure(!unknowns.is_empty(), StabilityError::NothingDriven)?;
         let (response, displacement) = respond(shoot, rod, statics, &unknowns, force)?;
-        let rigid_response = respond_rigidly(rod, &unknowns, &strain, &turn);
-        let responses: Vec<&DMatrix<f64>> =
-            [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
-        let sizes = sizes(stimuli, &responses);
+        let rigid_response = respond_rigidly(rod, &unknowns, [&strain, &turn]);
+        let size = |of: &DMatrix<f64>, k: usize| {
+            (k..of.nrows()).step_by(stimuli).map(|row| of.row(row).norm_squared()).sum::<f64>().sqrt()
+        };
+        let responses = || [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local));
+        let sizes = DVector::from_fn(stimuli, |k, _| responses().map(|of| size(of, k)).fold(0.0, f64::max));
         let lengths = (rod.first_growing..rod.elements()).map(|e| rod.length_of(e)).collect();
         let apex_tangent = rod.apex_frame() * centre_line_tangent();
         Ok(Self {
@@ -128,24 +126,18 @@ impl CharacteristicMatrix {
 
     /// T(λ) of every kind of point.
     pub fn transfers_at(&self, z: Complex<f64>) -> Transfers {
-        self.transfers.iter().map(|transfer| transfer.at(z)).collect()
+        (z, self.transfers.iter().map(|transfer| transfer.at(z)).collect())
     }
 
     /// M(λ) for all unknowns.
     pub fn whole(&self, z: Complex<f64>) -> DMatrix<Complex<f64>> {
         let all: Vec<usize> = (0..self.unknowns.len()).collect();
-        self.matrix(z, &self.transfers_at(z), &self.response, &all).value
+        self.matrix(&self.transfers_at(z), &self.response, &all).value
     }
 
     /// λ − T X for some unknowns, with either response X.
-    pub fn matrix(
-        &self,
-        z: Complex<f64>,
-        transfers: &Transfers,
-        response: &DMatrix<f64>,
-        unknowns: &[usize],
-    ) -> AnalyticMatrix {
-        let mut out = AnalyticMatrix::lambda(z, unknowns.len());
+    pub fn matrix(&self, (z, transfers): &Transfers, response: &DMatrix<f64>, unknowns: &[usize]) -> AnalyticMatrix {
+        let mut out = AnalyticMatrix::lambda(*z, unknowns.len());
         for (row, &unknown) in unknowns.iter().enumerate() {
             let (i, c) = self.unknowns[unknown];
             let transfer = &transfers[self.kind[i]];
@@ -173,14 +165,13 @@ impl CharacteristicMatrix {
         if self.conditions == 0 {
             return Ok(Vec::new());
         }
-        let zero = Complex::ZERO;
-        let AnalyticMatrix { value, derivative } =
-            self.matrix(zero, &self.transfers_at(zero), &self.response, unknowns);
+        let at_zero = self.matrix(&self.transfers_at(Complex::ZERO), &self.response, unknowns);
+        let AnalyticMatrix { value, derivative } = at_zero;
         let quotient = derivative.map(|z| z.re).lu().solve(&value.map(|z| -z.re));
         let quotient = quotient.filter(|quotient| quotient.iter().all(|x| x.is_finite()));
         let quotient = quotient.ok_or(StabilityError::NotFinite { what: "characteristic matrix at zero" })?;
         let mut roots = eigenvalues(&quotient, "roots next to zero")?;
-        roots.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        sort_by_value(&mut roots, |root| root.norm());
         roots.truncate(self.conditions);
         roots.retain(|root| root.norm() < NEUTRAL * self.slowest_rate());
         Ok(roots)
@@ -218,9 +209,14 @@ impl CharacteristicMatrix {
         0.9 * rates.filter(|r| *r < 0.0).fold(f64::NEG_INFINITY, f64::max).max(-1e3 * self.slowest_rate())
     }
 
-    /// The distance from the axis of a point left of every line on which roots are counted, 1/s.
-    pub fn shift(&self) -> f64 {
+    /// The number c, with −c left of every line on which roots are counted, 1/s.
+    fn shift(&self) -> f64 {
         self.slowest_rate() - 2.0 * self.leftmost()
+    }
+
+    /// λ + c.
+    pub fn shifted(&self, z: Complex<f64>) -> Complex<f64> {
+        z + Complex::from(self.shift())
     }
 
     /// Values of λ at which different functions have different values: between the slowest and the fastest
@@ -264,14 +260,6 @@ impl CharacteristicMatrix {
     }
 }
 
-/// The largest norm of the rows of each stimulus.
-fn sizes(stimuli: usize, responses: &[&DMatrix<f64>]) -> DVector<f64> {
-    let size = |of: &DMatrix<f64>, k: usize| {
-        (k..of.nrows()).step_by(stimuli).map(|row| of.row(row).norm_squared()).sum::<f64>().sqrt()
-    };
-    DVector::from_fn(stimuli, |k, _| responses.iter().map(|of| size(of, k)).fold(0.0, f64::max))
-}
-
 /// Computes X and the displacements. Frames follow from the factorised tangent; stimuli and positions are
 /// differentiated by central differences.
 fn respond(
@@ -295,20 +283,13 @@ fn respond(
             rows += position * weight;
         }
     })?;
-    if response.iter().all(|x| x.is_finite()) {
-        Ok((response, displacement))
-    } else {
-        Err(StabilityError::NotFinite { what: "response of the stimuli" })
-    }
+    let finite = response.iter().all(|x| x.is_finite());
+    ensure(finite, StabilityError::NotFinite { what: "response of the stimuli" })?;
+    Ok((response, displacement))
 }
 
 /// X of a rigid shoot: a bend rotates all frames beyond it.
-fn respond_rigidly(
-    rod: &Rod,
-    unknowns: &[(usize, usize)],
-    strain: &[DMatrix<f64>],
-    turn: &[DMatrix<f64>],
-) -> DMatrix<f64> {
+fn respond_rigidly(rod: &Rod, unknowns: &[(usize, usize)], [strain, turn]: [&[DMatrix<f64>]; 2]) -> DMatrix<f64> {
     let (p, first, reference) = (rod.order().points(), rod.first_growing, rod.reference());
     let m = turn.first().map_or(0, DMatrix::nrows);
     let frames: Vec<_> = (0..turn.len()).map(|i| rod.frame_at_point(first + i / p, i % p)).collect();

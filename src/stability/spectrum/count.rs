@@ -5,7 +5,9 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 
 use super::analytic::{Analytic, AnalyticSample, NOT_A_NUMBER, RESOLVED, limited};
+use crate::error::ensure;
 use crate::linearisation::StabilityError;
+use crate::numerics::scalar::sort_by_value;
 
 /// Largest number of halvings of a panel. A zero that the argument then does not resolve lies on the line:
 /// 2⁻⁴⁵ of a panel is 3e-14, which is rounding.
@@ -54,21 +56,17 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, Stability
     // not finite ends them, since the bound may be infinite.
     let finite = |end: &(f64, AnalyticSample)| end.1.value.is_finite();
     let ends: Option<Vec<_>> = places.map(|w| Some((w, on_line(w))).filter(finite)).collect();
-    let change: Option<f64> = ends.as_ref().and_then(|ends| {
-        let changes = ends.windows(2).map(|panel| argument(&mut on_line, panel[0], panel[1], 0));
-        changes.sum()
-    });
-    if !(error < RESOLVED) {
-        let (elements, what) = (f.characteristic().elements(), "waves of the characteristic function (relative)");
-        return Err(StabilityError::UnderResolved { elements, what, error });
-    }
+    let change: Option<f64> =
+        ends.as_ref().and_then(|ends| ends.windows(2).map(|panel| argument(&mut on_line, panel[0], panel[1], 0)).sum());
+    let (elements, what) = (f.characteristic().elements(), "waves of the characteristic function (relative)");
+    ensure(error < RESOLVED, StabilityError::UnderResolved { elements, what, error })?;
     let value = ends.iter().flatten().last().map_or(NOT_A_NUMBER, |(_, sample)| *sample).value;
     let failed = |what, residual| StabilityError::NoConvergence { what, residual };
     let change = change.ok_or(failed("count of roots (one lies on the line)", value.norm()))?;
     // The argument changes from its value at `top` to zero at infinity, where f = 1.
     let count = (value.arg() - change) / PI;
     let number = whole(count).ok_or(failed("count of roots", count - count.round()))?;
-    steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_value(&mut steps, |step| step.0);
     Ok(CountedLine { abscissa, number, steps })
 }
 

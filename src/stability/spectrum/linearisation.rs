@@ -4,18 +4,18 @@ use std::sync::Arc;
 
 use nalgebra::{Complex, DVector, Vector3};
 
-use super::block::Block;
+use super::block::{Block, LocalBlock};
 use super::characteristic::CharacteristicMatrix;
 use super::count::count_along;
 use super::motion::{ForcedResponse, Root};
-use super::parts::{PartRoot, SpectrumPart, SpectrumParts};
-use super::roots::{rightmost, roots_right_of, threshold, with_conjugate, zero_near};
+use super::parts::{PartRoot, SpectrumPart, divide};
+use super::roots::{insert, rightmost, roots_right_of, threshold, with_conjugate, zero_near};
 use super::steady_state::solve_rod;
-use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
+use crate::error::{ParameterError, ensure};
 use crate::linearisation::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
 use crate::load::InternalForce;
-use crate::model::Model;
+use crate::model::{GrowthLaw, Model};
+use crate::numerics::scalar::sort_by_value;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::Growing;
@@ -24,7 +24,10 @@ use crate::tropism::Growing;
 #[derive(Debug, Clone)]
 pub struct Linearisation {
     pub(in crate::stability) characteristic: Arc<CharacteristicMatrix>,
-    spectrum: SpectrumParts,
+    /// Local matrices of the points of each kind: the essential spectrum.
+    points: Vec<LocalBlock>,
+    /// Blocks of unknowns: the isolated roots. The multiplicity is zero for a block that equals an earlier one.
+    blocks: Vec<Block>,
     /// The linearisation on a coarser mesh, and the error of a root relative to its change from that mesh.
     pub(in crate::stability) coarser: Option<(Box<Linearisation>, f64)>,
 }
@@ -77,8 +80,8 @@ impl Linearisation {
         let statics = (shoot.model.load(), shoot.model.support());
         let characteristic = CharacteristicMatrix::about(shoot, &rod, statics, regr, (&steady, &force))?;
         let characteristic = Arc::new(characteristic);
-        let spectrum = SpectrumParts::of(&characteristic)?;
-        Ok(Self { characteristic, spectrum, coarser: None })
+        let (points, blocks) = divide(&characteristic)?;
+        Ok(Self { characteristic, points, blocks, coarser: None })
     }
 
     /// The number of elements in the growth zone.
@@ -96,13 +99,21 @@ impl Linearisation {
     /// [`InfinitelyMany`](StabilityError::InfinitelyMany) if the essential spectrum extends right of the axis; a root
     /// at the threshold, or a mesh that does not resolve the waves that affect the count.
     pub fn unstable(&self) -> Result<usize, StabilityError> {
-        for point in &self.spectrum.points {
+        for point in &self.points {
             if count_along(point, threshold(point))?.number > 0 {
                 return Err(StabilityError::InfinitelyMany { abscissa: accumulation(&self.essential()?) });
             }
         }
         let count = |block| count_along(block, threshold(block)).map(|line| line.number);
-        self.spectrum.blocks().map(|(_, block)| Ok(block.multiplicity * count(block)?)).sum()
+        self.blocks().map(|(_, block)| Ok(block.multiplicity * count(block)?)).sum()
+    }
+
+    /// The number of unstable roots; the largest number if there are infinitely many.
+    pub(in crate::stability) fn count_unstable(&self) -> Result<usize, StabilityError> {
+        match self.unstable() {
+            Err(StabilityError::InfinitelyMany { .. }) => Ok(usize::MAX),
+            number => number,
+        }
     }
 
     /// The essential spectrum, 1/s: for every kind of material point the rightmost root of its local matrix,
@@ -114,12 +125,8 @@ impl Linearisation {
     /// A root that is not found.
     pub fn essential_spectrum(&self) -> Result<Vec<Complex<f64>>, StabilityError> {
         let mut out: Vec<Complex<f64>> = Vec::new();
-        for PartRoot { value: root, .. } in self.essential()? {
-            if !out.iter().any(|other| (other - root).norm() < 1e-9 * root.norm()) {
-                out.push(root);
-            }
-        }
-        out.sort_by(|a, b| b.re.total_cmp(&a.re));
+        self.essential()?.iter().for_each(|root| insert(&mut out, root.value, 1e-9));
+        sort_by_value(&mut out, |root| -root.re);
         Ok(out)
     }
 
@@ -136,10 +143,10 @@ impl Linearisation {
         let requirement = "right of −0.9/τm and of the essential spectrum, or of zero where that is empty (1/s)";
         ParameterError::unless(ok, LINE, line, requirement)?;
         let mut found: Vec<Root> = Vec::new();
-        for (part, block) in self.spectrum.blocks() {
+        for (part, block) in self.blocks() {
             found.extend(roots_right_of(block, line)?.into_iter().map(|value| self.root(part, block, value)));
         }
-        found.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
+        sort_by_value(&mut found, |root| -root.value.re);
         Ok(found)
     }
 
@@ -163,9 +170,15 @@ impl Linearisation {
         leading.ok_or(StabilityError::NoIsolatedRoot)
     }
 
-    /// The parts of the spectrum that differ.
+    /// The distinct blocks, with their identifiers.
+    fn blocks(&self) -> impl Iterator<Item = (SpectrumPart, &Block)> {
+        let named = self.blocks.iter().enumerate().map(|(i, block)| (SpectrumPart::Isolated(i), block));
+        named.filter(|(_, block)| block.multiplicity > 0)
+    }
+
+    /// Identifiers of all distinct parts of the spectrum, the essential ones first.
     pub(in crate::stability) fn parts(&self) -> impl Iterator<Item = SpectrumPart> {
-        self.spectrum.names()
+        (0..self.points.len()).map(SpectrumPart::Essential).chain(self.blocks().map(|(name, _)| name))
     }
 
     /// The root of a part that Newton's method finds from a guess; none if the part does not exist here.
@@ -177,7 +190,11 @@ impl Linearisation {
         part: SpectrumPart,
         guess: Complex<f64>,
     ) -> Result<Option<Complex<f64>>, StabilityError> {
-        self.spectrum.part(part).map(|part| zero_near(part, guess)).transpose()
+        let zero = match part {
+            SpectrumPart::Isolated(i) => self.blocks.get(i).map(|block| zero_near(block, guess)),
+            SpectrumPart::Essential(i) => self.points.get(i).map(|point| zero_near(point, guess)),
+        };
+        zero.transpose()
     }
 
     /// A root of a part, with its mode.
@@ -185,7 +202,7 @@ impl Linearisation {
     /// # Errors
     /// A part of the essential spectrum.
     pub(in crate::stability) fn with_mode(&self, PartRoot { part, value }: PartRoot) -> Result<Root, StabilityError> {
-        let block = self.spectrum.blocks().find(|(name, _)| *name == part);
+        let block = self.blocks().find(|(name, _)| *name == part);
         block.map(|(_, block)| self.root(part, block, value)).ok_or(StabilityError::NoIsolatedRoot)
     }
 
@@ -200,7 +217,7 @@ impl Linearisation {
     /// A root that is not found.
     pub(in crate::stability) fn next_to_axis(&self) -> Result<Option<(PartRoot, usize)>, StabilityError> {
         let mut best: Option<(PartRoot, usize)> = None;
-        for (name, block) in self.spectrum.blocks() {
+        for (name, block) in self.blocks() {
             if let Some(z) = roots_right_of(block, threshold(block))?.last()
                 && best.is_none_or(|(other, _)| z.re < other.value.re)
             {
@@ -213,7 +230,7 @@ impl Linearisation {
     /// The rightmost root of every kind of point that has one.
     fn essential(&self) -> Result<Vec<PartRoot>, StabilityError> {
         let mut out: Vec<PartRoot> = Vec::new();
-        for (i, point) in self.spectrum.points.iter().enumerate() {
+        for (i, point) in self.points.iter().enumerate() {
             // The roots of successive kinds of points are close to each other.
             let guess = out.last().map(|root| root.value);
             let (part, found) = (SpectrumPart::Essential(i), rightmost(point, self.characteristic.leftmost(), guess)?);
@@ -226,12 +243,9 @@ impl Linearisation {
     /// characteristic function has poles; without proprioception all roots accumulate at zero.
     fn isolated(&self, essential: &[PartRoot]) -> Result<Vec<PartRoot>, StabilityError> {
         let left = accumulation(essential) + 1e-4 * self.characteristic.slowest_rate();
-        let mut out = Vec::new();
-        for (part, block) in self.spectrum.blocks() {
-            let found = rightmost(block, left.max(self.characteristic.leftmost()), None)?;
-            out.extend(found.map(|value| PartRoot { part, value }));
-        }
-        Ok(out)
+        let left = left.max(self.characteristic.leftmost());
+        let root = |(part, block): (_, &Block)| Ok(rightmost(block, left, None)?.map(|value| PartRoot { part, value }));
+        self.blocks().filter_map(|block| root(block).transpose()).collect()
     }
 
     /// The response to a growth gradient Re[`gradient` exp(iωt)] that is added at every point of the growth zone,
@@ -260,7 +274,7 @@ impl Linearisation {
         let found = matrix.lu().solve(&forcing).filter(|found| found.norm().is_finite());
         let found = found.ok_or(StabilityError::NotFinite { what: "response to the forcing" })?;
         let all: Vec<usize> = (0..unknowns.len()).collect();
-        Ok(ForcedResponse::new(characteristic, &all, &found))
+        Ok(characteristic.motion(&all, &found))
     }
 }
 
@@ -271,17 +285,14 @@ fn check(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(InternalForce, Ste
     let (force, found) =
         equilibrate(rod, material, statics, &shoot.environment(), shoot.reactions(), &mut precise_solver())?;
     let negative = found.inertia.negative;
-    if negative > 0 {
-        return Err(StabilityError::MechanicallyUnstable { negative });
-    }
+    ensure(negative == 0, StabilityError::MechanicallyUnstable { negative })?;
     let steady = SteadyLaws::of(shoot, rod, &force);
     check_steady(shoot.model.tropism(), &steady)?;
     check_autonomous(shoot, rod, shoot.model.load(), force.reactions(), &steady)?;
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
     let gradient = steady.largest_gradient()?;
-    if gradient * steady.radius() >= 1e-8 {
-        return Err(StabilityError::NotSteadyState { iterations: 0, gradient });
-    }
+    let is_steady = gradient * steady.radius() < 1e-8;
+    ensure(is_steady, StabilityError::NotSteadyState { iterations: 0, gradient })?;
     Ok((force, steady))
 }
 

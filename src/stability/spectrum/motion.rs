@@ -21,21 +21,17 @@ pub struct ForcedResponse {
     pub displacement: Vec<Vector3<Complex<f64>>>,
 }
 
-impl ForcedResponse {
+impl CharacteristicMatrix {
     /// The motion with given amplitudes of some unknowns.
-    pub(super) fn new(
-        characteristic: &CharacteristicMatrix,
-        unknowns: &[usize],
-        amplitudes: &DVector<Complex<f64>>,
-    ) -> Self {
-        let mut strain = vec![Vector3::zeros(); characteristic.kind.len()];
+    pub(super) fn motion(&self, unknowns: &[usize], amplitudes: &DVector<Complex<f64>>) -> ForcedResponse {
+        let mut strain = vec![Vector3::zeros(); self.kind.len()];
         for (&unknown, z) in unknowns.iter().zip(amplitudes.iter()) {
-            let (i, c) = characteristic.unknowns[unknown];
+            let (i, c) = self.unknowns[unknown];
             strain[i][c] = *z;
         }
-        let moved = characteristic.displacement.select_columns(unknowns).map(Complex::from) * amplitudes;
+        let moved = self.displacement.select_columns(unknowns).map(Complex::from) * amplitudes;
         let displacement = (0..moved.nrows() / 3).map(|k| moved.fixed_rows::<3>(3 * k).into_owned()).collect();
-        Self { strain, displacement }
+        ForcedResponse { strain, displacement }
     }
 }
 
@@ -82,10 +78,10 @@ impl Root {
     /// The root of a block, with its mode by inverse iteration.
     pub(super) fn new(block: &Block, value: Complex<f64>) -> Self {
         let characteristic = &block.characteristic;
-        let matrix = block.matrix(value, &characteristic.transfers_at(value)).value;
+        let matrix = block.matrix(&characteristic.transfers_at(value)).value;
         let v = null_vector(matrix.clone());
         let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
-        let ForcedResponse { mut strain, mut displacement } = ForcedResponse::new(characteristic, &block.unknowns, &v);
+        let ForcedResponse { mut strain, mut displacement } = characteristic.motion(&block.unknowns, &v);
         let moving = place_that_moves(&displacement);
         let most = moving.iter().copied().fold(Complex::<f64>::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
         if most.norm() > 0.0 {

@@ -8,7 +8,7 @@ use super::analytic::Analytic;
 use super::block::{Block, LocalBlock};
 use super::characteristic::CharacteristicMatrix;
 use super::sets::connected;
-use super::transfer::ROUNDING;
+use super::transfer::{ROUNDING, TransferFunction};
 use crate::linearisation::StabilityError;
 
 /// Identifies a part of the spectrum in all linearisations of a family.
@@ -27,56 +27,29 @@ pub(in crate::stability) struct PartRoot {
     pub value: Complex<f64>,
 }
 
-/// All parts of a characteristic matrix.
-#[derive(Debug, Clone)]
-pub(super) struct SpectrumParts {
-    pub points: Vec<LocalBlock>,
-    blocks: Vec<Block>,
-}
-
-impl SpectrumParts {
-    /// # Errors
-    /// Roots next to zero that are not found.
-    pub fn of(characteristic: &Arc<CharacteristicMatrix>) -> Result<Self, StabilityError> {
-        // No coupling vanishes at all of these λ.
-        let probes = characteristic.probes();
-        let mut blocks: Vec<Block> = sets_that_couple(&probes, |z| characteristic.whole(z))
-            .into_iter()
-            .map(|set| Block::new(characteristic, set))
-            .collect::<Result<_, _>>()?;
-        count_equal(&mut blocks, &probes);
-        let mut points = Vec::new();
-        for kind in 0..characteristic.transfers.len() {
-            let driven = characteristic.transfers[kind].driven();
-            let components = driven.clone();
-            let whole = LocalBlock { characteristic: Arc::clone(characteristic), kind, components };
-            if has_short_waves(characteristic, kind, &probes) {
-                for set in sets_that_couple(&probes, |z| whole.matrix(z, &characteristic.transfers[kind].at(z)).value) {
-                    points.push(LocalBlock { components: set.iter().map(|&i| driven[i]).collect(), ..whole.clone() });
-                }
-            }
-        }
-        Ok(Self { points, blocks })
+/// Divides a characteristic matrix into local matrices of points, and blocks.
+///
+/// # Errors
+/// Roots next to zero that are not found.
+pub(super) fn divide(
+    characteristic: &Arc<CharacteristicMatrix>,
+) -> Result<(Vec<LocalBlock>, Vec<Block>), StabilityError> {
+    // No coupling vanishes at all of these λ.
+    let probes = characteristic.probes();
+    let mut blocks: Vec<Block> = sets_that_couple(&probes, |z| characteristic.whole(z))
+        .into_iter()
+        .map(|set| Block::new(characteristic, set))
+        .collect::<Result<_, _>>()?;
+    count_equal(&mut blocks, &probes);
+    let mut points = Vec::new();
+    for (kind, transfer) in characteristic.transfers.iter().enumerate().filter(|(_, t)| has_short_waves(t, &probes)) {
+        let characteristic = Arc::clone(characteristic);
+        let whole = LocalBlock { characteristic, kind, components: transfer.driven() };
+        let sets = sets_that_couple(&probes, |z| whole.matrix(z, &transfer.at(z)).value);
+        let components = |set: &[usize]| set.iter().map(|&i| whole.components[i]).collect();
+        points.extend(sets.iter().map(|set| LocalBlock { components: components(set), ..whole.clone() }));
     }
-
-    /// The part with an identifier, which does not exist for every member of a family.
-    pub fn part(&self, name: SpectrumPart) -> Option<&dyn Analytic> {
-        match name {
-            SpectrumPart::Isolated(i) => self.blocks.get(i).map(|block| block as &dyn Analytic),
-            SpectrumPart::Essential(i) => self.points.get(i).map(|point| point as &dyn Analytic),
-        }
-    }
-
-    /// Identifiers of all distinct parts, the essential ones first.
-    pub fn names(&self) -> impl Iterator<Item = SpectrumPart> {
-        (0..self.points.len()).map(SpectrumPart::Essential).chain(self.blocks().map(|(name, _)| name))
-    }
-
-    /// The distinct blocks, with their identifiers.
-    pub fn blocks(&self) -> impl Iterator<Item = (SpectrumPart, &Block)> {
-        let named = self.blocks.iter().enumerate().map(|(i, block)| (SpectrumPart::Isolated(i), block));
-        named.filter(|(_, block)| block.multiplicity > 0)
-    }
+    Ok((points, blocks))
 }
 
 /// Finds blocks whose characteristic functions are equal up to the accuracy of the differences, and counts them
@@ -98,8 +71,7 @@ fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
 
 /// Whether the gradients at the points of a kind depend on the strain at their own place, or variables grow without a
 /// stimulus.
-fn has_short_waves(characteristic: &CharacteristicMatrix, kind: usize, probes: &[Complex<f64>]) -> bool {
-    let transfer = &characteristic.transfers[kind];
+fn has_short_waves(transfer: &TransferFunction, probes: &[Complex<f64>]) -> bool {
     let answers = |z: &Complex<f64>| {
         let t = transfer.at(*z).value;
         let answer = (&t * transfer.local.map(Complex::from)).map(|x| x.norm());

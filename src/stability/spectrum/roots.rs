@@ -4,7 +4,9 @@ use nalgebra::Complex;
 
 use super::analytic::{Analytic, limited};
 use super::count::{CountedLine, count_along, count_within};
+use crate::error::ensure;
 use crate::linearisation::{StabilityError, newton, newton_step};
+use crate::numerics::scalar::sort_by_value;
 
 /// Places at which a region is cut, in fractions of its side: not in the middle, where symmetric problems have
 /// roots. The next place is tried if a root lies on the cut.
@@ -46,12 +48,10 @@ fn find(f: &dyn Analytic, line: &CountedLine) -> Result<Vec<Complex<f64>>, Stabi
         let top = f.characteristic().bound(abscissa);
         isolate(f, (Complex::new(abscissa, -0.01 * top), Complex::new(top, top)), None, 0, &mut found)?;
     }
-    if multiplicity(&found) != number {
-        let residual = number as f64 - multiplicity(&found) as f64;
-        let what = "search for all roots (some are multiple or too close)";
-        return Err(StabilityError::NoConvergence { what, residual });
-    }
-    found.sort_by(|a, b| b.re.total_cmp(&a.re));
+    let residual = number as f64 - multiplicity(&found) as f64;
+    let what = "search for all roots (some are multiple or too close)";
+    ensure(residual == 0.0, StabilityError::NoConvergence { what, residual })?;
+    sort_by_value(&mut found, |z| -z.re);
     Ok(found)
 }
 
@@ -74,7 +74,7 @@ fn near_line(f: &dyn Analytic, line: &CountedLine) -> Vec<Complex<f64>> {
             && z.re > line.abscissa
             && !is_next_to_a_pole(f, z, line.abscissa)
         {
-            insert(&mut found, z);
+            insert(&mut found, z, f64::EPSILON.sqrt());
         }
     }
     found
@@ -147,11 +147,11 @@ fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(CountedLine, f64)>,
     Ok(None)
 }
 
-/// Adds a root or its conjugate, whichever has Im λ ≥ 0, unless it is known. Two approximations of a double
-/// root differ by the square root of rounding.
-fn insert(found: &mut Vec<Complex<f64>>, z: Complex<f64>) {
+/// Adds a root or its conjugate, whichever has Im λ ≥ 0, unless it is known up to a relative difference. Two
+/// approximations of a double root differ by the square root of rounding.
+pub(super) fn insert(found: &mut Vec<Complex<f64>>, z: Complex<f64>, difference: f64) {
     let z = Complex::new(z.re, z.im.abs());
-    if !found.iter().any(|other| (other - z).norm() < f64::EPSILON.sqrt() * z.norm()) {
+    if !found.iter().any(|other| (other - z).norm() < difference * z.norm()) {
         found.push(z);
     }
 }
@@ -175,7 +175,7 @@ fn isolate(
         && let Ok(z) = zero_near(f, 0.5 * (low + high))
         && inside(z)
     {
-        insert(found, z);
+        insert(found, z, f64::EPSILON.sqrt());
         return Ok(());
     }
     if depth == 60 {
@@ -183,11 +183,8 @@ fn isolate(
     }
     let size = high - low;
     let cut = |corner: Complex<f64>, share: f64| {
-        if size.re > size.im {
-            Complex::new(low.re + share * size.re, corner.im)
-        } else {
-            Complex::new(corner.re, low.im + share * size.im)
-        }
+        let at = low + size * share;
+        if size.re > size.im { Complex::new(at.re, corner.im) } else { Complex::new(corner.re, at.im) }
     };
     for share in CUTS {
         let (first_high, second_low) = (cut(high, share), cut(low, share));

@@ -4,13 +4,13 @@ use nalgebra::Vector3;
 
 use super::characteristic::CharacteristicMatrix;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
+use crate::error::ensure;
 use crate::linearisation::{
     StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver, stimulus_derivatives,
 };
 use crate::load::{InternalForce, Load};
-use crate::model::Model;
+use crate::model::{Model, Scene};
 use crate::rod::Rod;
-use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::ContactState;
@@ -47,12 +47,9 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
     let (load, support, scene) = (shoot.model.load(), shoot.model.support(), shoot.model.scene());
     rod.place_base((scene.base(environment.time), scene.position(environment.time)), support.base())?;
     // The shape, as that of an unloaded rod, which has the visible strain as its intrinsic strain.
-    let p = rod.order().points();
-    let mut shape = rod.clone();
-    for e in 0..rod.elements() {
-        for g in 0..p {
-            shape.points[e * p + g].intrinsic = rod.strain_at_point(e, g);
-        }
+    let (mut shape, p) = (rod.clone(), rod.order().points());
+    for (i, point) in shape.points.iter_mut().enumerate() {
+        point.intrinsic = rod.strain_at_point(i / p, i % p);
     }
     iterate(shoot, &mut shape, (&(), &()), &[], &mut Unloaded, 0.1 * TOLERANCE)?;
     let error = unresolved(&shape);
@@ -60,9 +57,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
     // oscillation between the points.
     if error > 0.1 {
         let (by_strain, _) = stimulus_derivatives(shoot, &shape, &InternalForce::of(&shape, &(), &environment));
-        if by_strain.iter().all(|matrix| matrix.iter().all(|slope| *slope == 0.0)) {
-            return Err(StabilityError::NoProprioception);
-        }
+        ensure(by_strain.iter().flatten().any(|slope| *slope != 0.0), StabilityError::NoProprioception)?;
         let (elements, what) = (rod.elements() - rod.first_growing, "the shape of the steady state (rad)");
         return Err(StabilityError::UnderResolved { elements, what, error });
     }
@@ -76,7 +71,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
     }
     rod.clone_from(&shape);
     let first = rod.zone().start;
-    visit_sites(&shape, material, &force, false, |i, site| {
+    visit_sites(&shape, material, &force, false, &mut |i, site| {
         let intrinsic = shape.points()[first + i].intrinsic;
         rod.points[first + i].intrinsic = intrinsic + (intrinsic - site.strain);
     });
@@ -109,9 +104,7 @@ fn iterate(
             break;
         }
         let failed = StabilityError::NotSteadyState { iterations, gradient };
-        if iterations == 50 {
-            return Err(failed);
-        }
+        ensure(iterations < 50, failed.clone())?;
         // The gradients must vanish at points with a REGR of zero, too: all have a REGR of one here.
         let matrix = CharacteristicMatrix::about(shoot, rod, (load, support), |_| 1.0, (&steady, &force))?;
         let step = matrix.steady_step(&steady).ok_or(failed.clone())?;
@@ -127,9 +120,7 @@ fn iterate(
                 break (moved, next);
             }
             fraction *= 0.5;
-            if fraction < 1e-6 {
-                return Err(failed);
-            }
+            ensure(fraction >= 1e-6, failed.clone())?;
         };
     }
     Ok(())

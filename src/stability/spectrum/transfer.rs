@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::sets::connected;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, ensure};
 use crate::linearisation::{AnalyticMatrix, StabilityError, SteadyLaws, eigenvalues};
 use crate::tropism::{Declaration, TropismLaw, law_matrices};
 
@@ -61,9 +61,8 @@ impl TransferFunction {
             local_rates: Vec::new(),
             sets: Vec::new(),
         };
-        if !(rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite())) {
-            return Err(StabilityError::NotFinite { what: "derivative of the laws" });
-        }
+        let finite = rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite());
+        ensure(finite, StabilityError::NotFinite { what: "derivative of the laws" })?;
         for (j, variable) in laws.variables().iter().enumerate() {
             match variable.delay {
                 Some(delay) => ParameterError::not_negative("delay of a law", delay, "s")?,

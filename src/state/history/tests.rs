@@ -183,7 +183,7 @@ fn memories_of_polynomials_are_read_exactly_after_a_discontinuity() {
 #[test]
 fn a_new_level_extrapolates_the_variables_at_their_rates_and_keeps_rates_and_stimuli() {
     let (mut history, mut spare) = (history(&[0.0, 1.0], |t| 2.0 + t, |_| 3.0), Spare::new());
-    history.push(1.5, &mut spare);
+    history.push(1.5, 0, &mut spare);
     assert_eq!((history.levels(), history.time(2), history.last_step()), (3, 1.5, 0.5));
     for (point, factor) in [1.0, 2.0].into_iter().enumerate() {
         assert_eq!(history.present(point), Some(&[factor * 4.5][..]));

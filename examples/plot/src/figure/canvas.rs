@@ -211,6 +211,11 @@ impl Canvas<'_> {
         self.keep(result);
     }
 
+    /// Draws a text of the size of tick labels to the right of a place.
+    pub fn text_beside(&mut self, text: &str, x: f64, y: f64) {
+        self.text(text, Label { size: super::TICK_SIZE, h: HPos::Left, ..Label::new(x, y) });
+    }
+
     fn circle(&mut self, centre: Point, radius: f64, style: ShapeStyle, fill: bool) {
         let result = self.backend.draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
         self.keep(result);

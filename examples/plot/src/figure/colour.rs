@@ -3,9 +3,8 @@
 use plotters::style::RGBColor;
 
 use super::canvas::{Canvas, Label, Point};
-use super::panel::Axis;
+use super::panel::{Axis, Rect};
 use super::range::Range;
-use super::ticks::{linear_ticks, log_ticks};
 use super::{MERGED, TICK_SIZE};
 
 /// Lines of frames and axes.
@@ -102,47 +101,39 @@ impl ColourScale {
     }
 
     /// Draws a line coloured by a value at each point; `None` is a gap.
-    pub fn line(&self, canvas: &mut Canvas, path: &[(f64, Option<Point>)], width: f64) {
-        let mut run: Vec<Point> = Vec::new();
-        let mut run_step = 0;
-        for (i, (value, point)) in path.iter().enumerate() {
-            let Some(point) = *point else {
-                if !run.is_empty() {
-                    canvas.line(&run, step_colour(run_step), width);
-                    run.clear();
-                }
+    pub fn line(&self, canvas: &mut Canvas, path: impl Iterator<Item = (f64, Option<Point>)>, width: f64) {
+        let (mut run, mut run_step): (Vec<Point>, _) = (Vec::new(), 0);
+        let mut path = path.peekable();
+        while let Some((value, point)) = path.next() {
+            let Some(point) = point else {
+                canvas.line(&run, step_colour(run_step), width);
+                run.clear();
                 continue;
             };
-            let step = self.step(*value);
-            match run.last() {
-                None => run_step = step,
-                Some(last) => {
-                    // Points close to the last one would only enlarge the file.
-                    let near = (last.0 - point.0).hypot(last.1 - point.1) < MERGED;
-                    if near && i + 1 < path.len() {
-                        continue;
+            let step = self.step(value);
+            if let Some(&last) = run.last() {
+                // Points close to the last one would only enlarge the file.
+                let near = (last.0 - point.0).hypot(last.1 - point.1) < MERGED;
+                if near && path.peek().is_some() {
+                    continue;
+                }
+                if step != run_step {
+                    if run.len() > 1 {
+                        canvas.line(&run, step_colour(run_step), width);
                     }
-                    if step != run_step {
-                        let last = *last;
-                        if run.len() > 1 {
-                            canvas.line(&run, step_colour(run_step), width);
-                        }
-                        run = vec![last];
-                        run_step = step;
-                    }
+                    run = vec![last];
                 }
             }
+            run_step = step;
             run.push(point);
         }
-        if !run.is_empty() {
-            canvas.line(&run, step_colour(run_step), width);
-        }
+        canvas.line(&run, step_colour(run_step), width);
     }
 
     /// Draws the colour bar with its lower left corner at (`left`, `bottom`).
     pub fn draw_bar(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
         let right = left + 22.0;
-        let Axis { range, log, label: name } = &self.axis;
+        let Axis { range, label: name, .. } = &self.axis;
         // On a logarithmic scale, the positions of ticks and the range are logarithms.
         let y = |place: f64| bottom - (bottom - top) * (place - range.lo) / range.length();
         for step in 0..STEPS {
@@ -152,20 +143,12 @@ impl ColourScale {
             let corners = [(left, lower), (right, lower), (right, top), (left, top)];
             canvas.area(&corners, step_colour(step));
         }
-        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
-        let outline: Vec<Point> = corners.into_iter().chain([(left, top)]).collect();
-        canvas.line(&outline, FRAME, 1.0);
-        let count = ((bottom - top) / 50.0) as usize;
-        let ticks = if *log { log_ticks(*range, count) } else { linear_ticks(*range, count) };
+        canvas.line(&Rect { left, top, right, bottom }.outline(), FRAME, 1.0);
+        let ticks = self.axis.ticks(((bottom - top) / 50.0) as usize);
         let unit = ticks.axis_label(name);
         for (place, text) in ticks.labelled() {
             canvas.line(&[(right, y(place)), (right + 6.0, y(place))], FRAME, 1.0);
-            let label = Label {
-                size: TICK_SIZE,
-                h: plotters::style::text_anchor::HPos::Left,
-                ..Label::new(right + 10.0, y(place))
-            };
-            canvas.text(text, label);
+            canvas.text_beside(text, right + 10.0, y(place));
         }
         let widest = ticks.width(TICK_SIZE);
         let label = Label { upwards: true, ..Label::new(right + 10.0 + widest + 16.0, (top + bottom) / 2.0) };

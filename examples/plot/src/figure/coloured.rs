@@ -2,7 +2,6 @@
 
 use std::io;
 
-use super::canvas::Point;
 use super::colour::ColourScale;
 use super::panel::{ABOVE, Axis, Panel, Rect};
 use super::range::Range;
@@ -38,9 +37,8 @@ impl Figure {
         self.draw(1, bottom + 10.0, |canvas| {
             panel.draw(canvas, "");
             for curve in curves {
-                let path: Vec<(f64, Option<Point>)> =
-                    curve.iter().map(|[t, x, y]| (t / S_PER_H, panel.at(*x, *y).filter(|_| t.is_finite()))).collect();
-                time.line(canvas, &path, 2.4);
+                let at = |[t, x, y]: &[f64; 3]| (t / S_PER_H, panel.at(*x, *y).filter(|_| t.is_finite()));
+                time.line(canvas, curve.iter().map(at), 2.4);
             }
             let frame = panel.frame();
             time.draw_bar(canvas, frame.right + 38.0, frame.top, frame.bottom);

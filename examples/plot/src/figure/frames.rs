@@ -3,7 +3,6 @@
 use std::io;
 
 use plotters::style::RGBColor;
-use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Label, Point};
 use super::colour::{ColourScale, palette};
@@ -11,7 +10,7 @@ use super::lines::Style;
 use super::panel::{ABOVE, BELOW, Rect};
 use super::path::{NAMES, space_ranges};
 use super::view::{View, extent};
-use super::{BAR_COLUMN, Figure, MM_PER_M, TICK_SIZE};
+use super::{BAR_COLUMN, Figure, MM_PER_M};
 
 /// Length of a director in the figure, relative to the largest extent of the shapes.
 const LENGTH: f64 = 0.11;
@@ -48,7 +47,7 @@ impl Figure {
         let (wide, band) = (self.wide(2), self.band());
         let all = || panels.iter().flat_map(|panel| panel.shapes.iter());
         let mm = |p: &[f64; 3]| p.map(|c| c * MM_PER_M);
-        let points = all().flat_map(|shape| shape.line.iter().map(|p| p.map(|c| c * MM_PER_M)));
+        let points = all().flat_map(|shape| shape.line.iter().map(mm));
         let ranges = space_ranges(points).map(|range| range.padded(LENGTH));
         let director = LENGTH * ranges.iter().map(|range| range.length()).fold(0.0, f64::max);
         let time = ColourScale::time(all().map(|shape| shape.hours));
@@ -66,9 +65,7 @@ impl Figure {
                 let tip: Vec<Point> = track.iter().filter_map(|p| view.at(mm(p))).collect();
                 canvas.line(&tip, TRACK[0], 1.6);
                 for shape in shapes {
-                    let line: Vec<(f64, Option<Point>)> =
-                        shape.line.iter().map(|p| (shape.hours, view.at(mm(p)))).collect();
-                    time.line(canvas, &line, 2.6);
+                    time.line(canvas, shape.line.iter().map(|p| (shape.hours, view.at(mm(p)))), 2.6);
                     for [position, directors @ ..] in &shape.directors {
                         let from = mm(position);
                         for (d, colour) in directors.iter().zip([0, 1]) {
@@ -92,7 +89,7 @@ impl Figure {
             for (i, (name, colour, style)) in samples.into_iter().enumerate() {
                 let x = 92.0 + 190.0 * i as f64;
                 canvas.dashed(&[(x, y), (x + 34.0, y)], colour, 2.4, style.pattern());
-                canvas.text(name, Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(x + 44.0, y) });
+                canvas.text_beside(name, x + 44.0, y);
             }
         })
     }

@@ -1,7 +1,5 @@
 //! The legend, and the markers and badges of series.
 
-use plotters::style::text_anchor::HPos;
-
 use super::TICK_SIZE;
 use super::canvas::{Canvas, Label, Point, text_width};
 use super::colour::{AREA, palette};
@@ -90,8 +88,7 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
             draw_badge(canvas, (left + 0.5 * SAMPLE, y), &one.text, one.colour);
         }
         for line in wrapped(&one.label) {
-            let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(left + SAMPLE + 10.0, y) };
-            canvas.text(&line, label);
+            canvas.text_beside(&line, left + SAMPLE + 10.0, y);
             y += LINE;
         }
         y += GAP;
@@ -100,24 +97,17 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
 
 /// Draws the marker of a series. Its shape depends on the colour index, for prints without colour.
 pub fn draw_marker(canvas: &mut Canvas, centre: Point, series: &Series) {
-    let polygon = |corners: &[Point]| -> Vec<Point> {
-        let place = |c: &Point| (centre.0 + c.0, centre.1 + c.1);
-        corners.iter().map(place).collect()
-    };
     let paint = series.paint();
-    match series.colour % 8 {
-        0 => canvas.dot(centre, 5.0, paint),
-        4 => canvas.ring(centre, 4.4, paint, 1.8),
-        1 | 5 => {
-            let square = [(-4.4, -4.4), (4.4, -4.4), (4.4, 4.4), (-4.4, 4.4)];
-            canvas.area(&polygon(&square), paint);
-        }
-        2 | 6 => canvas.area(&polygon(&[(0.0, -6.2), (5.8, 4.2), (-5.8, 4.2)]), paint),
-        _ => {
-            let diamond = [(0.0, -6.4), (6.4, 0.0), (0.0, 6.4), (-6.4, 0.0)];
-            canvas.area(&polygon(&diamond), paint);
-        }
-    }
+    // Corners of a square, a triangle or a diamond.
+    let corners: &[Point] = match series.colour % 8 {
+        0 => return canvas.dot(centre, 5.0, paint),
+        4 => return canvas.ring(centre, 4.4, paint, 1.8),
+        1 | 5 => &[(-4.4, -4.4), (4.4, -4.4), (4.4, 4.4), (-4.4, 4.4)],
+        2 | 6 => &[(0.0, -6.2), (5.8, 4.2), (-5.8, 4.2)],
+        _ => &[(0.0, -6.4), (6.4, 0.0), (0.0, 6.4), (-6.4, 0.0)],
+    };
+    let corners: Vec<Point> = corners.iter().map(|c| (centre.0 + c.0, centre.1 + c.1)).collect();
+    canvas.area(&corners, paint);
 }
 
 /// Draws a short text in a circle.

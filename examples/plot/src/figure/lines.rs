@@ -3,14 +3,13 @@
 use std::io;
 
 use plotters::style::RGBColor;
-use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Canvas, Label, Point};
 use super::colour::{AREA, ColourScale, ordered, palette};
 use super::legend::{draw_badge, draw_below, draw_legend, draw_marker, height_below, is_beside, legend_width, listed};
 use super::panel::{ABOVE, Axis, Panel, Rect};
 use super::range::Range;
-use super::{BAR_COLUMN, Figure, MERGED, TICK_SIZE};
+use super::{BAR_COLUMN, Figure, MERGED};
 
 /// Kinds of series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -222,16 +221,9 @@ fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool, paddin
 
 /// Returns the visible points of a series in pixels. A point that is omitted divides the line.
 pub fn runs(panel: &Panel, series: &Series) -> Vec<Vec<Point>> {
-    let mut runs: Vec<Vec<Point>> = vec![Vec::new()];
-    for (x, y) in &series.points {
-        match (panel.at(*x, *y), runs.last_mut()) {
-            (Some(point), Some(run)) => run.push(point),
-            (None, Some(run)) if !run.is_empty() => runs.push(Vec::new()),
-            _ => {}
-        }
-    }
-    runs.retain(|run| !run.is_empty());
-    runs
+    let points: Vec<Option<Point>> = series.points.iter().map(|(x, y)| panel.at(*x, *y)).collect();
+    let runs = points.split(Option::is_none).filter(|run| !run.is_empty());
+    runs.map(|run| run.iter().copied().flatten().collect()).collect()
 }
 
 /// Draws a series in a panel.
@@ -251,10 +243,7 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
                 Style::Points | Style::Marked => draw_marker(canvas, point, series),
                 Style::Badge => draw_badge(canvas, point, &series.text, series.colour),
                 Style::Text => canvas.text(&series.text, Label::new(point.0, point.1)),
-                Style::Beside => {
-                    let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(point.0 + 9.0, point.1) };
-                    canvas.text(&series.text, label);
-                }
+                Style::Beside => canvas.text_beside(&series.text, point.0 + 9.0, point.1),
                 Style::Line | Style::Dashed | Style::Dotted | Style::DashDot | Style::Area => {}
             }
         }

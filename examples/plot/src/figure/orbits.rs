@@ -55,9 +55,7 @@ impl Figure {
                 canvas.line(&behind, FAINT, 1.4);
                 let track = interpolated(&orbit.path);
                 let (from, to) = (track.first().map_or(0.0, |p| p.0), track.last().map_or(1.0, |p| p.0));
-                let path: Vec<(f64, Option<Point>)> =
-                    track.iter().map(|p| ((p.0 - from) / (to - from), at(p))).collect();
-                time.line(canvas, &path, 2.6);
+                time.line(canvas, track.iter().map(|p| ((p.0 - from) / (to - from), at(p))), 2.6);
             }
             time.draw_bar(canvas, wide - BAR_COLUMN + 12.0, band + ABOVE, band + row - BELOW);
         })

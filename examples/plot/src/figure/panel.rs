@@ -40,6 +40,12 @@ impl Rect {
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }
+
+    /// The corners clockwise from the upper left one, which is repeated at the end.
+    pub fn outline(&self) -> [Point; 5] {
+        let Self { left, top, right, bottom } = *self;
+        [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)]
+    }
 }
 
 /// An axis of a panel.
@@ -59,13 +65,14 @@ impl Axis {
         Self { label: label.into(), range, log: false }
     }
 
+    /// Returns about `count` ticks.
+    pub fn ticks(&self, count: usize) -> Ticks {
+        if self.log { log_ticks(self.range, count) } else { linear_ticks(self.range, count) }
+    }
+
     /// Ticks of a vertical axis.
     fn ticks_upwards(&self, pixels: f64) -> Ticks {
-        let count = ((pixels / 42.0) as usize).max(2);
-        match self.log {
-            true => log_ticks(self.range, count),
-            false => linear_ticks(self.range, count),
-        }
+        self.ticks(((pixels / 42.0) as usize).max(2))
     }
 
     /// Ticks of a horizontal axis.
@@ -77,10 +84,7 @@ impl Axis {
     }
 
     fn subticks(&self) -> Vec<f64> {
-        match self.log {
-            true => log_subticks(self.range),
-            false => Vec::new(),
-        }
+        if self.log { log_subticks(self.range) } else { Vec::new() }
     }
 }
 
@@ -134,34 +138,28 @@ impl Panel {
         let Rect { left, top, right, bottom } = self.frame;
         let x_ticks = self.x.ticks_across(self.frame.width());
         let y_ticks = self.y.ticks_upwards(self.frame.height());
-        for &v in &x_ticks.values {
-            let x = self.pixel_x(v);
+        for x in x_ticks.values.iter().map(|v| self.pixel_x(*v)) {
             canvas.line(&[(x, top), (x, bottom)], GRID, 1.0);
         }
-        for &v in &y_ticks.values {
-            let y = self.pixel_y(v);
+        for y in y_ticks.values.iter().map(|v| self.pixel_y(*v)) {
             canvas.line(&[(left, y), (right, y)], GRID, 1.0);
         }
-        for v in self.x.subticks() {
-            let x = self.pixel_x(v);
+        for x in self.x.subticks().into_iter().map(|v| self.pixel_x(v)) {
             canvas.line(&[(x, bottom - 4.0), (x, bottom)], FRAME, 1.0);
         }
-        for v in self.y.subticks() {
-            let y = self.pixel_y(v);
+        for y in self.y.subticks().into_iter().map(|v| self.pixel_y(v)) {
             canvas.line(&[(left, y), (left + 4.0, y)], FRAME, 1.0);
         }
         self.draw_frame(canvas);
         for (v, text) in x_ticks.labelled() {
             let x = self.pixel_x(v);
             canvas.line(&[(x, bottom), (x, bottom + 6.0)], FRAME, 1.2);
-            let label = Label { size: TICK_SIZE, v: VPos::Top, ..Label::new(x, bottom + 10.0) };
-            canvas.text(text, label);
+            canvas.text(text, Label { size: TICK_SIZE, v: VPos::Top, ..Label::new(x, bottom + 10.0) });
         }
         for (v, text) in y_ticks.labelled() {
             let y = self.pixel_y(v);
             canvas.line(&[(left - 6.0, y), (left, y)], FRAME, 1.2);
-            let label = Label { size: TICK_SIZE, h: HPos::Right, ..Label::new(left - 10.0, y) };
-            canvas.text(text, label);
+            canvas.text(text, Label { size: TICK_SIZE, h: HPos::Right, ..Label::new(left - 10.0, y) });
         }
         let (x_label, y_label) = (x_ticks.axis_label(&self.x.label), y_ticks.axis_label(&self.y.label));
         let (x_mid, y_mid) = (0.5 * (left + right), 0.5 * (top + bottom));
@@ -175,10 +173,7 @@ impl Panel {
 
     /// Draws the frame. Maps call this again because their cells cover it.
     pub fn draw_frame(&self, canvas: &mut Canvas) {
-        let Rect { left, top, right, bottom } = self.frame;
-        let corners = [(right, top), (right, bottom), (left, bottom), (left, top)];
-        let outline: Vec<Point> = [(left, top)].into_iter().chain(corners).collect();
-        canvas.line(&outline, FRAME, 1.2);
+        canvas.line(&self.frame.outline(), FRAME, 1.2);
     }
 
     /// Returns the frame of the panel.

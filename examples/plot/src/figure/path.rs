@@ -3,7 +3,6 @@
 use std::io;
 
 use plotters::style::RGBColor;
-use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Canvas, Label, Point};
 use super::colour::ColourScale;
@@ -11,7 +10,7 @@ use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
 use super::range::Range;
 use super::strips::{Strip, draw_strips, strips_height};
 use super::view::{View, extent};
-use super::{BAR_COLUMN, Figure, MM_PER_M, S_PER_H, TICK_SIZE};
+use super::{BAR_COLUMN, Figure, MM_PER_M, S_PER_H};
 
 /// Names of the axes in space.
 pub const NAMES: [&str; 3] = ["x (mm)", "y (mm)", "z (mm)"];
@@ -39,11 +38,9 @@ impl Figure {
         let lower = row_height(frame_width, z.length() / side);
         let split = band + upper + ABOVE + BELOW;
         let height = split + lower + ABOVE + BELOW + 10.0;
-        let cell = |col: usize, top: f64, bottom: f64| Rect {
-            left: column * col as f64,
-            top,
-            right: column * (col + 1) as f64,
-            bottom,
+        let cell = |col: usize, top: f64, bottom: f64| {
+            let left = column * col as f64;
+            Rect { left, top, right: left + column, bottom }
         };
 
         let view = View::new(cell(0, band, split), ranges);
@@ -104,10 +101,9 @@ fn draw_path(
     path: &[(f64, [f64; 3])],
     at: impl Fn([f64; 3]) -> Option<Point>,
 ) {
-    let shown: Vec<(f64, Option<Point>)> =
-        path.iter().map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite()))).collect();
-    time.line(canvas, &shown, 2.2);
-    let mut visible = shown.iter().filter_map(|(h, p)| p.map(|p| (*h, p)));
+    let shown = || path.iter().map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite())));
+    time.line(canvas, shown(), 2.2);
+    let mut visible = shown().filter_map(|(hours, p)| Some((hours, p?)));
     if let Some(first) = visible.next() {
         let last = visible.next_back().unwrap_or(first);
         canvas.ring(first.1, 5.0, time.colour(first.0), 2.0);
@@ -120,7 +116,6 @@ fn draw_key(canvas: &mut Canvas, left: f64, top: f64) {
     canvas.ring((left + 11.0, top), 5.0, dark, 2.0);
     canvas.dot((left + 11.0, top + 26.0), 5.5, dark);
     for (text, y) in [("start", top), ("end", top + 26.0)] {
-        let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(left + 28.0, y) };
-        canvas.text(text, label);
+        canvas.text_beside(text, left + 28.0, y);
     }
 }

@@ -2,7 +2,6 @@
 
 use std::io;
 
-use super::canvas::Point;
 use super::colour::ColourScale;
 use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
 use super::path::{NAMES, space_ranges};
@@ -27,21 +26,15 @@ impl Figure {
         let side = x.length().max(y.length());
         let frame_height = ((column - LEFT - RIGHT) * z.length() / side).clamp(360.0, 760.0);
         let height = band + ABOVE + frame_height + BELOW + 10.0;
-        let cell = |col: usize| Rect {
-            left: column * col as f64,
-            top: band,
-            right: column * (col + 1) as f64,
-            bottom: height - 10.0,
-        };
         self.draw(2, height, |canvas| {
             for (col, range, name) in [(0, x, "front view"), (1, y, "side view")] {
                 let across = Axis::linear(NAMES[col], range.at_least(side));
-                let panel = Panel::new(cell(col), across, Axis::linear(NAMES[2], z), true);
+                let left = column * col as f64;
+                let cell = Rect { left, top: band, right: left + column, bottom: height - 10.0 };
+                let panel = Panel::new(cell, across, Axis::linear(NAMES[2], z), true);
                 panel.draw(canvas, name);
                 for (hours, line) in &shapes {
-                    let shown: Vec<(f64, Option<Point>)> =
-                        line.iter().map(|p| (*hours, panel.at(p[col], p[2]))).collect();
-                    time.line(canvas, &shown, 2.6);
+                    time.line(canvas, line.iter().map(|p| (*hours, panel.at(p[col], p[2]))), 2.6);
                 }
             }
             let bottom = height - 10.0 - BELOW;

@@ -23,9 +23,7 @@ impl Ticks {
     /// Returns the label of the axis with the common factor of the ticks in its unit: `x (mm)`
     /// becomes `x (10⁻³ mm)`.
     pub fn axis_label(&self, label: &str) -> String {
-        let Some(factor) = &self.factor else {
-            return label.into();
-        };
+        let Some(factor) = &self.factor else { return label.into() };
         match label.strip_suffix(')').and_then(|l| l.rsplit_once('(')) {
             Some((quantity, "1")) => format!("{quantity}({factor})"),
             Some((quantity, unit)) => format!("{quantity}({factor} {unit})"),
@@ -96,15 +94,10 @@ pub fn log_ticks(range: Range, count: usize) -> Ticks {
     let every = decades.div_ceil(count.max(2)).max(1) as i32;
     let shown: Vec<i32> = (first..=last).filter(|e| e % every == 0).collect();
     let plain = shown.iter().all(|e| (-3..=4).contains(e));
+    let text = |e: &i32| if plain { fixed(10f64.powi(*e), (-e).max(0) as usize) } else { power_of_ten(*e) };
     Ticks {
         values: shown.iter().map(|e| f64::from(*e)).collect(),
-        labels: shown
-            .iter()
-            .map(|e| match plain {
-                true => fixed(10f64.powi(*e), (-e).max(0) as usize),
-                false => power_of_ten(*e),
-            })
-            .collect(),
+        labels: shown.iter().map(text).collect(),
         factor: None,
     }
 }

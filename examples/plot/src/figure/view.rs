@@ -59,18 +59,15 @@ impl View {
             [[x.lo, y.hi, z.lo], [x.hi, y.hi, z.lo], [x.hi, y.hi, z.hi], [x.lo, y.hi, z.hi]],
             [[x.lo, y.lo, z.lo], [x.lo, y.hi, z.lo], [x.lo, y.hi, z.hi], [x.lo, y.lo, z.hi]],
         ];
-        let shades = [0xF4, 0xFA, 0xF7];
-        for (face, shade) in faces.iter().zip(shades) {
-            let corners: Vec<Point> = face.iter().map(|p| self.pixel(*p)).collect();
-            canvas.area(&corners, RGBColor(shade, shade, shade));
+        let faces = faces.map(|face| face.map(|p| self.pixel(p)));
+        for (face, shade) in faces.iter().zip([0xF4, 0xFA, 0xF7]) {
+            canvas.area(face, RGBColor(shade, shade, shade));
         }
         for (axis, label) in labels.into_iter().enumerate() {
             self.draw_axis(canvas, axis, label);
         }
-        for face in faces {
-            let mut corners: Vec<Point> = face.iter().map(|p| self.pixel(*p)).collect();
-            corners.push(corners[0]);
-            canvas.line(&corners, FRAME, 1.0);
+        for [a, b, c, d] in faces {
+            canvas.line(&[a, b, c, d, a], FRAME, 1.0);
         }
     }
 
@@ -95,12 +92,11 @@ impl View {
         };
         let beside = |p: Point, by: f64| (p.0 + by * out.0, p.1 + by * out.1);
         for (value, text) in ticks.labelled() {
-            let path: Vec<Point> = along(value).iter().map(|p| self.pixel(*p)).collect();
+            let path = along(value).map(|p| self.pixel(p));
             canvas.line(&path, GRID, 1.0);
             canvas.line(&[path[0], beside(path[0], 6.0)], FRAME, 1.2);
             let (lx, ly) = beside(path[0], 10.0);
-            let label = Label { size: TICK_SIZE, h, v, ..Label::new(lx, ly) };
-            canvas.text(text, label);
+            canvas.text(text, Label { size: TICK_SIZE, h, v, ..Label::new(lx, ly) });
         }
         let text = ticks.axis_label(label);
         let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));

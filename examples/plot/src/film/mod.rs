@@ -2,7 +2,6 @@
 
 mod frame;
 
-use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
@@ -31,14 +30,7 @@ impl Film {
     /// Returns a film without frames. `speed` is one of the values of the player: 0.1, 0.25, 0.5,
     /// 1, 2, 4 or 8 h per second.
     pub fn new(title: &str, about: &str, speed: f64) -> Self {
-        Self {
-            title: title.into(),
-            about: about.into(),
-            speed,
-            frames: Vec::new(),
-            poles: Vec::new(),
-            measured: Vec::new(),
-        }
+        Self { title: title.into(), about: about.into(), speed, frames: vec![], poles: vec![], measured: vec![] }
     }
 
     /// Adds a frame. Its time is later than that of the last frame, and its number of points is the
@@ -120,34 +112,27 @@ impl Film {
             let numbers: Vec<String> = frames.iter().map(|frame| format!("{:.digits$}", of(frame))).collect();
             numbers.join(",")
         };
-        let poles: Vec<String> = self
-            .poles
-            .iter()
-            .map(|pole| {
-                let ([x, y, z], [a, b, c]): ([f64; 3], [f64; 3]) = (pole.through.into(), pole.along.normalize().into());
-                format!("[[{x},{y},{z}],[{a},{b},{c}],{}]", pole.radius)
-            })
-            .collect();
+        let poles = self.poles.iter().map(|pole| {
+            let ([x, y, z], [a, b, c]): ([f64; 3], [f64; 3]) = (pole.through.into(), pole.along.normalize().into());
+            format!("[[{x},{y},{z}],[{a},{b},{c}],{}]", pole.radius)
+        });
         let place = |p: &[f64; 3]| format!("[{:.6},{:.6},{:.6}]", p[0], p[1], p[2]);
         let measured = self.measured.iter().map(|(time, places)| {
             let places: Vec<String> = places.iter().map(place).collect();
             format!("[{:.4},[{}]]", time / 3600.0, places.join(","))
         });
-        let mut out = String::new();
-        let _ = write!(
-            out,
+        Ok(format!(
             "{{\"poles\":[{}],\"measured\":[{}],\
              \"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\
              \"piles\":{piles},\"times\":[{}],\"lengths\":[{}],\"zones\":[{}],\"data\":\"{}\"}}",
-            poles.join(","),
+            poles.collect::<Vec<_>>().join(","),
             measured.collect::<Vec<_>>().join(","),
             self.speed,
             list(&|frame| frame.time / 3600.0, 4),
             list(&|frame| frame.length, 6),
             list(&|frame| frame.zone, 4),
             base64(&bytes),
-        );
-        Ok(out)
+        ))
     }
 }
 

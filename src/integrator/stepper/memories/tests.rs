@@ -22,7 +22,7 @@ fn memories_of_linear_stimuli_are_exact() {
     let (size, nodes) = (0.5, lobatto(ORDER - 1));
     let mut at_nodes = [[0.0; LEVELS]; ORDER];
     for (at, node) in at_nodes.iter_mut().zip(&nodes) {
-        lagrange(&[-2.0, -1.0, 0.0, 1.0], *node, &mut at[..4]);
+        *at = lagrange(&[-2.0, -1.0, 0.0, 1.0], *node);
     }
     let (mut parts, mut of_nodes, mut memories) = (Parts::default(), Memories::default(), Memories::default());
     assert!(!parts.read(&laws()) && parts.read(&laws()), "only the second call finds them known");
@@ -84,7 +84,7 @@ fn groups_are_runs_of_at_most_four_consecutive_iterated_variables() {
     }
     let mut parts = Parts::default();
     parts.read(&laws);
-    let places = |group: &[Iterated]| group.iter().map(|each| each.variable).collect();
+    let places = |group: &[Member]| group.iter().map(|each| each.variable).collect();
     let groups: Vec<Vec<usize>> = parts.groups().map(places).collect();
     assert_eq!(groups, [vec![0, 1, 2], vec![4, 5, 6, 7], vec![8, 9]]);
     assert_eq!([2, 3, 7, 9].map(|variable| parts.lane(variable)), [Some((0, 2)), None, Some((1, 3)), Some((2, 1))]);
