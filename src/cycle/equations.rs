@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use nalgebra::{Complex, DVector};
 
 use super::disturbances::Disturbances;
-use super::error::CycleError;
+use super::error::{CycleError, Outcome};
 use super::extended::{BorderedSystem, OrbitUnknowns, StateJacobian, Symmetry};
 use crate::model::Model;
 use crate::rod::Rod;
@@ -64,24 +64,24 @@ pub trait Equations: Clone {
     fn newton(&self) -> Newton;
 
     /// Initial guess from a mode, with a small amplitude of the tip (m).
-    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError>;
+    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Outcome<OrbitUnknowns>;
 
     /// Initial guess from a known orbit.
-    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Result<OrbitUnknowns, CycleError>;
+    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Outcome<OrbitUnknowns>;
 
     /// Evaluates the residual. `rods` of an earlier evaluation are the initial guesses of the equilibria.
     fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M>;
 
     /// Size and stability of an orbit: at least [`OBSERVED`] leading exponents, and all with positive real part.
-    fn observe<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>) -> Result<Observation, CycleError>;
+    fn observe<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>) -> Outcome<Observation>;
 
     /// Extends the past in a state if a delay of the shoot is longer. Returns whether it did.
-    fn extend_past<M: Model>(&self, _shoot: &Shoot<M>, _at: &mut OrbitUnknowns) -> Result<bool, CycleError> {
+    fn extend_past<M: Model>(&self, _shoot: &Shoot<M>, _at: &mut OrbitUnknowns) -> Outcome<bool> {
         Ok(false)
     }
 
     /// Returns an error unless the grid in time resolves an orbit.
-    fn check_resolution(&self, _orbit: &Self::Orbit) -> Result<(), CycleError> {
+    fn check_resolution(&self, _orbit: &Self::Orbit) -> Outcome {
         Ok(())
     }
 
@@ -107,15 +107,15 @@ pub trait EvaluatedEquations<E: Equations> {
     fn residual(&self) -> (DVector<f64>, f64);
 
     /// Returns an error unless the shoot has the properties that the equations assume.
-    fn check(&self) -> Result<(), CycleError>;
+    fn check(&self) -> Outcome;
 
     /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown of its own.
     /// None if the laws are singular.
-    fn linearise(&mut self) -> Result<Option<(E::Jacobian, Vec<Symmetry>)>, CycleError>;
+    fn linearise(&mut self) -> Outcome<Option<(E::Jacobian, Vec<Symmetry>)>>;
 
     /// The tangents of the symmetries.
     fn symmetry_tangents(&self) -> Vec<DVector<f64>>;
 
     /// The orbit at converged unknowns. The linearisation at nearby unknowns may be known.
-    fn into_orbit(self, known: Option<BorderedSystem<E::Jacobian>>, effort: Effort) -> Result<E::Orbit, CycleError>;
+    fn into_orbit(self, known: Option<BorderedSystem<E::Jacobian>>, effort: Effort) -> Outcome<E::Orbit>;
 }

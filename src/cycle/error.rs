@@ -4,6 +4,9 @@ use crate::equilibrium::EquilibriumError;
 use crate::error::{Known, Number, ParameterError, debug_by_display};
 use crate::stability::StabilityError;
 
+/// The result of a part of a computation.
+pub(in crate::cycle) type Outcome<T = ()> = Result<T, CycleError>;
+
 /// Reason why an orbit, its stability or its branch was not computed. The shoot is unchanged.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]

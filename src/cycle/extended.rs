@@ -15,7 +15,7 @@
 
 use nalgebra::DVector;
 
-use super::error::CycleError;
+use super::error::{CycleError, Outcome};
 use super::map::PhaseState;
 
 /// Half-width of central differences by period, rate and parameter; relative to period and rate, and for the
@@ -166,7 +166,7 @@ pub struct Symmetry {
 pub trait StateJacobian {
     /// Solves the bordered system for the update of the state and of the scalar unknowns, given the residual and the
     /// residuals of the conditions. Returns none if the linear solver fails.
-    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Result<Option<DVector<f64>>, CycleError>;
+    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Outcome<Option<DVector<f64>>>;
 }
 
 /// The linearised extended system.

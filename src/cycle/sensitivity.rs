@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::error::CycleError;
+use super::error::Outcome;
 use super::rotated::rotated;
 use crate::linearisation::{visit_bends, visit_stimuli};
 use crate::load::InternalForce;
@@ -22,7 +22,7 @@ pub(super) fn stimuli_by_strain(
     rod: &Rod,
     force: &InternalForce,
     phases: &[f64],
-) -> Result<DMatrix<f64>, CycleError> {
+) -> Outcome<DMatrix<f64>> {
     let zone = rod.zone();
     let (m, n) = (shoot.model.tropism().size().stimuli, 2 * zone.len());
     let statics = (shoot.model.load(), shoot.model.support());

@@ -8,7 +8,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::error::CycleError;
+use super::error::{CycleError, Outcome};
 use super::map::CONVERGED;
 use crate::error::ensure;
 use crate::numerics::krylov::{Krylov, Ritz, orthogonalise, ritz_values};
@@ -75,8 +75,8 @@ impl LeadingSpectrum {
     pub fn of(
         size: usize,
         count: usize,
-        apply: &mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, CycleError>,
-    ) -> Result<Self, CycleError> {
+        apply: &mut dyn FnMut(&DVector<f64>) -> Outcome<DVector<f64>>,
+    ) -> Outcome<Self> {
         let mut out = Self { values: Vec::new(), radius: 0.0 };
         let mut locked: Vec<DVector<f64>> = Vec::new();
         while locked.len() < size {
@@ -133,7 +133,7 @@ pub(super) fn remove_nearest(list: &mut Vec<Eigenvalue>, to: Complex<f64>, withi
 
 /// Returns the leading eigenvalues if `missing` of them have converged, a bound on all eigenvalues if it is smaller
 /// than `below`, or none if more vectors are needed.
-fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Option<Leading>, CycleError> {
+fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Outcome<Option<Leading>> {
     let rounding = CONVERGED * hessenberg.norm();
     let converged =
         |one: &Ritz| one.residual <= (TOLERANCE * one.value.norm()).max(rounding) && one.value.norm() > SMALLEST;

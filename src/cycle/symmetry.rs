@@ -5,7 +5,7 @@
 
 use nalgebra::{DVector, Vector3};
 
-use super::error::CycleError;
+use super::error::{CycleError, Outcome};
 use super::map::{PRECISE, PhaseState, ROUNDING, ReturnMap, Stage, StateRotation, Trajectory};
 use super::rotated::rotated;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -20,7 +20,7 @@ use crate::tropism::{Rotation, TropismLaw};
 
 /// Returns an error if laws, loads, growth, the scene or the support depend on time. The rod is bent, so that all of
 /// them have an effect.
-pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Result<(), CycleError> {
+pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Outcome {
     let load = shoot.model.load();
     let steady = SteadyLaws::of(shoot, rod, &InternalForce::of(rod, load, &shoot.environment()));
     Ok(linearisation::check_autonomous(shoot, rod, load, &[], &steady)?)
@@ -28,7 +28,7 @@ pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Result<(
 
 /// Returns an error unless laws, loads, growth, the scene and the support are periodic with a period (s), at
 /// incommensurate phases.
-pub(super) fn check_periodic(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) -> Result<(), CycleError> {
+pub(super) fn check_periodic(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) -> Outcome {
     let (load, scene) = (shoot.model.load(), shoot.model.scene());
     let mut change = 0.0_f64;
     for phase in [0.0, 0.171, 0.377, 0.593, 0.811] {
@@ -47,7 +47,7 @@ pub(super) fn check_periodic(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) 
 }
 
 /// Returns an error unless a rod in equilibrium is in equilibrium after a rotation by an angle (rad).
-pub(super) fn check_equilibrium(shoot: &Shoot<impl Model>, rod: &Rod, angle: f64) -> Result<(), CycleError> {
+pub(super) fn check_equilibrium(shoot: &Shoot<impl Model>, rod: &Rod, angle: f64) -> Outcome {
     let mut rod = rotated(rod, angle);
     let before = rod.tip();
     let force = InternalForce::of(&rod, shoot.model.load(), &shoot.environment());
@@ -59,11 +59,11 @@ pub(super) fn check_equilibrium(shoot: &Shoot<impl Model>, rod: &Rod, angle: f64
 }
 
 /// Returns an error unless the relative change of the growth gradients under a rotation is rounding.
-pub(super) fn check_tropism(change: f64) -> Result<(), CycleError> {
+pub(super) fn check_tropism(change: f64) -> Outcome {
     check_rotation("the tropism must be symmetric about the tangent of the base", change)
 }
 
-fn check_rotation(what: &'static str, change: f64) -> Result<(), CycleError> {
+fn check_rotation(what: &'static str, change: f64) -> Outcome {
     ensure(change < ROUNDING, CycleError::NotInvariant { what, change })
 }
 
@@ -76,7 +76,7 @@ pub(super) fn least_gradient(length: f64) -> f64 {
 impl<M: Model> ReturnMap<'_, M> {
     /// Returns an error unless the equations of a relative periodic orbit commute with rotations: rotated shapes along
     /// the orbit are equilibria, and gradients and rates of the laws rotate with them.
-    pub(super) fn check_axis(&self, path: &Trajectory) -> Result<(), CycleError> {
+    pub(super) fn check_axis(&self, path: &Trajectory) -> Outcome {
         let Some(turn) = &self.turn else { return Ok(()) };
         for (n, stages) in path.stages.iter().enumerate() {
             // The angle of the orbit, and another angle for each interval.
@@ -90,7 +90,7 @@ impl<M: Model> ReturnMap<'_, M> {
     }
 
     /// Returns an error unless gradients and rates of the laws at a stage commute with the inverse of a rotation.
-    fn check_laws(&self, turn: &StateRotation, stage: &Stage, period: f64) -> Result<(), CycleError> {
+    fn check_laws(&self, turn: &StateRotation, stage: &Stage, period: f64) -> Outcome {
         let (shoot, law) = (self.shoot, self.shoot.model.tropism());
         let (v, m, p) = self.sizes();
         let state = |strain: &DVector<f64>, variables: &DVector<f64>| PhaseState {

@@ -7,6 +7,9 @@ use crate::error::{Known, Number, ParameterError, debug_by_display};
 /// the characteristic function takes about a tenth of a second.
 pub(crate) const MOST_RESOLVED_ELEMENTS: usize = 128;
 
+/// The result of a part of a computation.
+pub(crate) type Outcome<T = ()> = Result<T, StabilityError>;
+
 /// Reason why there is no steady state, root or crossing of the imaginary axis.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]

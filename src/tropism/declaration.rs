@@ -302,7 +302,6 @@ impl Declaration {
     }
 
     /// The variables.
-    #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
     }

@@ -9,7 +9,7 @@ use nalgebra::Complex;
 
 use super::{BranchPoint, BranchState, Continuation, OnBranch, OrbitSolver, observe};
 use crate::cycle::disturbances::Disturbances;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::model::Model;
 use crate::numerics::scalar::{bracketed_root, maximum, sort_by_value};
 use crate::shoot::Shoot;
@@ -42,7 +42,7 @@ pub enum Bifurcation {
 
 impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Continuation<S, F> {
     /// Locates the bifurcations between the last point and the next one, and appends them to the queue.
-    pub(super) fn bifurcations_between(&mut self, to: &BranchState) -> Result<(), CycleError> {
+    pub(super) fn bifurcations_between(&mut self, to: &BranchState) -> Outcome {
         // A planar orbit has two lists. Its neighbours may have one list.
         let apart = [&self.last, to].iter().all(|place| !place.exponents.lists()[1].is_empty());
         let sets = |place: &BranchState| lists(&place.exponents, apart);
@@ -93,7 +93,7 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
     }
 
     /// The orbit at a share of the secant from the last point to the next one.
-    fn between(&mut self, to: &BranchState, share: f64) -> Result<OnBranch<S, M>, CycleError> {
+    fn between(&mut self, to: &BranchState, share: f64) -> Outcome<OnBranch<S, M>> {
         let from = self.last.unknowns.clone().with_past_of(&to.unknowns);
         let secant = from.to(&to.unknowns);
         let guess = from.along(&secant, share);
@@ -102,13 +102,13 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
     }
 
     /// The point of the branch at a share of the secant.
-    fn observe_between(&mut self, to: &BranchState, share: f64) -> Result<BranchPoint<S::Orbit>, CycleError> {
+    fn observe_between(&mut self, to: &BranchState, share: f64) -> Outcome<BranchPoint<S::Orbit>> {
         let found = self.between(to, share)?;
         Ok(observe(&self.solver, found)?.0)
     }
 
     /// The share of the secant at which the parameter has an extremum, if any.
-    fn fold(&mut self, to: &BranchState) -> Result<Option<f64>, CycleError> {
+    fn fold(&mut self, to: &BranchState) -> Outcome<Option<f64>> {
         let mut parameter = |share: f64| Ok::<_, CycleError>(self.between(to, share)?.unknowns.parameter);
         // One-sided differences of second order, from slightly beyond the ends: the exponents decide to which step
         // a fold at an end belongs.
@@ -133,7 +133,7 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         to: &BranchState,
         (set, index, apart): (usize, usize, bool),
         ends: [(f64, f64); 2],
-    ) -> Result<(f64, BranchPoint<S::Orbit>), CycleError> {
+    ) -> Outcome<(f64, BranchPoint<S::Orbit>)> {
         let what = "a bifurcation is not located";
         let lost = |parameter: f64| CycleError::Lost { what, parameter, step: ends[1].0 - ends[0].0 };
         let mut found = None;

@@ -17,7 +17,7 @@ use nalgebra::{Complex, DVector};
 use super::corrector::{Corrected, correct, correct_resolved};
 use super::disturbances::Disturbances;
 use super::equations::{Equations, Observation};
-use super::error::CycleError;
+use super::error::{CycleError, Outcome};
 use super::extended::{ExtraConditions, OrbitUnknowns};
 use crate::error::{ParameterError, ensure};
 use crate::model::Model;
@@ -191,7 +191,7 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         inner: InnerProduct,
         tangent: OrbitUnknowns,
         found: OnBranch<S, M>,
-    ) -> Result<Self, CycleError> {
+    ) -> Outcome<Self> {
         let (point, last) = observe(&solver, found)?;
         let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetry_tangents));
         Ok(Self {
@@ -221,7 +221,7 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
     }
 
     /// Takes a step, which is halved until it succeeds. Returns false at the end of the branch.
-    fn advance(&mut self) -> Result<bool, CycleError> {
+    fn advance(&mut self) -> Outcome<bool> {
         loop {
             let error = match self.try_step() {
                 // The branch returns to the stationary state, or to a rotating wave.
@@ -244,7 +244,7 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
     }
 
     /// Takes a step. If it fails the branch is unchanged. Returns false at the end of the branch.
-    fn try_step(&mut self) -> Result<bool, CycleError> {
+    fn try_step(&mut self) -> Outcome<bool> {
         let step = self.step.min(self.largest_step);
         let from = self.last.unknowns.clone();
         let guess = from.along(&self.tangent, step);
@@ -290,19 +290,14 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
     }
 
     /// The orbit at an end of the range. The initial guess is on a secant.
-    fn at_bound(
-        &mut self,
-        from: &OrbitUnknowns,
-        secant: &OrbitUnknowns,
-        bound: f64,
-    ) -> Result<OnBranch<S, M>, CycleError> {
+    fn at_bound(&mut self, from: &OrbitUnknowns, secant: &OrbitUnknowns, bound: f64) -> Outcome<OnBranch<S, M>> {
         let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
         guess.parameter = bound;
         self.correct(guess, self.inner.at_fixed_parameter())
     }
 
     /// The orbit near a guess. It has the phases of the last point, unless the direction is a guess.
-    fn correct(&mut self, guess: OrbitUnknowns, mut conditions: ExtraConditions) -> Result<OnBranch<S, M>, CycleError> {
+    fn correct(&mut self, guess: OrbitUnknowns, mut conditions: ExtraConditions) -> Outcome<OnBranch<S, M>> {
         if !self.rough {
             let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
             conditions = conditions.with_phases_of(unknowns, symmetry_tangents);
@@ -338,7 +333,7 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> It
 fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
     found: OnBranch<S, M>,
-) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
+) -> Outcome<(BranchPoint<S::Orbit>, BranchState)> {
     let Corrected { orbit, unknowns, symmetry_tangents, shoot } = found;
     let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot)?;
     let exponents = exponents.map(|mut list| {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::error::{ParameterError, ensure};
 use crate::model::{GrowthLaw, Model};
 use crate::shoot::Shoot;
@@ -17,7 +17,7 @@ pub(crate) const ROUNDING: f64 = 1e-8;
 ///
 /// # Errors
 /// A shoot that elongates, or a point without growth, whose strain would be arbitrary.
-pub(crate) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, Vec<f64>), CycleError> {
+pub(crate) fn driven_points(shoot: &Shoot<impl Model>) -> Outcome<(Vec<Growing>, Vec<f64>)> {
     let (growth, rod, time) = (shoot.model.growth(), shoot.rod(), shoot.environment().time);
     ensure(!growth.elongates(), CycleError::Elongates)?;
     let points = rod.points()[rod.zone()].iter();
@@ -30,7 +30,7 @@ pub(crate) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, 
 }
 
 /// Returns an error for growth gradients that are not finite, or that twist the shoot.
-pub(crate) fn check_gradients(gradients: &[Vector3<f64>]) -> Result<(), CycleError> {
+pub(crate) fn check_gradients(gradients: &[Vector3<f64>]) -> Outcome {
     let finite = gradients.iter().flatten().all(|x| x.is_finite());
     ensure(finite, StabilityError::NotFinite { what: "growth gradient" })?;
     let bend = gradients.iter().map(|gradient| gradient.xy().norm()).fold(0.0, f64::max);

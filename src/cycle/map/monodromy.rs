@@ -11,7 +11,7 @@ use super::phase_state::PhaseState;
 use super::polynomials::{Polynomials, Readings, carried};
 use super::return_map::{self, CONVERGED, PASSES, ReturnMap, Trajectory};
 use super::rotation::StateRotation;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::sensitivity::stimuli_by_strain;
 use crate::error::ensure;
 use crate::model::{GrowthLaw, Model};
@@ -48,7 +48,7 @@ struct LinearStage {
 
 impl Monodromy {
     /// The operator of a trajectory of a return map.
-    pub(crate) fn of(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> Result<Self, CycleError> {
+    pub(crate) fn of(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> Outcome<Self> {
         Self::with_responses(return_map, path, |_, stage| {
             stimuli_by_strain(return_map.shoot, &stage.rod, &stage.force, &[0.0])
         })
@@ -59,8 +59,8 @@ impl Monodromy {
     pub(crate) fn with_responses(
         return_map: &ReturnMap<impl Model>,
         path: &Trajectory,
-        mut response: impl FnMut(f64, &return_map::Stage) -> Result<DMatrix<f64>, CycleError>,
-    ) -> Result<Self, CycleError> {
+        mut response: impl FnMut(f64, &return_map::Stage) -> Outcome<DMatrix<f64>>,
+    ) -> Outcome<Self> {
         let (grid, points) = (&return_map.grid, return_map.places.len());
         let length = path.period / grid.intervals as f64;
         let readings = return_map.readings(path.period);
@@ -87,12 +87,12 @@ impl Monodromy {
     }
 
     /// Maps a disturbance, given by its components, over a period.
-    pub(crate) fn apply_flat(&self, x: &DVector<f64>) -> Result<DVector<f64>, CycleError> {
+    pub(crate) fn apply_flat(&self, x: &DVector<f64>) -> Outcome<DVector<f64>> {
         Ok(self.apply(&self.start.with_values(x))?.flat())
     }
 
     /// Maps a disturbance over a period.
-    pub(crate) fn apply(&self, start: &PhaseState) -> Result<PhaseState, CycleError> {
+    pub(crate) fn apply(&self, start: &PhaseState) -> Outcome<PhaseState> {
         let mut path = Polynomials::of(start, &self.grid);
         let mut strain = start.strain.clone();
         for interval in &self.intervals {

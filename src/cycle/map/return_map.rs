@@ -13,7 +13,7 @@ use super::growth_zone::{check_gradients, driven_points};
 use super::phase_state::PhaseState;
 use super::polynomials::{DelayedReading, Polynomials, Readings, carried, weighted};
 use super::rotation::StateRotation;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::equilibrium::NewtonSolver;
 use crate::error::{ParameterError, ensure};
 use crate::linearisation::{equilibrate, visit_stimuli};
@@ -187,7 +187,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
 
     /// One fixed-point iteration over the last interval of a trajectory. Writes its stages and the slopes of strain and
     /// variables. Returns the relative change of the strain at the stages, infinite in the first iteration.
-    fn pass(&mut self, readings: &Readings, path: &mut Polynomials, out: &mut Trajectory) -> Result<f64, CycleError> {
+    fn pass(&mut self, readings: &Readings, path: &mut Polynomials, out: &mut Trajectory) -> Outcome<f64> {
         let ((v, m, p), stages, n) = (self.sizes(), self.grid.order(), out.stages.len() - 1);
         let (law, reads_present) = (self.shoot.model.tropism(), self.laws.size().reads_present);
         let length = out.period / self.grid.intervals as f64;
@@ -249,7 +249,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         length: f64,
         (begin, slopes): (&DVector<f64>, &mut [DVector<f64>]),
         stages: &mut [Stage],
-    ) -> Result<(), CycleError> {
+    ) -> Outcome {
         let ((v, m, _), law) = (self.sizes(), self.shoot.model.tropism());
         let first = point * v;
         let set_variables = |slopes: &[DVector<f64>], stages: &mut [Stage]| {

@@ -10,7 +10,7 @@ use super::orbit::PeriodicOrbit;
 use super::resolution::error_of;
 use crate::cycle::corrector::STATIONARY;
 use crate::cycle::equations::{Computed, Effort, Equations, EvaluatedEquations, Newton, OBSERVED, Observation};
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::extended::{BorderedSystem, ExtraConditions, OrbitUnknowns, Symmetry};
 use crate::cycle::map::{Monodromy, PhaseState, TimeGrid, Trajectory, kept};
 use crate::cycle::symmetry::check_autonomous;
@@ -36,14 +36,14 @@ impl Equations for PeriodicSolver {
         Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, max_work: self.max_work, keep: 0.2 }
     }
 
-    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
+    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Outcome<OrbitUnknowns> {
         let (share, angle) = (self.share(), self.angle.unwrap_or(0.0));
         let period = share * root.period();
         let start = self.return_map(shoot, period)?.state_of_mode(root, amplitude, period)?;
         Ok(OrbitUnknowns { start, period_or_rate: period, forced: false, angle, parameter: 0.0 })
     }
 
-    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<OrbitUnknowns, CycleError> {
+    fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Outcome<OrbitUnknowns> {
         // A whole orbit becomes half a swing, or the reverse.
         let (period, angle) = match orbit.settings.angle {
             None => (self.share() * orbit.period, self.angle.unwrap_or(0.0)),
@@ -65,7 +65,7 @@ impl Equations for PeriodicSolver {
         Ok(traced)
     }
 
-    fn observe<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>) -> Result<Observation, CycleError> {
+    fn observe<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>) -> Outcome<Observation> {
         let mut traced = orbit.retrace(shoot)?;
         let found = orbit.multipliers_on(&traced, OBSERVED)?;
         let (excursion, _) = orbit.largest_excursion_on(&mut traced)?;
@@ -75,7 +75,7 @@ impl Equations for PeriodicSolver {
         Ok(Observation { excursion, period: orbit.period, exponents, trivial: found.trivial / orbit.period })
     }
 
-    fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut OrbitUnknowns) -> Result<bool, CycleError> {
+    fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut OrbitUnknowns) -> Outcome<bool> {
         let (longest, own) = (Declaration::of(shoot.model.tropism()).longest_delay(), at.start.slopes.len());
         // Differences by the period change the delay by far less than a tenth of an interval.
         let short = longest * self.intervals as f64 / at.period_or_rate + 0.1 > own as f64;
@@ -85,7 +85,7 @@ impl Equations for PeriodicSolver {
         Ok(short)
     }
 
-    fn check_resolution(&self, orbit: &PeriodicOrbit) -> Result<(), CycleError> {
+    fn check_resolution(&self, orbit: &PeriodicOrbit) -> Outcome {
         let (error, intervals) = (orbit.error, self.intervals);
         if error <= self.accuracy { Ok(()) } else { Err(CycleError::Unresolved { error, intervals }) }
     }
@@ -115,11 +115,11 @@ impl<M: Model> EvaluatedEquations<PeriodicSolver> for Traced<'_, M> {
         (end.flat() - start.flat(), start.residual(end, self.least()))
     }
 
-    fn check(&self) -> Result<(), CycleError> {
+    fn check(&self) -> Outcome {
         if self.at.forced { Ok(()) } else { check_autonomous(self.return_map.shoot, &self.path.stages[0][0].rod) }
     }
 
-    fn linearise(&mut self) -> Result<Option<(Monodromy, Vec<Symmetry>)>, CycleError> {
+    fn linearise(&mut self) -> Outcome<Option<(Monodromy, Vec<Symmetry>)>> {
         let symmetries = if self.at.forced { Vec::new() } else { self.symmetries()? };
         Ok(Some((Monodromy::of(&self.return_map, &self.path)?, symmetries)))
     }
@@ -128,11 +128,7 @@ impl<M: Model> EvaluatedEquations<PeriodicSolver> for Traced<'_, M> {
         self.tangents().collect()
     }
 
-    fn into_orbit(
-        mut self,
-        known: Option<BorderedSystem<Monodromy>>,
-        effort: Effort,
-    ) -> Result<PeriodicOrbit, CycleError> {
+    fn into_orbit(mut self, known: Option<BorderedSystem<Monodromy>>, effort: Effort) -> Outcome<PeriodicOrbit> {
         let Effort { iterations, equilibria, residual } = effort;
         let linear = match known {
             Some(known) => known,

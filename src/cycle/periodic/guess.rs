@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::orbit::PeriodicOrbit;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::Outcome;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicPoint};
 use crate::cycle::map::{PhaseState, ReturnMap, TimeGrid, bends};
 use crate::cycle::phase_grid::{PhaseGrid, WAVES};
@@ -16,11 +16,7 @@ use crate::state::Reading;
 
 impl<M: Model> ReturnMap<'_, M> {
     /// The state of an orbit on the grid of this map, for a period (s).
-    pub(in crate::cycle) fn state_of_orbit(
-        &self,
-        orbit: &PeriodicOrbit,
-        period: f64,
-    ) -> Result<PhaseState, CycleError> {
+    pub(in crate::cycle) fn state_of_orbit(&self, orbit: &PeriodicOrbit, period: f64) -> Outcome<PhaseState> {
         orbit.start.check(self.places.len(), self.laws.size().variables)?;
         let mut start = orbit.start.clone();
         let old = TimeGrid::new(orbit.settings.intervals, orbit.settings.stages);
@@ -34,7 +30,7 @@ impl<M: Model> ReturnMap<'_, M> {
     }
 
     /// The present state of a run in time with its past, for a period (s).
-    pub(in crate::cycle) fn state_of_run(&self, period: f64) -> Result<PhaseState, CycleError> {
+    pub(in crate::cycle) fn state_of_run(&self, period: f64) -> Outcome<PhaseState> {
         let (history, now, points) = (&self.shoot.state.history, self.shoot.time(), self.places.len());
         let (what, levels) = ("levels of the history of the run", history.levels());
         let requirement = "at least 2: an integrator must have advanced the shoot";
@@ -60,12 +56,7 @@ impl<M: Model> ReturnMap<'_, M> {
 
     /// The state at t = 0 of a mode with an amplitude of the tip (m), with the periodic variables that its stimuli
     /// cause.
-    pub(in crate::cycle) fn state_of_mode(
-        &mut self,
-        root: &Root,
-        amplitude: f64,
-        period: f64,
-    ) -> Result<PhaseState, CycleError> {
+    pub(in crate::cycle) fn state_of_mode(&mut self, root: &Root, amplitude: f64, period: f64) -> Outcome<PhaseState> {
         let (_, m, p) = self.sizes();
         let (what, counts) = ("number of strains of the mode", [root.strain.len(), p]);
         ParameterError::count(what, counts, "that of the points of the zone")?;
@@ -120,7 +111,7 @@ impl<M: Model> ReturnMap<'_, M> {
     }
 
     /// The straight shoot with the steady variables of its stimuli, and its rod in equilibrium.
-    pub(in crate::cycle) fn state_of_steady_laws(&mut self) -> Result<(PhaseState, Rod), CycleError> {
+    pub(in crate::cycle) fn state_of_steady_laws(&mut self) -> Outcome<(PhaseState, Rod)> {
         let (v, _, points) = self.sizes();
         let strain = DVector::zeros(2 * points);
         let (rod, force) = self.equilibrate_at(&strain, 0.0)?;

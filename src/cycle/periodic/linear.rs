@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::PeriodicSolver;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::extended::{Border, DIFFERENCE, OrbitUnknowns, StateJacobian, Symmetry};
 use crate::cycle::map::{Monodromy, PRECISE, ReturnMap, StateRotation, Trajectory, carried};
 use crate::model::Model;
@@ -24,7 +24,7 @@ const CIRCLE: f64 = 1e-7;
 /// [`extended`](crate::cycle::extended) with the signs of its first rows reversed:
 /// (I − M) δx − Σ columns δs = residual.
 impl StateJacobian for Monodromy {
-    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Result<Option<DVector<f64>>, CycleError> {
+    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Outcome<Option<DVector<f64>>> {
         let (size, more) = (residuals.len() - border.len(), border.len());
         // Scalar unknowns and conditions are scaled such that columns and rows have norm one.
         let inverse = |norm: f64| norm.max(f64::MIN_POSITIVE).recip();
@@ -62,12 +62,7 @@ pub struct Traced<'a, M: Model> {
 impl<'a, M: Model> Traced<'a, M> {
     /// Maps a state over a period, and rotates the result back by the angle. `rods` are initial guesses of the
     /// equilibria.
-    pub(crate) fn of(
-        solver: PeriodicSolver,
-        shoot: &'a Shoot<M>,
-        at: OrbitUnknowns,
-        rods: Vec<Rod>,
-    ) -> Result<Self, CycleError> {
+    pub(crate) fn of(solver: PeriodicSolver, shoot: &'a Shoot<M>, at: OrbitUnknowns, rods: Vec<Rod>) -> Outcome<Self> {
         let mut return_map = solver.return_map(shoot, at.period_or_rate)?;
         at.start.check(return_map.places.len(), return_map.laws.size().variables)?;
         (return_map.kept, return_map.guesses) = (at.start.slopes.len(), rods);
@@ -85,7 +80,7 @@ impl<'a, M: Model> Traced<'a, M> {
 
     /// The symmetries of an autonomous orbit: the shift in time, whose unknown is the logarithm of the period, and the
     /// rotation, whose unknown is the angle, if there is one.
-    pub(crate) fn symmetries(&mut self) -> Result<Vec<Symmetry>, CycleError> {
+    pub(crate) fn symmetries(&mut self) -> Outcome<Vec<Symmetry>> {
         let Self { return_map, path, .. } = self;
         let ahead = return_map.run(&path.start, path.period * (1.0 + DIFFERENCE))?.end.flat();
         let behind = return_map.run(&path.start, path.period * (1.0 - DIFFERENCE))?.end.flat();
@@ -102,7 +97,7 @@ impl<'a, M: Model> Traced<'a, M> {
     }
 
     /// Returns an error for a rotating wave if the angle is unknown: it returns rotated after any time.
-    pub(crate) fn check_not_circular(&self) -> Result<(), CycleError> {
+    pub(crate) fn check_not_circular(&self) -> Outcome {
         let circular = self.return_map.turn.as_ref().is_some_and(|turn| self.is_circular(turn));
         if circular { Err(CycleError::RotatingWave) } else { Ok(()) }
     }

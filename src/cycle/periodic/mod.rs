@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 
 use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
-use super::error::CycleError;
+use super::error::{CycleError, Outcome};
 use super::extended::{ExtraConditions, OrbitUnknowns};
 use super::map::{ReturnMap, TimeGrid};
 use super::symmetry::check_periodic;
@@ -143,11 +143,7 @@ impl PeriodicSolver {
     }
 
     /// The return map of a shoot for periods near the given one (s). Checks the settings.
-    pub(super) fn return_map<'a, M: Model>(
-        &self,
-        shoot: &'a Shoot<M>,
-        period: f64,
-    ) -> Result<ReturnMap<'a, M>, CycleError> {
+    pub(super) fn return_map<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Outcome<ReturnMap<'a, M>> {
         let (what, number) = ("intervals in a period", self.intervals);
         ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
         // More intervals are more efficient than more stages, whose cost increases with the third power.

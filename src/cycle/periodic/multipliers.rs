@@ -10,7 +10,7 @@ use super::linear::Traced;
 use super::orbit::PeriodicOrbit;
 use super::plane::OrbitPlane;
 use crate::cycle::disturbances::Disturbances;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::map::{Monodromy, StateRotation};
 use crate::cycle::sensitivity::ASYMMETRY;
 use crate::cycle::spectrum::{Eigenvalue, LeadingSpectrum, MOST_VALUES, remove_nearest};
@@ -60,7 +60,7 @@ impl PeriodicOrbit {
         self.multipliers_on(&self.retrace(shoot)?, count)
     }
 
-    pub(crate) fn multipliers_on(&self, traced: &Traced<impl Model>, count: usize) -> Result<Multipliers, CycleError> {
+    pub(crate) fn multipliers_on(&self, traced: &Traced<impl Model>, count: usize) -> Outcome<Multipliers> {
         let monodromy = Monodromy::of(&traced.return_map, &traced.path)?;
         let plane = OrbitPlane::of(traced, &monodromy)?;
         // A shift in time and a rotation have the same multiplier. The tangent of the rotation is known exactly,
@@ -117,7 +117,7 @@ impl PeriodicOrbit {
 
     /// Whether the tangent of a rotation is an eigenvector with the multiplier 1, other than that of a shift in
     /// time; none if the laws do not declare the rotation of a variable.
-    fn rotation(&self, traced: &Traced<impl Model>, monodromy: &Monodromy) -> Result<Option<bool>, CycleError> {
+    fn rotation(&self, traced: &Traced<impl Model>, monodromy: &Monodromy) -> Outcome<Option<bool>> {
         let Ok(turn) = StateRotation::new(&traced.return_map.laws, 0.0) else {
             return Ok(None);
         };

@@ -5,7 +5,7 @@ use super::PeriodicSolver;
 use super::linear::Traced;
 use crate::cycle::corrector::check_residual;
 use crate::cycle::equations::EvaluatedEquations;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::extended::OrbitUnknowns;
 use crate::cycle::map::{PhaseState, carried};
 use crate::cycle::rotated::excursion;
@@ -44,7 +44,7 @@ pub struct PeriodicOrbit {
 
 impl PeriodicOrbit {
     /// Maps the state of the orbit over a period, and checks that it returns.
-    pub(crate) fn retrace<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<Traced<'a, M>, CycleError> {
+    pub(crate) fn retrace<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Outcome<Traced<'a, M>> {
         let (start, forced) = (self.start.clone(), self.forced_from.is_some());
         let at = OrbitUnknowns { start, period_or_rate: self.period, forced, angle: self.angle, parameter: 0.0 };
         let traced = Traced::of(self.settings, shoot, at, Vec::new())?;
@@ -78,7 +78,7 @@ impl PeriodicOrbit {
         self.largest_excursion_on(&mut self.retrace(shoot)?)
     }
 
-    pub(crate) fn largest_excursion_on(&self, traced: &mut Traced<impl Model>) -> Result<(f64, Rod), CycleError> {
+    pub(crate) fn largest_excursion_on(&self, traced: &mut Traced<impl Model>) -> Outcome<(f64, Rod)> {
         let Traced { return_map, path, .. } = traced;
         let (shoot, length) = (return_map.shoot, self.period / self.settings.intervals as f64);
         // The base of the scene, from which the base of a held shoot may rotate.

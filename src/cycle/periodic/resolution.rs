@@ -1,7 +1,7 @@
 //! Error estimate of a periodic orbit, by comparison with a grid of higher order.
 
 use super::linear::Traced;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::extended::BorderedSystem;
 use crate::cycle::map::{Monodromy, ReturnMap, TimeGrid};
 use crate::model::Model;
@@ -13,7 +13,7 @@ use crate::numerics::scalar::largest;
 /// length of an interval over the time scale of the rates. One Newton step corrects the difference of start and end
 /// there. The estimate is the largest relative change of the period, of the state, and of the strain along the
 /// orbit.
-pub(super) fn error_of(traced: &Traced<impl Model>, linear: &BorderedSystem<Monodromy>) -> Result<f64, CycleError> {
+pub(super) fn error_of(traced: &Traced<impl Model>, linear: &BorderedSystem<Monodromy>) -> Outcome<f64> {
     let Traced { at, return_map, path, .. } = traced;
     let (start, period, kept) = (&path.start, path.period, return_map.kept);
     let grid = TimeGrid::new(return_map.grid.intervals, return_map.grid.order() + 2);

@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use super::{RotatingWave, RotatingWaveSolver, unknowns};
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::equations::{Computed, Effort, Equations, EvaluatedEquations, Newton, OBSERVED, Observation};
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::extended::{Border, BorderedSystem, DIFFERENCE, OrbitUnknowns, StateJacobian, Symmetry};
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicPoint};
 use crate::cycle::map::{PRECISE, bends, check_gradients, driven_points};
@@ -158,7 +158,7 @@ impl Equations for RotatingWaveSolver {
         Newton { tolerance: self.tolerance, max_iterations: self.max_iterations, max_work: usize::MAX, keep: 0.0 }
     }
 
-    fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<OrbitUnknowns, CycleError> {
+    fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Outcome<OrbitUnknowns> {
         // The strain in one plane is Re[ψ exp(iωt)], that in the other one is a quarter of a period later.
         let pair = |psi: &Vector3<Complex<f64>>| {
             let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
@@ -167,7 +167,7 @@ impl Equations for RotatingWaveSolver {
         Ok(unknowns(DVector::from_vec(root.strain.iter().flat_map(pair).collect()), root.value.im))
     }
 
-    fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Result<OrbitUnknowns, CycleError> {
+    fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Outcome<OrbitUnknowns> {
         Ok(unknowns(bends(&orbit.rod), orbit.rate))
     }
 
@@ -175,7 +175,7 @@ impl Equations for RotatingWaveSolver {
         Corotating::new(shoot, &at.start.strain, at.period_or_rate, rods.first())
     }
 
-    fn observe<M: Model>(&self, orbit: &RotatingWave, shoot: &Shoot<M>) -> Result<Observation, CycleError> {
+    fn observe<M: Model>(&self, orbit: &RotatingWave, shoot: &Shoot<M>) -> Outcome<Observation> {
         let found = orbit.roots(shoot, OBSERVED)?;
         let conjugate = |value: Complex<f64>| (value.im > 0.0).then(|| value.conj());
         let pairs = found.roots.iter().flat_map(|root| [Some(root.value), conjugate(root.value)]).flatten();
@@ -202,12 +202,12 @@ impl<M: Model> EvaluatedEquations<RotatingWaveSolver> for Corotating<'_, M> {
         (out, relative)
     }
 
-    fn check(&self) -> Result<(), CycleError> {
+    fn check(&self) -> Outcome {
         check_autonomous(self.shoot, &self.rod)?;
         self.check_axis()
     }
 
-    fn linearise(&mut self) -> Result<Option<(DMatrix<f64>, Vec<Symmetry>)>, CycleError> {
+    fn linearise(&mut self) -> Outcome<Option<(DMatrix<f64>, Vec<Symmetry>)>> {
         let n = 2 * self.points.len();
         let Some(inner) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
         let by_strain = DMatrix::from_fn(n, n, |row, column| inner.value[(row, column)].re / self.regr[row / 2]);
@@ -232,7 +232,7 @@ impl<M: Model> EvaluatedEquations<RotatingWaveSolver> for Corotating<'_, M> {
         vec![self.turning()]
     }
 
-    fn into_orbit(self, _: Option<BorderedSystem<DMatrix<f64>>>, effort: Effort) -> Result<RotatingWave, CycleError> {
+    fn into_orbit(self, _: Option<BorderedSystem<DMatrix<f64>>>, effort: Effort) -> Outcome<RotatingWave> {
         self.check_axis()?;
         let Effort { iterations, residual, .. } = effort;
         Ok(RotatingWave { rate: self.rate, rod: self.rod, iterations, residual })
@@ -241,7 +241,7 @@ impl<M: Model> EvaluatedEquations<RotatingWaveSolver> for Corotating<'_, M> {
 
 /// A dense Jacobian, solved by LU factorisation of the bordered matrix.
 impl StateJacobian for DMatrix<f64> {
-    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Result<Option<DVector<f64>>, CycleError> {
+    fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Outcome<Option<DVector<f64>>> {
         let (n, more) = (residuals.len() - border.len(), border.len());
         let mut matrix = self.clone().resize(n + more, n + more, 0.0);
         let mut right = residuals.clone();

@@ -17,7 +17,7 @@ use nalgebra::{DVector, Vector3};
 
 use super::corrector::{self, check_amplitude};
 use super::equations::Equations;
-use super::error::CycleError;
+use super::error::{CycleError, Outcome};
 use super::extended::{ExtraConditions, OrbitUnknowns};
 use super::map::{PhaseState, bends};
 use super::rotated::excursion;
@@ -114,7 +114,7 @@ impl RotatingWaveSolver {
     }
 
     /// Solves with the phase of the guess.
-    fn solve(&self, shoot: &Shoot<impl Model>, guess: OrbitUnknowns) -> Result<RotatingWave, CycleError> {
+    fn solve(&self, shoot: &Shoot<impl Model>, guess: OrbitUnknowns) -> Outcome<RotatingWave> {
         ParameterError::positive("tolerance of a rotating wave", self.tolerance, "")?;
         let tangent = rotation_tangent(&guess.start.strain);
         let conditions = ExtraConditions::default().with_phases_of(&guess, &[tangent]);

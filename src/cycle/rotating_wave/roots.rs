@@ -14,7 +14,7 @@ use super::corotating::Corotating;
 use super::{RotatingWave, RotatingWaveSolver};
 use crate::cycle::corrector::check_residual;
 use crate::cycle::equations::EvaluatedEquations;
-use crate::cycle::error::CycleError;
+use crate::cycle::error::{CycleError, Outcome};
 use crate::cycle::map::{Monodromy, bends};
 use crate::cycle::periodic::{MAX_INTERVALS, PeriodicSolver};
 use crate::cycle::sensitivity::ASYMMETRY;
@@ -123,7 +123,7 @@ struct Characteristic<'a, M: Model> {
 }
 
 impl<'a, M: Model> Characteristic<'a, M> {
-    fn of(shoot: &'a Shoot<M>, orbit: &RotatingWave) -> Result<Self, CycleError> {
+    fn of(shoot: &'a Shoot<M>, orbit: &RotatingWave) -> Outcome<Self> {
         let (length, own) = (orbit.rod.length(), shoot.rod().length());
         let what = "length of the shoot of the orbit";
         // The sum of the lengths of elements has rounding errors.
@@ -137,7 +137,7 @@ impl<'a, M: Model> Characteristic<'a, M> {
     }
 
     /// The leading multipliers of the return map over a rotation.
-    fn spectrum(&self, solver: &PeriodicSolver, wanted: usize) -> Result<LeadingSpectrum, CycleError> {
+    fn spectrum(&self, solver: &PeriodicSolver, wanted: usize) -> Outcome<LeadingSpectrum> {
         let (problem, period) = (&self.problem, TAU / self.problem.rate.abs());
         let mut return_map = solver.return_map(problem.shoot, period)?;
         let (strain, turn) = (bends(&problem.rod), problem.rate * period);

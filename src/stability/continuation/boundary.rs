@@ -6,7 +6,7 @@ use super::crossing::Crossing;
 use super::follow::{Follower, LinearFamily};
 use super::mesh_error::{ACCURACY, size};
 use crate::error::{ParameterError, ensure};
-use crate::linearisation::StabilityError;
+use crate::linearisation::{Outcome, StabilityError};
 use crate::numerics::interpolation::lagrange;
 use crate::stability::spectrum::Linearisation;
 
@@ -94,10 +94,7 @@ pub fn boundary(
 
 /// The points of a boundary. Their parameters, and those of the family, are measured from the lower corner in
 /// fractions of the rectangle's sides.
-pub(super) fn places(
-    family: &mut LinearFamily<2>,
-    settings: &BoundarySettings,
-) -> Result<Vec<Follower<2>>, StabilityError> {
+pub(super) fn places(family: &mut LinearFamily<2>, settings: &BoundarySettings) -> Outcome<Vec<Follower<2>>> {
     settings.check()?;
     let from = (Vector2::from(settings.start) - Vector2::from(settings.low)).component_div(&settings.sides());
     let mut start = Follower::on_axis(&family(&from)?, from, settings.frequency)?;
@@ -133,7 +130,7 @@ struct Curve<'a, 'b> {
 
 impl Curve<'_, '_> {
     /// Adds a point. Returns false if it is the last one.
-    fn extend(&mut self) -> Result<bool, StabilityError> {
+    fn extend(&mut self) -> Outcome<bool> {
         let mut here = self.places[self.places.len() - 1];
         // The derivatives are corrected in every step, and computed by differences after a failure.
         let mut fresh = false;
@@ -172,7 +169,7 @@ impl Curve<'_, '_> {
     ///
     /// # Errors
     /// Errors of the family, or a point that is not ahead on the curve.
-    fn attempt(&mut self, here: &Follower<2>) -> Result<Follower<2>, StabilityError> {
+    fn attempt(&mut self, here: &Follower<2>) -> Outcome<Follower<2>> {
         let along = tangent(here, self.side)?;
         let (to, expected) = self.extrapolate(along);
         let mut next = *here;
@@ -213,7 +210,7 @@ impl Curve<'_, '_> {
         outside: &Follower<2>,
         k: usize,
         side: f64,
-    ) -> Result<Follower<2>, StabilityError> {
+    ) -> Outcome<Follower<2>> {
         let share = (side - inside.at[k]) / (outside.at[k] - inside.at[k]);
         let mut to = inside.at + (outside.at - inside.at) * share;
         to[k] = side;
@@ -226,7 +223,7 @@ impl Curve<'_, '_> {
 
 /// The unit tangent of the curve at a point: the gradient of the growth rate, rotated by a right angle to the
 /// left for the side 1, and to the right for the side −1.
-fn tangent(place: &Follower<2>, side: f64) -> Result<Vector2<f64>, StabilityError> {
+fn tangent(place: &Follower<2>, side: f64) -> Outcome<Vector2<f64>> {
     let across = place.slope.map(|z| z.re);
     let what = "direction of the boundary";
     let undefined = StabilityError::NoConvergence { what, residual: across.norm() };

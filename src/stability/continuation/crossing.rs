@@ -4,7 +4,7 @@ use nalgebra::{Complex, SVector};
 
 use super::follow::{Follower, find_alike};
 use super::mesh_error::{MeshError, ROUNDING, check_finer};
-use crate::linearisation::StabilityError;
+use crate::linearisation::{Outcome, StabilityError};
 use crate::stability::spectrum::{Linearisation, Root, SpectrumPart};
 
 /// A crossing of the imaginary axis: a root iω at a value of one parameter, or a point of a boundary in two.
@@ -115,7 +115,7 @@ impl Crossing<1> {
     ///
     /// # Errors
     /// An essential root, or a linearisation without a root near this one.
-    pub(crate) fn mode(&self, linear: &Linearisation) -> Result<Root, StabilityError> {
+    pub(crate) fn mode(&self, linear: &Linearisation) -> Outcome<Root> {
         linear.with_mode(find_alike(linear, self.place.part, Complex::new(0.0, self.frequency))?)
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, SVector};
 
-use crate::linearisation::StabilityError;
+use crate::linearisation::{Outcome, StabilityError};
 use crate::stability::spectrum::{Linearisation, PartRoot, SpectrumPart};
 
 /// Largest distance of a root from its expected value, relative to its modulus or to the slowest rate. A root
@@ -150,11 +150,7 @@ impl<const N: usize> Follower<N> {
 
 /// The root nearest to its expected value among all parts that are isolated or essential as a part of another
 /// mesh is. The parts of two meshes need not correspond where tissue varies from point to point.
-pub(super) fn find_alike(
-    linear: &Linearisation,
-    part: SpectrumPart,
-    expected: Complex<f64>,
-) -> Result<PartRoot, StabilityError> {
+pub(super) fn find_alike(linear: &Linearisation, part: SpectrumPart, expected: Complex<f64>) -> Outcome<PartRoot> {
     let alike =
         |name: SpectrumPart| matches!(name, SpectrumPart::Essential(_)) == matches!(part, SpectrumPart::Essential(_));
     nearest(linear, expected, alike).ok_or_else(|| lost(expected.norm()))
@@ -172,7 +168,7 @@ fn lost(residual: f64) -> StabilityError {
 }
 
 /// The root of a part next to its expected value.
-fn find(linear: &Linearisation, part: SpectrumPart, expected: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
+fn find(linear: &Linearisation, part: SpectrumPart, expected: Complex<f64>) -> Outcome<Complex<f64>> {
     // A part may not exist for some parameters.
     let root = linear.root_near(part, expected)?.ok_or_else(|| lost(f64::NAN))?;
     let jump = (root - expected).norm();
@@ -237,7 +233,7 @@ pub(super) mod samples {
         Complex::new(p[0] * p[0] + p[1] * p[1] - 1.0, 2.0 + 0.5 * p[0])
     }
 
-    pub(in crate::stability) fn is_lost<T>(answer: &Result<T, StabilityError>) -> bool {
+    pub(in crate::stability) fn is_lost<T>(answer: &Outcome<T>) -> bool {
         matches!(answer, Err(StabilityError::NoConvergence { what: "root that is followed", .. }))
     }
 }

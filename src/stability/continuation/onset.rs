@@ -8,7 +8,7 @@ use super::follow::{Follower, LinearFamily};
 use super::mesh_error::{Estimated, size};
 use super::refinement::Refinement;
 use crate::error::ParameterError;
-use crate::linearisation::StabilityError;
+use crate::linearisation::{Outcome, StabilityError};
 use crate::numerics::scalar::sort_by_value;
 use crate::stability::spectrum::Linearisation;
 
@@ -17,7 +17,11 @@ use crate::stability::spectrum::Linearisation;
 const ON_AXIS: f64 = 1e-11;
 
 /// A family of linearisations with one parameter on one mesh.
-type FamilyOfNumber<'a> = dyn FnMut(f64) -> Result<Linearisation, StabilityError> + 'a;
+type FamilyOfNumber<'a> = dyn FnMut(f64) -> Outcome<Linearisation> + 'a;
+/// Finds the crossings of a family, and the numbers of unstable roots that must be found on the last mesh.
+type Search<'a> = dyn Fn(&mut FamilyOfNumber) -> Outcome<(Vec<Crossing<1>>, Vec<usize>)> + 'a;
+/// Counts the unstable roots of a family at estimated crossings or at the ends of the range.
+type Count<'a> = dyn Fn(&mut FamilyOfNumber, &[Estimated<1>]) -> Outcome<Vec<usize>> + 'a;
 
 /// Finds the value of a parameter between `from` and `to` at which the rightmost root, isolated or essential,
 /// crosses the axis. `family` returns the linearisation about the steady state at a value of the parameter.
@@ -129,11 +133,7 @@ fn beyond(crossing: f64, direction: f64, from: f64, to: f64) -> f64 {
 
 /// Follows an unstable root to the axis by the secant method for its real part, between its parameter and
 /// `end`; none if the root is lost or does not reach the axis.
-fn follow_to_axis(
-    family: &mut LinearFamily<1>,
-    mut root: Follower<1>,
-    end: f64,
-) -> Result<Option<Follower<1>>, StabilityError> {
+fn follow_to_axis(family: &mut LinearFamily<1>, mut root: Follower<1>, end: f64) -> Outcome<Option<Follower<1>>> {
     let (mut unstable, mut stable) = (root.at[0], end);
     // A small first step determines the slope.
     let mut next = unstable + 1e-3 * (stable - unstable);
@@ -202,15 +202,15 @@ impl Refinement {
         self.refine_crossings(&mut family, [from, to], &search, &|at, _| ends(at))
     }
 
-    /// Corrects crossings from mesh to mesh. `search` returns those of one mesh, and the numbers of unstable
-    /// roots that `counts` must return on the last mesh.
+    /// Corrects crossings from mesh to mesh. The numbers of unstable roots that `counts` returns on the last mesh must be
+    /// those of `search`.
     fn refine_crossings(
         &self,
-        family: &mut dyn FnMut(f64, usize) -> Result<Linearisation, StabilityError>,
+        family: &mut dyn FnMut(f64, usize) -> Outcome<Linearisation>,
         [from, to]: [f64; 2],
-        search: &dyn Fn(&mut FamilyOfNumber) -> Result<(Vec<Crossing<1>>, Vec<usize>), StabilityError>,
-        counts: &dyn Fn(&mut FamilyOfNumber, &[Estimated<1>]) -> Result<Vec<usize>, StabilityError>,
-    ) -> Result<Vec<Crossing<1>>, StabilityError> {
+        search: &Search,
+        counts: &Count,
+    ) -> Outcome<Vec<Crossing<1>>> {
         self.check()?;
         let (found, _) = self.converge(|n, coarser: Option<(Vec<Estimated<1>>, Vec<usize>)>| {
             let mut at = |x: f64| family(x, n);

@@ -7,7 +7,7 @@ use super::crossing::Crossing;
 use super::follow::Follower;
 use super::mesh_error::Estimated;
 use super::refinement::Refinement;
-use crate::linearisation::StabilityError;
+use crate::linearisation::{Outcome, StabilityError};
 use crate::stability::spectrum::Linearisation;
 
 /// Number of points from one estimate of the error to the next. Between them the error is smooth: it changes with the
@@ -79,7 +79,7 @@ impl Refinement {
         place: &Follower<2>,
         settings: &BoundarySettings,
         family: &mut MeshFamily,
-    ) -> Result<(Estimated<2>, usize), StabilityError> {
+    ) -> Outcome<(Estimated<2>, usize)> {
         let sizes = settings.sizes(place);
         self.converge(|n, coarser: Option<(Estimated<2>, usize)>| {
             let (mut point, mesh) = coarser.unwrap_or((Estimated::new(*place), self.first));
@@ -104,7 +104,7 @@ impl Refinement {
         mesh: usize,
         settings: &BoundarySettings,
         family: &mut MeshFamily,
-    ) -> Result<Follower<2>, StabilityError> {
+    ) -> Outcome<Follower<2>> {
         let mut there = *place;
         if mesh == self.first {
             return Ok(there);

@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::follow::find_alike;
 use super::mesh_error::{ACCURACY, Convergence, ROUNDING, check_finer};
 use crate::error::ParameterError;
-use crate::linearisation::{MOST_RESOLVED_ELEMENTS, StabilityError};
+use crate::linearisation::{MOST_RESOLVED_ELEMENTS, Outcome, StabilityError};
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::spectrum::{Linearisation, Root, SpectrumPart};
@@ -98,8 +98,8 @@ impl Refinement {
     /// of `on_mesh` that are not due to the resolution.
     pub(super) fn converge<A>(
         &self,
-        mut on_mesh: impl FnMut(usize, Option<A>) -> Result<(A, Option<f64>), StabilityError>,
-    ) -> Result<A, StabilityError> {
+        mut on_mesh: impl FnMut(usize, Option<A>) -> Outcome<(A, Option<f64>)>,
+    ) -> Outcome<A> {
         let (mut known, mut failure) = (None, None);
         let (mut error, mut elements) = (f64::INFINITY, 0);
         let mut meshes = self.meshes().peekable();
@@ -157,9 +157,9 @@ impl Refinement {
     /// agrees, too. Returns the finer linearisation, and its roots with their errors.
     fn refine_roots<A: PartialEq>(
         &self,
-        mut family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
-        sought: impl Fn(&Linearisation) -> Result<(A, Vec<Root>), StabilityError>,
-    ) -> Result<(Linearisation, Vec<Root>), StabilityError> {
+        mut family: impl FnMut(usize) -> Outcome<Linearisation>,
+        sought: impl Fn(&Linearisation) -> Outcome<(A, Vec<Root>)>,
+    ) -> Outcome<(Linearisation, Vec<Root>)> {
         self.check()?;
         let (found, ..) = self.converge(|n, coarser: Option<OnMesh<A>>| {
             let mut linear = family(n)?;

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use nalgebra::Complex;
 
 use super::characteristic::CharacteristicMatrix;
-use crate::linearisation::StabilityError;
+use crate::linearisation::{Outcome, StabilityError};
 
 /// Largest relative error of an analytic function that does not change the number of its zeros. Rouché's theorem
 /// requires less than one. The error is an estimate, hence the margin of four.
@@ -50,10 +50,7 @@ pub(super) trait Analytic {
 ///
 /// # Errors
 /// Errors of the search, and a search that exceeds the limit.
-pub(super) fn limited<T>(
-    function: &dyn Analytic,
-    search: impl FnOnce(&dyn Analytic) -> Result<T, StabilityError>,
-) -> Result<T, StabilityError> {
+pub(super) fn limited<T>(function: &dyn Analytic, search: impl FnOnce(&dyn Analytic) -> Outcome<T>) -> Outcome<T> {
     let limited = Limited { function, left: Cell::new(MOST) };
     let answer = search(&limited);
     if limited.left.get() > 0 {

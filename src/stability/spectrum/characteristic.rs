@@ -5,8 +5,8 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use super::transfer::TransferFunction;
 use crate::error::ensure;
 use crate::linearisation::{
-    AnalyticMatrix, StabilityError, SteadyLaws, eigenvalues, rigid_conditions, stimulus_derivatives, visit_bends,
-    visit_stimuli,
+    AnalyticMatrix, Outcome, StabilityError, SteadyLaws, eigenvalues, rigid_conditions, stimulus_derivatives,
+    visit_bends, visit_stimuli,
 };
 use crate::load::{InternalForce, Load};
 use crate::model::{Model, Support};
@@ -268,7 +268,7 @@ fn respond(
     statics: (&impl Load, &impl Support),
     unknowns: &[(usize, usize)],
     force: &InternalForce,
-) -> Result<(DMatrix<f64>, DMatrix<f64>), StabilityError> {
+) -> Outcome<(DMatrix<f64>, DMatrix<f64>)> {
     let m = shoot.model.tropism().size().stimuli;
     let mut response: DMatrix<f64> = DMatrix::zeros(rod.zone().len() * m, unknowns.len());
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());

@@ -6,7 +6,7 @@ use nalgebra::Complex;
 
 use super::analytic::{Analytic, AnalyticSample, NOT_A_NUMBER, RESOLVED, limited};
 use crate::error::ensure;
-use crate::linearisation::StabilityError;
+use crate::linearisation::{Outcome, StabilityError};
 use crate::numerics::scalar::sort_by_value;
 
 /// Largest number of halvings of a panel. A zero that the argument then does not resolve lies on the line:
@@ -27,11 +27,11 @@ pub(super) struct CountedLine {
 ///
 /// # Errors
 /// A zero on the line, which cannot be counted, a function that the mesh does not resolve there, or too much work.
-pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, StabilityError> {
+pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Outcome<CountedLine> {
     limited(f, |f| follow_line(f, abscissa))
 }
 
-fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<CountedLine, StabilityError> {
+fn follow_line(f: &dyn Analytic, abscissa: f64) -> Outcome<CountedLine> {
     let mut steps = Vec::new();
     let mut error = 0.0_f64;
     // The count ends at the first sample that the mesh does not resolve, whose error is reported.

@@ -12,7 +12,9 @@ use super::parts::{PartRoot, SpectrumPart, divide};
 use super::roots::{insert, rightmost, roots_right_of, threshold, with_conjugate, zero_near};
 use super::steady_state::solve_rod;
 use crate::error::{ParameterError, ensure};
-use crate::linearisation::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
+use crate::linearisation::{
+    Outcome, StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver,
+};
 use crate::load::InternalForce;
 use crate::model::{GrowthLaw, Model};
 use crate::numerics::scalar::sort_by_value;
@@ -74,7 +76,7 @@ impl Linearisation {
     }
 
     /// Linearises a shoot about a rod.
-    fn on(shoot: &Shoot<impl Model>, mut rod: Rod) -> Result<Self, StabilityError> {
+    fn on(shoot: &Shoot<impl Model>, mut rod: Rod) -> Outcome<Self> {
         let (force, steady) = check(shoot, &mut rod)?;
         let regr = |at: &Growing| shoot.model.growth().regr(at.apex_distance, at.time);
         let statics = (shoot.model.load(), shoot.model.support());
@@ -109,7 +111,7 @@ impl Linearisation {
     }
 
     /// The number of unstable roots; the largest number if there are infinitely many.
-    pub(in crate::stability) fn count_unstable(&self) -> Result<usize, StabilityError> {
+    pub(in crate::stability) fn count_unstable(&self) -> Outcome<usize> {
         match self.unstable() {
             Err(StabilityError::InfinitelyMany { .. }) => Ok(usize::MAX),
             number => number,
@@ -162,7 +164,7 @@ impl Linearisation {
     }
 
     /// The rightmost root, isolated or essential, and the part that it belongs to.
-    pub(in crate::stability) fn leading(&self) -> Result<PartRoot, StabilityError> {
+    pub(in crate::stability) fn leading(&self) -> Outcome<PartRoot> {
         let essential = self.essential()?;
         let all = essential.iter().copied().chain(self.isolated(&essential)?);
         // On ties, keep the first.
@@ -189,7 +191,7 @@ impl Linearisation {
         &self,
         part: SpectrumPart,
         guess: Complex<f64>,
-    ) -> Result<Option<Complex<f64>>, StabilityError> {
+    ) -> Outcome<Option<Complex<f64>>> {
         let zero = match part {
             SpectrumPart::Isolated(i) => self.blocks.get(i).map(|block| zero_near(block, guess)),
             SpectrumPart::Essential(i) => self.points.get(i).map(|point| zero_near(point, guess)),
@@ -201,7 +203,7 @@ impl Linearisation {
     ///
     /// # Errors
     /// A part of the essential spectrum.
-    pub(in crate::stability) fn with_mode(&self, PartRoot { part, value }: PartRoot) -> Result<Root, StabilityError> {
+    pub(in crate::stability) fn with_mode(&self, PartRoot { part, value }: PartRoot) -> Outcome<Root> {
         let block = self.blocks().find(|(name, _)| *name == part);
         block.map(|(_, block)| self.root(part, block, value)).ok_or(StabilityError::NoIsolatedRoot)
     }
@@ -215,7 +217,7 @@ impl Linearisation {
     ///
     /// # Errors
     /// A root that is not found.
-    pub(in crate::stability) fn next_to_axis(&self) -> Result<Option<(PartRoot, usize)>, StabilityError> {
+    pub(in crate::stability) fn next_to_axis(&self) -> Outcome<Option<(PartRoot, usize)>> {
         let mut best: Option<(PartRoot, usize)> = None;
         for (name, block) in self.blocks() {
             if let Some(z) = roots_right_of(block, threshold(block))?.last()
@@ -228,7 +230,7 @@ impl Linearisation {
     }
 
     /// The rightmost root of every kind of point that has one.
-    fn essential(&self) -> Result<Vec<PartRoot>, StabilityError> {
+    fn essential(&self) -> Outcome<Vec<PartRoot>> {
         let mut out: Vec<PartRoot> = Vec::new();
         for (i, point) in self.points.iter().enumerate() {
             // The roots of successive kinds of points are close to each other.
@@ -241,7 +243,7 @@ impl Linearisation {
 
     /// The rightmost root of every block that has one right of the essential spectrum. Left of this spectrum the
     /// characteristic function has poles; without proprioception all roots accumulate at zero.
-    fn isolated(&self, essential: &[PartRoot]) -> Result<Vec<PartRoot>, StabilityError> {
+    fn isolated(&self, essential: &[PartRoot]) -> Outcome<Vec<PartRoot>> {
         let left = accumulation(essential) + 1e-4 * self.characteristic.slowest_rate();
         let left = left.max(self.characteristic.leftmost());
         let root = |(part, block): (_, &Block)| Ok(rightmost(block, left, None)?.map(|value| PartRoot { part, value }));
@@ -280,7 +282,7 @@ impl Linearisation {
 
 /// Brings a rod into mechanical equilibrium, and returns an error unless it is then in a steady state. Returns
 /// the force in the rod and the state of the laws.
-fn check(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(InternalForce, SteadyLaws), StabilityError> {
+fn check(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Outcome<(InternalForce, SteadyLaws)> {
     let (material, statics) = (shoot.model.constitutive(), (shoot.model.load(), shoot.model.support()));
     let (force, found) =
         equilibrate(rod, material, statics, &shoot.environment(), shoot.reactions(), &mut precise_solver())?;

@@ -9,7 +9,7 @@ use super::block::{Block, LocalBlock};
 use super::characteristic::CharacteristicMatrix;
 use super::sets::connected;
 use super::transfer::{ROUNDING, TransferFunction};
-use crate::linearisation::StabilityError;
+use crate::linearisation::Outcome;
 
 /// Identifies a part of the spectrum in all linearisations of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,9 +31,7 @@ pub(in crate::stability) struct PartRoot {
 ///
 /// # Errors
 /// Roots next to zero that are not found.
-pub(super) fn divide(
-    characteristic: &Arc<CharacteristicMatrix>,
-) -> Result<(Vec<LocalBlock>, Vec<Block>), StabilityError> {
+pub(super) fn divide(characteristic: &Arc<CharacteristicMatrix>) -> Outcome<(Vec<LocalBlock>, Vec<Block>)> {
     // No coupling vanishes at all of these λ.
     let probes = characteristic.probes();
     let mut blocks: Vec<Block> = sets_that_couple(&probes, |z| characteristic.whole(z))

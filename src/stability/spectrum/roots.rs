@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::analytic::{Analytic, limited};
 use super::count::{CountedLine, count_along, count_within};
 use crate::error::ensure;
-use crate::linearisation::{StabilityError, newton, newton_step};
+use crate::linearisation::{Outcome, StabilityError, newton, newton_step};
 use crate::numerics::scalar::sort_by_value;
 
 /// Places at which a region is cut, in fractions of its side: not in the middle, where symmetric problems have
@@ -23,7 +23,7 @@ pub(super) fn threshold(f: &dyn Analytic) -> f64 {
 }
 
 /// The zero that Newton's method finds near `start`.
-pub(super) fn zero_near(f: &dyn Analytic, start: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
+pub(super) fn zero_near(f: &dyn Analytic, start: Complex<f64>) -> Outcome<Complex<f64>> {
     let smallest = f.characteristic().smallest_modulus();
     // The accuracy is the rounding error of the quotient of determinants.
     let found = newton(start, 1e-13, |z| z.norm().max(smallest), |z| newton_step(f.at(z).log_derivative));
@@ -34,13 +34,13 @@ pub(super) fn zero_near(f: &dyn Analytic, start: Complex<f64>) -> Result<Complex
 ///
 /// # Errors
 /// Errors of the count, zeros that are not found, or too much work.
-pub(super) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Result<Vec<Complex<f64>>, StabilityError> {
+pub(super) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Outcome<Vec<Complex<f64>>> {
     limited(f, |f| find(f, &count_along(f, abscissa)?))
 }
 
 /// The zeros right of a line, rightmost first. If Newton's method does not find all of them from the line, the
 /// region is divided by counts.
-fn find(f: &dyn Analytic, line: &CountedLine) -> Result<Vec<Complex<f64>>, StabilityError> {
+fn find(f: &dyn Analytic, line: &CountedLine) -> Outcome<Vec<Complex<f64>>> {
     let CountedLine { abscissa, number, .. } = *line;
     let mut found = near_line(f, line);
     if multiplicity(&found) != number {
@@ -85,11 +85,7 @@ fn near_line(f: &dyn Analytic, line: &CountedLine) -> Vec<Complex<f64>> {
 ///
 /// # Errors
 /// Errors of the counts, zeros that are not found, or too much work.
-pub(super) fn rightmost(
-    f: &dyn Analytic,
-    left: f64,
-    guess: Option<Complex<f64>>,
-) -> Result<Option<Complex<f64>>, StabilityError> {
+pub(super) fn rightmost(f: &dyn Analytic, left: f64, guess: Option<Complex<f64>>) -> Outcome<Option<Complex<f64>>> {
     limited(f, |f| {
         if let Some(z) = guess.and_then(|z| zero_near(f, z).ok())
             && z.re > left
@@ -124,7 +120,7 @@ pub(super) fn rightmost(
 /// The number of zeros increases towards the left as exp(|Re λ| d), d the longest delay, and without bound
 /// next to the essential spectrum. The lines therefore begin at the axis and approach `left` in short strides.
 /// If `left` lies right of the axis, each line halves the distance between `left` and the bound of the zeros.
-fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(CountedLine, f64)>, StabilityError> {
+fn first_line(f: &dyn Analytic, left: f64) -> Outcome<Option<(CountedLine, f64)>> {
     let axis = threshold(f);
     // Over a delay that is the inverse of the slowest rate the function increases by less than a factor of two
     // in a stride.
@@ -164,7 +160,7 @@ fn isolate(
     known: Option<usize>,
     depth: usize,
     found: &mut Vec<Complex<f64>>,
-) -> Result<(), StabilityError> {
+) -> Outcome {
     let error = StabilityError::NoConvergence { what: "search for all roots (some are multiple)", residual: low.re };
     let Some(number) = known.or_else(|| count_within(f, low, high)) else { return Err(error) };
     if number == 0 {

@@ -6,7 +6,8 @@ use super::characteristic::CharacteristicMatrix;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
 use crate::error::ensure;
 use crate::linearisation::{
-    StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver, stimulus_derivatives,
+    Outcome, StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver,
+    stimulus_derivatives,
 };
 use crate::load::{InternalForce, Load};
 use crate::model::{Model, Scene};
@@ -42,7 +43,7 @@ pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), Stability
 
 /// Brings a rod, instead of that of the shoot, into a steady state under the shoot's laws. After an error the rod is
 /// not usable.
-pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
+pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Outcome {
     let environment = shoot.environment();
     let (load, support, scene) = (shoot.model.load(), shoot.model.support(), shoot.model.scene());
     rod.place_base((scene.base(environment.time), scene.position(environment.time)), support.base())?;
@@ -87,7 +88,7 @@ fn iterate(
     guess: &[Reaction],
     solver: &mut impl EquilibriumSolver,
     tolerance: f64,
-) -> Result<(), StabilityError> {
+) -> Outcome {
     let environment = shoot.environment();
     let first = rod.zone().start;
     let mut evaluate = |rod: &mut Rod, guess: &[Reaction]| -> Result<(InternalForce, SteadyLaws), StabilityError> {
