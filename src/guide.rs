@@ -8,7 +8,7 @@
 /// are code.
 macro_rules! chapter {
     ($file:literal) => {
-        concat!("\n", include_str!("links.md"), "\n", include_str!(concat!("../", $file)))
+        concat!("\n\n", include_str!("links.md"), "\n", include_str!(concat!("../", $file)))
     };
 }
 

@@ -202,8 +202,8 @@ impl Refinement {
         self.refine_crossings(&mut family, [from, to], &search, &|at, _| ends(at))
     }
 
-    /// Corrects crossings from mesh to mesh. The numbers of unstable roots that `counts` returns on the last mesh must be
-    /// those of `search`.
+    /// Corrects crossings from mesh to mesh. The numbers of unstable roots that `counts` returns on the last mesh must
+    /// be those of `search`.
     fn refine_crossings(
         &self,
         family: &mut dyn FnMut(f64, usize) -> Outcome<Linearisation>,
