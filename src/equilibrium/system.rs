@@ -231,12 +231,14 @@ impl System {
             let frame = self.start.frames[i] * so3::exp(&(turn * fraction));
             rod.frames[i] = UnitQuaternion::new_normalize(frame.into_inner());
         }
-        let p = self.points;
-        for e in 0..rod.elements() {
-            for k in e * p..(e + 1) * p - 1 {
-                rod.rotations[k] = self.start.rotations[k] + self.steps[k] * fraction;
+        with_points!(
+            self.points,
+            for e in 0..rod.elements() {
+                for k in e * P..(e + 1) * P - 1 {
+                    rod.rotations[k] = self.start.rotations[k] + self.steps[k] * fraction;
+                }
+                rod.rotations[(e + 1) * P - 1] = so3::log(&(rod.frames[e].inverse() * rod.frames[e + 1]));
             }
-            rod.rotations[(e + 1) * p - 1] = so3::log(&(rod.frames[e].inverse() * rod.frames[e + 1]));
-        }
+        );
     }
 }
