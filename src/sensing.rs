@@ -19,30 +19,29 @@ pub(crate) fn visit_stimuli(
     stimuli: &mut [f64],
     mut visit: impl FnMut(usize, &Site, &[f64]),
 ) {
-    let mut each = |i: usize, site: &Site| {
+    let each = |i: usize, site: &Site| {
         // A stimulus that the law does not write is an error, not that of the point before.
         stimuli.fill(f64::NAN);
         law.sense(site, stimuli);
         visit(i, site, stimuli);
     };
     match shape {
-        None => visit_sites(rod, material, force, with_position, &mut each),
-        Some(shape) => visit_sites_on(shape, rod, material, force, &mut each),
+        None => visit_sites(rod, material, force, with_position, each),
+        Some(shape) => visit_sites_on(shape, rod, material, force, each),
     }
 }
 
 /// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from
 /// the apex towards the base. Positions are NaN unless `with_position`.
 ///
-/// `visit` has no type parameter, so that the function is compiled once for each elastic law. The couple is integrated
-/// from the free apex, and the strain follows from it. The strain is of order p + 2, while differentiation of the
-/// rotations gives p + 1 and rounding errors in short elements.
+/// The couple is integrated from the free apex, and the strain follows from it. The strain is of order p + 2, while
+/// differentiation of the rotations gives p + 1 and rounding errors in short elements.
 pub(crate) fn visit_sites(
     rod: &Rod,
     material: &impl Constitutive,
     force: &InternalForce,
     with_position: bool,
-    visit: &mut dyn FnMut(usize, &Site),
+    mut visit: impl FnMut(usize, &Site),
 ) {
     let reference = rod.reference();
     let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);
@@ -96,7 +95,7 @@ pub(crate) fn visit_sites_on(
     rod: &Rod,
     material: &impl Constitutive,
     force: &InternalForce,
-    visit: &mut dyn FnMut(usize, &Site),
+    mut visit: impl FnMut(usize, &Site),
 ) {
     let reference = shape.reference();
     let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);

@@ -44,7 +44,7 @@ pub(crate) fn stimulus_derivatives(
         law.sense(site, x.as_mut_slice());
         x
     };
-    visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), &mut |i, site| {
+    visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
         for c in 0..3 {
             let axis = Vector3::ith(c, 1.0);
             // Most stimuli are linear in the strain. For the others a step of a thousandth of 1/radius is small

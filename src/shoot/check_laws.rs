@@ -48,7 +48,7 @@ impl<M: Model> Shoot<M> {
         force.react(rod, rod.reactions());
         let with_position = Declaration::of(law).reads_position();
         let mut first = Ok(());
-        visit_sites(rod, self.model.constitutive(), &force, with_position, &mut |index, site| {
+        visit_sites(rod, self.model.constitutive(), &force, with_position, |index, site| {
             let inclined = Site { frame: site.frame * incline, strain: site.strain + bend, ..*site };
             let place = Where::Site { index, arc_length: site.arc_length };
             for site in [site, &inclined] {

@@ -72,7 +72,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Outcome {
     }
     rod.clone_from(&shape);
     let first = rod.zone().start;
-    visit_sites(&shape, material, &force, false, &mut |i, site| {
+    visit_sites(&shape, material, &force, false, |i, site| {
         let intrinsic = shape.points()[first + i].intrinsic;
         rod.points[first + i].intrinsic = intrinsic + (intrinsic - site.strain);
     });
