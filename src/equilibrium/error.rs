@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 
 use crate::check::LawError;
-use crate::error::{Number, ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display, ensure};
 use crate::rod::RodError;
 
 /// Rotation of a frame (rad) below which a step of a search is rounding: that of the sums over some hundreds of nodes.
@@ -167,7 +167,7 @@ fn describe_search(step: f64, couple: f64, force: f64) -> String {
 impl EquilibriumError {
     /// Returns an error for a quantity that is not finite.
     pub(super) fn finite(ok: bool, what: &'static str) -> Outcome {
-        if ok { Ok(()) } else { Err(Self::NotFinite { what }) }
+        ensure(ok, Self::NotFinite { what })
     }
 
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.

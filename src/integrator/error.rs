@@ -2,7 +2,7 @@
 
 use crate::check::describe_type;
 use crate::equilibrium::EquilibriumError;
-use crate::error::{Number, ParameterError, debug_by_display};
+use crate::error::{Number, ParameterError, debug_by_display, ensure};
 
 /// Result of an integrator or of a part of a run.
 pub(super) type Outcome<T = ()> = Result<T, IntegrationError>;
@@ -237,7 +237,7 @@ fn describe_ratio(ratio: f64) -> String {
 impl IntegrationError {
     /// Returns the error of a value that is not finite unless `ok`. A condition may be infinite, but not NaN.
     pub(super) fn finite(ok: bool, what: &'static str, time: f64) -> Result<(), Self> {
-        if ok { Ok(()) } else { Err(Self::NotFinite { what, time }) }
+        ensure(ok, Self::NotFinite { what, time })
     }
 
     /// Returns whether a shorter step may succeed.

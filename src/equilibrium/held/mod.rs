@@ -59,9 +59,9 @@
 //!
 //! A rejected attempt is repeated with a larger shift, up to a largest one, where the iteration fails. With a shift, a
 //! step that is not finite is an error. A lost attempt makes the iteration fail. The next way of [`trial::Reach`], if
-//! there is one, begins again from the initial guess. A search for an unstable equilibrium rejects no tangent and no
-//! long step. It is lost where the number of negative directions is larger by more than `settings::PASSED` than at
-//! first.
+//! there is one, begins again from the initial guess; a search for a stable equilibrium without obstacles has only
+//! Newton's method. A search for an unstable equilibrium rejects no tangent and no long step. It is lost where the
+//! number of negative directions is larger by more than `settings::PASSED` than at first.
 
 mod attempt;
 mod candidate;

@@ -93,11 +93,15 @@ pub(super) fn follow(
                 continue;
             }
             Change::Halve(e) => state.rod.halfway(e),
-            Change::Cut(e) => state.rod.coordinate_at_distance(e, growth.flow(growth.zone_length(), to, from).0),
+            Change::Cut(e) => {
+                let boundary = growth.flow(growth.zone_length(), to, from).0;
+                let x = state.rod.coordinate_at_distance(e, boundary);
+                if !(x > ROUNDING && x < 1.0 - ROUNDING) {
+                    return refuse("the boundary of the growth zone is in another element");
+                }
+                x
+            }
         };
-        if matches!(change, Change::Cut(_)) && !(x > ROUNDING && x < 1.0 - ROUNDING) {
-            return refuse("the boundary of the growth zone is in another element");
-        }
         state.split(e, x);
         statistics.splits += 1;
     }
