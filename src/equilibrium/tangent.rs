@@ -123,10 +123,15 @@ impl Tangent {
     /// Computes the factors L D Lᵀ.
     fn factorise_values(&mut self) -> Outcome {
         self.values.clear();
-        for (block, (diagonal, coupling)) in self.diagonal.iter().zip(&self.coupling).enumerate() {
-            for column in 0..3 {
-                self.values.extend(coupling.column(column).iter().take(if block == 0 { 0 } else { 3 }));
-                self.values.extend(diagonal.column(column).iter().take(column + 1));
+        for (diagonal, coupling) in self.diagonal.iter().zip(&self.coupling) {
+            // Columns of both blocks.
+            let ([a, b, c], [d, e, f]) = (coupling.data.0, diagonal.data.0);
+            if self.values.is_empty() {
+                // No frame is before the first one.
+                self.values.extend([d[0], e[0], e[1], f[0], f[1], f[2]]);
+            } else {
+                self.values.extend([a[0], a[1], a[2], d[0], b[0], b[1], b[2], e[0], e[1]]);
+                self.values.extend([c[0], c[1], c[2], f[0], f[1], f[2]]);
             }
         }
         let n = 3 * self.capacity;

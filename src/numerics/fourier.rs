@@ -103,17 +103,23 @@ fn transform(roots: &[Complex<f64>], mut values: Vec<Complex<f64>>) -> Vec<Compl
     // Stockham's order: each pass reads one array and writes the other, so that nothing is reordered.
     let mut next = Vec::with_capacity(2 * half);
     let mut run = 1;
-    // The second factors of all butterflies are zero while the values fill half of the size.
-    while run <= half && values.len() <= half {
+    // The first passes write only what the given values contribute.
+    while run <= half && values.len() < 2 * half {
         next.clear();
-        for (low, root) in values.chunks_exact(run).zip(roots.iter().step_by(run)) {
-            next.extend_from_slice(low);
-            next.extend(low.iter().map(|a| a * root));
+        let (low, high) = values.split_at(values.len().min(half));
+        let mut high = high.chunks_exact(run);
+        for (low, root) in low.chunks_exact(run).zip(roots.iter().step_by(run)) {
+            if let Some(high) = high.next() {
+                next.extend(low.iter().zip(high).map(|(a, b)| a + b));
+                next.extend(low.iter().zip(high).map(|(a, b)| (a - b) * root));
+            } else {
+                next.extend_from_slice(low);
+                next.extend(low.iter().map(|a| a * root));
+            }
         }
         std::mem::swap(&mut values, &mut next);
         run *= 2;
     }
-    values.resize(2 * half, Complex::ZERO);
     next.resize(2 * half, Complex::ZERO);
     while run <= half {
         let (low, high) = values.split_at(half);

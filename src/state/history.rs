@@ -9,6 +9,7 @@ use std::ops::Range;
 use super::CLOSE;
 use crate::error::ParameterError;
 pub(crate) use reading::Reading;
+use reading::has_transient;
 
 /// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables
 /// are collocated at this number of points. Between two levels the variables are cubic. Three levels would give
@@ -239,10 +240,14 @@ impl History {
         }
     }
 
-    /// Drops the levels that are not needed to interpolate from `horizon` (s) on, and keeps those of the forcing before
-    /// it.
-    pub fn forget(&mut self, horizon: f64, spare: &mut Spare) {
-        while self.levels.len() > ORDER && self.levels[ORDER].time <= horizon {
+    /// Drops the levels that are not needed to interpolate variables with the given time constants (s) from `horizon`
+    /// (s) on. A transient needs the levels of the forcing before it.
+    pub fn forget(&mut self, horizon: f64, constants: impl Iterator<Item = f64> + Clone, spare: &mut Spare) {
+        let lengths = (1..self.levels()).rev().take_while(|end| self.time(*end) > horizon);
+        let mut lengths = lengths.map(|end| self.time(end) - self.time(end - 1));
+        let transient = lengths.any(|length| constants.clone().any(|tau| has_transient(length, tau)));
+        let next = if transient { ORDER } else { 1 };
+        while self.levels.len() > ORDER && self.levels[next].time <= horizon {
             spare.extend(self.levels.pop_front().map(|level| level.rows));
         }
     }

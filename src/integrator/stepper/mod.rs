@@ -294,7 +294,8 @@ impl Stepper {
         let (history, needed) = (&mut shoot.state.history, step.to - self.laws.longest_delay());
         let kinks = history.discontinuities().any(|level| history.time(level) <= needed);
         let kept = if kinks { EQUAL_STEPS * (step.to - step.from) } else { 0.0 };
-        history.forget(needed - kept, &mut self.spare);
+        let read = self.laws.variables().iter().filter(|variable| variable.delay.is_some());
+        history.forget(needed - kept, read.map(|variable| variable.time_constant), &mut self.spare);
         self.statistics.steps += 1;
     }
 
