@@ -123,6 +123,11 @@ impl History {
         before.map_or(0.0, |before| self.time(before + 1) - self.time(before))
     }
 
+    /// Longest time between two successive levels, s.
+    pub fn longest_step(&self) -> f64 {
+        (1..self.levels()).map(|level| self.time(level) - self.time(level - 1)).fold(0.0, f64::max)
+    }
+
     /// Length of the row of a point.
     fn width(&self) -> usize {
         2 * self.variables + self.stimuli
