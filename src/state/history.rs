@@ -123,9 +123,10 @@ impl History {
         before.map_or(0.0, |before| self.time(before + 1) - self.time(before))
     }
 
-    /// Longest time between two successive levels, s.
-    pub fn longest_step(&self) -> f64 {
-        (1..self.levels()).map(|level| self.time(level) - self.time(level - 1)).fold(0.0, f64::max)
+    /// Lengths (s) of the pieces between two levels that end at `time` (s) or later, the last one first.
+    pub fn pieces_from(&self, time: f64) -> impl Iterator<Item = f64> {
+        let ends = (1..self.levels()).rev().take_while(move |end| self.time(*end) >= time);
+        ends.map(|end| self.time(end) - self.time(end - 1))
     }
 
     /// Length of the row of a point.
@@ -248,9 +249,8 @@ impl History {
     /// Drops the levels that are not needed to interpolate variables with the given time constants (s) from `horizon`
     /// (s) on. A transient needs the levels of the forcing before it.
     pub fn forget(&mut self, horizon: f64, constants: impl Iterator<Item = f64> + Clone, spare: &mut Spare) {
-        let lengths = (1..self.levels()).rev().take_while(|end| self.time(*end) > horizon);
-        let mut lengths = lengths.map(|end| self.time(end) - self.time(end - 1));
-        let transient = lengths.any(|length| constants.clone().any(|tau| has_transient(length, tau)));
+        let has_transient = |length: f64| constants.clone().any(|tau| has_transient(length, tau));
+        let transient = self.pieces_from(horizon).any(has_transient);
         let next = if transient { ORDER } else { 1 };
         while self.levels.len() > ORDER && self.levels[next].time <= horizon {
             spare.extend(self.levels.pop_front().map(|level| level.rows));
