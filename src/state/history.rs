@@ -9,7 +9,6 @@ use std::ops::Range;
 use super::CLOSE;
 use crate::error::ParameterError;
 pub(crate) use reading::Reading;
-use reading::has_transient;
 
 /// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables
 /// are collocated at this number of points. Between two levels the variables are cubic. Three levels would give
@@ -121,12 +120,6 @@ impl History {
     pub fn last_step(&self) -> f64 {
         let before = self.levels().checked_sub(2);
         before.map_or(0.0, |before| self.time(before + 1) - self.time(before))
-    }
-
-    /// Lengths (s) of the pieces between two levels that end at `time` (s) or later, the last one first.
-    pub fn pieces_from(&self, time: f64) -> impl Iterator<Item = f64> {
-        let ends = (1..self.levels()).rev().take_while(move |end| self.time(*end) >= time);
-        ends.map(|end| self.time(end) - self.time(end - 1))
     }
 
     /// Length of the row of a point.
@@ -246,13 +239,10 @@ impl History {
         }
     }
 
-    /// Drops the levels that are not needed to interpolate variables with the given time constants (s) from `horizon`
-    /// (s) on. A transient needs the levels of the forcing before it.
-    pub fn forget(&mut self, horizon: f64, constants: impl Iterator<Item = f64> + Clone, spare: &mut Spare) {
-        let has_transient = |length: f64| constants.clone().any(|tau| has_transient(length, tau));
-        let transient = self.pieces_from(horizon).any(has_transient);
-        let next = if transient { ORDER } else { 1 };
-        while self.levels.len() > ORDER && self.levels[next].time <= horizon {
+    /// Drops the levels that are not needed to interpolate from `horizon` (s) on, and keeps those of the forcing before
+    /// it.
+    pub fn forget(&mut self, horizon: f64, spare: &mut Spare) {
+        while self.levels.len() > ORDER && self.levels[ORDER].time <= horizon {
             spare.extend(self.levels.pop_front().map(|level| level.rows));
         }
     }

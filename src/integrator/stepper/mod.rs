@@ -290,13 +290,11 @@ impl Stepper {
     fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: StepInterval) {
         shoot.state.mature(step.leaving);
         shoot.state.contact.mature();
-        // The choice of the steps after a breaking point depends on the discontinuity that caused it, for a few full
-        // steps. The last step may be a part of one that a contact divides.
+        // The choice of the steps after a breaking point depends on the discontinuity that caused it, for a few steps.
         let (history, needed) = (&mut shoot.state.history, step.to - self.laws.longest_delay());
         let kinks = history.discontinuities().any(|level| history.time(level) <= needed);
-        let kept = if kinks { EQUAL_STEPS * history.pieces_from(needed).fold(0.0, f64::max) } else { 0.0 };
-        let read = self.laws.variables().iter().filter(|variable| variable.delay.is_some());
-        history.forget(needed - kept, read.map(|variable| variable.time_constant), &mut self.spare);
+        let kept = if kinks { EQUAL_STEPS * (step.to - step.from) } else { 0.0 };
+        history.forget(needed - kept, &mut self.spare);
         self.statistics.steps += 1;
     }
 

@@ -29,12 +29,6 @@ pub(crate) struct Reading {
     pub(super) forcings: Option<(f64, [(usize, f64); ORDER - 1])>,
 }
 
-/// Whether variables with the time constant `tau` (s) have a transient in a piece of `h` seconds that a cubic does not
-/// resolve.
-pub(super) fn has_transient(h: f64, tau: f64) -> bool {
-    (SLOW..FAST).contains(&(h / tau))
-}
-
 impl History {
     /// Returns the older level of the piece that contains a time (s), its time and the length of the piece, s.
     fn piece(&self, time: f64) -> (usize, f64, f64) {
@@ -53,7 +47,7 @@ impl History {
         let y = 1.0 - x;
         let weights = [(1.0 + 2.0 * x) * y * y, x * y * y * h, x * x * (1.0 + 2.0 * y), -x * x * y * h];
         let cubic = Reading { level, weights, forcings: None };
-        if has_transient(h, tau) { self.with_transient(cubic, (time - start, h), tau) } else { cubic }
+        if (SLOW..FAST).contains(&(h / tau)) { self.with_transient(cubic, (time - start, h), tau) } else { cubic }
     }
 
     /// The interpolation of a piece of `h` seconds, at the time `t` after its start (s). It is exact for the transient
