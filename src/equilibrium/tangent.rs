@@ -124,7 +124,7 @@ impl Tangent {
     fn factorise_values(&mut self) -> Outcome {
         self.values.clear();
         for (diagonal, coupling) in self.diagonal.iter().zip(&self.coupling) {
-            // Columns of both blocks.
+            // The coupling block has the columns a, b and c, and the diagonal block has d, e and f.
             let ([a, b, c], [d, e, f]) = (coupling.data.0, diagonal.data.0);
             if self.values.is_empty() {
                 // No frame is before the first one.

@@ -103,7 +103,7 @@ fn transform(roots: &[Complex<f64>], mut values: Vec<Complex<f64>>) -> Vec<Compl
     // Stockham's order: each pass reads one array and writes the other, so that nothing is reordered.
     let mut next = Vec::with_capacity(2 * half);
     let mut run = 1;
-    // The first passes write only what the given values contribute.
+    // The values beyond the given ones are zero, and the first passes do not read them.
     while run <= half && values.len() < 2 * half {
         next.clear();
         let (low, high) = values.split_at(values.len().min(half));
@@ -120,6 +120,8 @@ fn transform(roots: &[Complex<f64>], mut values: Vec<Complex<f64>>) -> Vec<Compl
         std::mem::swap(&mut values, &mut next);
         run *= 2;
     }
+    // Only an empty array is not full yet.
+    values.resize(2 * half, Complex::ZERO);
     next.resize(2 * half, Complex::ZERO);
     while run <= half {
         let (low, high) = values.split_at(half);
@@ -151,7 +153,7 @@ mod tests {
 
     #[test]
     fn fourier_sums_of_unevenly_spaced_samples_are_direct_sums() {
-        for (samples, count) in [(1, 1), (7, 5), (50, 170), (90, 600)] {
+        for (samples, count) in [(0, 3), (1, 1), (7, 5), (50, 170), (90, 600)] {
             // Angles in clusters, beyond a turn on either side, and values of both signs.
             let mut angles: Vec<f64> = (0..samples).map(|j| 9.0 * (f64::from(j * j) * 0.37).sin()).collect();
             angles.sort_by(f64::total_cmp);

@@ -226,7 +226,7 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
     let _ = MethodOfSteps::new(2e-4).advance(&mut shoot, 1e-3).unwrap();
     // The adaptive integrator chooses the step and fails when the allowed steps are used up.
     let mut run = Adaptive::new(1e-3);
-    run.max_work = 300;
+    run.max_work = 3000;
     // A call permits 1000 growth zones, which take 0.13 s.
     let answer = run.advance(&mut shoot, 0.1);
     assert!(matches!(answer, Err(IntegrationError::ToleranceNotMet { .. })), "{answer:?}");
