@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::checks::{check_finite, explained};
 use super::error::Outcome;
-use super::held::{Body, HeldSearch};
+use super::held::{Body, HeldSearch, jump_between};
 use super::line::{check_line, strain_line};
 use super::search::NewtonSearch;
 use super::system::System;
@@ -252,6 +252,10 @@ impl NewtonSolver {
         let mut shape = rod.clone();
         search.guess(&mut shape, past.earlier, past.shape);
         let mut held = search.run(shape, bound)?;
+        if spent.jump.is_some() {
+            // The rod without obstacles is unstable at the initial guess or near it.
+            held.equilibrium.jump.get_or_insert(jump_between(rod, &held.rod));
+        }
         held.equilibrium.iterations += spent.iterations;
         held.equilibrium.factorisations += spent.factorisations;
         held.equilibrium.evaluations += spent.evaluations;

@@ -24,20 +24,22 @@ pub(super) struct System {
     pub coarse: Option<Box<System>>,
     /// Joints of frames with supports; none for a rod with a clamped base and no supports.
     pub joints: Joints,
-    /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), N m.
+    /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), or the unbalanced force on a free
+    /// base times the length if this is larger, N m.
     pub unbalanced: f64,
     /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure of the
     /// distance from instability.
     pub resistance: f64,
-    /// After [`balance`](Self::balance) the unbalanced couples on the frames, N m; after [`solve`](Self::solve) the
-    /// rotations of the frames in the current step, rad. The solver replaces the former by the latter. From base
-    /// (zero) to apex.
+    /// Unbalanced couples on the frames after [`balance`](Self::balance), from base (zero) to apex, N m.
+    pub couples: Vec<Vector3<f64>>,
+    /// Unbalanced force on a free base, N; zero otherwise.
+    pub base_force: Vector3<f64>,
+    /// Rotations of the frames in the current step, from base (zero) to apex, rad.
     pub turns: Vec<Vector3<f64>>,
     /// Changes of the rotation vectors of every element in the current step.
     pub steps: Vec<Vector3<f64>>,
-    /// The unbalanced force on a free base, N, and after solving its displacement in the current step, m; zero
-    /// otherwise.
-    pub base: Vector3<f64>,
+    /// Displacement of a free base in the current step, m; zero otherwise.
+    pub base_motion: Vector3<f64>,
     /// Configuration at the start of the current step.
     pub start: Configuration,
     /// Configuration at the start of the search.
@@ -83,7 +85,7 @@ impl System {
         self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance.clone())?);
         if !self.tangent.neutral.is_empty() {
             let least = f64::EPSILON * body.force.largest() * rod.length();
-            self.tangent.find_unbalanced(&self.turns[self.joints.first_free()..], compliance, least);
+            self.tangent.find_unbalanced(&self.couples[self.joints.first_free()..], compliance, least);
         }
         Ok((energy, inertia))
     }
@@ -94,6 +96,7 @@ impl System {
         let n = rod.elements();
         self.points = rod.order().points();
         self.elements.resize_with(n, ElementSystem::default);
+        self.couples.resize(n + 1, Vector3::zeros());
         self.turns.resize(n + 1, Vector3::zeros());
         self.steps.resize(n * self.points, Vector3::zeros());
         let first = self.joints.first_free();
@@ -105,14 +108,14 @@ impl System {
             for (e, element) in self.elements.iter_mut().enumerate() {
                 let data = ElementData::of(rod, body.force, e);
                 energy += element.evaluate::<P, true>(body.material, &data);
-                let share = shift * rod.length_of(e) / P as f64;
-                let blocks = element.condense::<P>(&data, share, &mut inertia);
+                let own = shift * rod.length_of(e) / P as f64;
+                let blocks = element.condense::<P>(&data, own, &mut inertia);
                 let last = e + 1 - first;
-                self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
+                self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(own)));
                 if last > 0 {
                     // The base, if it rotates, is at the end of one element only.
-                    let share = if e == 0 { share } else { 0.0 };
-                    self.tangent.add_diagonal(last - 1, &(blocks.h00 + Matrix3::from_diagonal_element(share)));
+                    let own = if e == 0 { own } else { 0.0 };
+                    self.tangent.add_diagonal(last - 1, &(blocks.h00 + Matrix3::from_diagonal_element(own)));
                     self.tangent.set_coupling(last, &blocks.h01);
                 }
             }
@@ -143,37 +146,36 @@ impl System {
         energy
     }
 
-    /// Writes the negative gradient by the frames, the unbalanced couples, to `turns`. It is that of the last
-    /// evaluation, condensed with the factorisation of the last assembly.
+    /// Sets the unbalanced couples, the negative gradient by the frames. It is that of the last evaluation, condensed
+    /// with the factorisation of the last assembly.
     pub fn balance(&mut self) {
-        self.turns.fill(Vector3::zeros());
+        self.couples.fill(Vector3::zeros());
         with_points!(
             self.points,
             for (e, element) in self.elements.iter_mut().enumerate() {
                 let (g1, g0) = element.condense_gradient::<P>();
-                self.turns[e + 1] -= g1;
-                self.turns[e] -= g0;
+                self.couples[e + 1] -= g1;
+                self.couples[e] -= g0;
             }
         );
-        self.joints.release(&mut self.turns);
-        self.unbalanced = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
-        self.base = Vector3::zeros();
+        self.joints.release(&mut self.couples);
+        self.unbalanced = self.couples.iter().map(Vector3::norm).fold(0.0, f64::max);
+        self.base_force = Vector3::zeros();
     }
 
     /// Sets the unbalanced force on a free base after [`balance`](Self::balance), given the force at the base (N).
     pub fn balance_base(&mut self, force: &Vector3<f64>) {
         if let Some(base) = &self.joints.free_base {
-            self.base = *force;
+            self.base_force = *force;
             self.unbalanced = self.unbalanced.max(force.norm() * base.length);
         }
     }
 
-    /// Solves for the step with the factorised tangent and the gradient in `turns`.
+    /// Solves for the step by the unbalanced couples and force, with the factorised tangent.
     pub fn solve(&mut self) {
+        self.turns.clone_from(&self.couples);
         self.tangent.solve(&mut self.turns[self.joints.first_free()..]);
-        if let Some(base) = &self.joints.free_base {
-            self.base /= base.stiffness;
-        }
+        self.base_motion = self.joints.free_base.map_or_else(Vector3::zeros, |base| self.base_force / base.stiffness);
         self.recover();
     }
 
@@ -209,7 +211,7 @@ impl System {
     /// The largest rotation in the current step, rad, or displacement of a free base relative to the length; NaN if one
     /// is.
     pub fn largest_turn(&self) -> f64 {
-        let base = self.joints.free_base.map(|base| self.base.norm() / base.length);
+        let base = self.joints.free_base.map(|base| self.base_motion.norm() / base.length);
         largest(self.turns.iter().chain(&self.steps).map(Vector3::norm).chain(base))
     }
 
@@ -225,7 +227,7 @@ impl System {
     /// Moves the rod from the start of the step by a fraction of the step.
     pub fn advance(&self, rod: &mut Rod, fraction: f64) {
         if self.joints.free_base.is_some() {
-            rod.base_position = self.start.position + self.base * fraction;
+            rod.base_position = self.start.position + self.base_motion * fraction;
         }
         for (i, turn) in self.turns.iter().enumerate().skip(self.joints.first_free()) {
             let frame = self.start.frames[i] * so3::exp(&(turn * fraction));

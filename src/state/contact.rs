@@ -23,7 +23,8 @@ pub(crate) struct ContactState {
     pub earlier: f64,
     /// Rates of the ends of the patches, m/s; empty if the contacts have changed.
     pub end_rates: Vec<[f64; 2]>,
-    /// Rates of the places (m/s) and forces (N/s) of the reactions; empty if the contacts have changed.
+    /// Rates of the places (m/s) and forces (N/s) of the reactions; empty if the contacts have changed or
+    /// one of them is a segment.
     pub force_rates: Vec<(f64, Vector3<f64>)>,
 }
 

@@ -199,7 +199,7 @@ impl History {
         }
         let mut points = last.rows.chunks_exact_mut(width.max(1)).rev().enumerate().skip(first);
         let failed = points.find_map(|(point, now)| {
-            let row = numbers - (point + 1) * width..numbers - point * width;
+            let row = self.row(numbers, point);
             let mut stimuli: [&[f64]; LEVELS] = [&[]; LEVELS];
             for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
                 *to = &rows[row.clone()][2 * variables..];

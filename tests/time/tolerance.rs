@@ -21,15 +21,19 @@ pub(super) const LOOKS: u32 = 23;
 /// Number of compared places. Several are in each of 40 equal elements.
 pub(super) const PLACES: usize = 121;
 
+/// The output times of a path, s.
+pub(super) fn times(end: f64) -> impl Iterator<Item = f64> {
+    (0..=LOOKS).map(move |k| (end * f64::from(k) / f64::from(LOOKS)).min(end))
+}
+
 pub(super) fn path(
     mut shoot: Shoot<DynLaws>,
     integrator: &mut impl Integrator,
     end: f64,
 ) -> Result<Path, IntegrationError> {
-    let times = (0..=LOOKS).map(|k| (end * f64::from(k) / f64::from(LOOKS)).min(end));
     let mut path = Vec::new();
     let show = |shoot: &Shoot<_>| path.push((shoot.rod().length(), shoot.rod().centre_line_at(PLACES)));
-    integrator.advance_showing(&mut shoot, end, times, show)?;
+    integrator.advance_showing(&mut shoot, end, times(end), show)?;
     Ok(path)
 }
 

@@ -130,12 +130,9 @@ impl HeldSearch<'_> {
     /// Whether the rod was unstable at the start of a step, of which it has moved by a fraction. An unstable rod
     /// returns to the start.
     fn was_unstable(&mut self, rod: &mut Rod, (start, trial): (&Start, &Trial), fraction: Option<f64>) -> bool {
-        let (turns, base) = (self.body.system().turns.clone(), self.body.system().base);
         self.return_to(rod, start);
         let unstable = self.is_unstable(&trial.linear);
         if !unstable && let Some(fraction) = fraction {
-            let system = self.body.system_mut();
-            (system.turns, system.base) = (turns, base);
             self.move_by(rod, start, trial, fraction);
         }
         unstable

@@ -57,8 +57,9 @@ impl HeldSearch<'_> {
         self.body.line_compliance(rod, 0, 0).is_some()
     }
 
-    /// Adds candidates where the gap is less than `bound` (m), at the last evaluated tangents: at its local minima, and
-    /// at all stations beside a contact that penetrate. Returns whether there is a new one, and evaluates all then.
+    /// Adds candidates where the gap is less than `bound` (m), on the last evaluated centre line: at its local minima,
+    /// and at all stations beside a contact that penetrate. Returns whether a candidate was added, moved or changed to
+    /// a station, and evaluates all candidates then.
     pub(super) fn add_candidates(&mut self, rod: &Rod, bound: f64) -> bool {
         let mut new = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {

@@ -45,7 +45,7 @@ impl Complementarity {
             set.clone_from(&all);
         }
         for _ in 0..STABILISATIONS {
-            // The smallest negative eigenvalue changes its sign.
+            // This stiffness changes the sign of every negative eigenvalue.
             let stiffness = 2.0 / least;
             let columns = compliance.select_columns(&set);
             let mut matrix = columns.select_rows(&set);
@@ -93,8 +93,8 @@ impl Complementarity {
             let matrix = DMatrix::from_fn(count, count, |i, j| compliance[(active[i], active[j])]);
             let target = Cholesky::new(matrix)?.solve(&DVector::from_fn(count, |i, _| -free[active[i]]));
             // The forces move towards those of the active set until one of them vanishes.
-            let share = |k: usize| forces[active[k]] / (forces[active[k]] - target[k]);
-            let ends = (0..count).filter(|k| target[*k] < 0.0).map(|k| (share(k), k));
+            let fraction = |k: usize| forces[active[k]] / (forces[active[k]] - target[k]);
+            let ends = (0..count).filter(|k| target[*k] < 0.0).map(|k| (fraction(k), k));
             let first = ends.min_by(|a, b| a.0.total_cmp(&b.0));
             let fraction = first.map_or(1.0, |(fraction, _)| fraction);
             for (i, target) in active.iter().zip(&target) {

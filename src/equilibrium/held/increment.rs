@@ -58,7 +58,7 @@ impl Pose {
     }
 }
 
-/// The motion from the start of an increment to its end, as a function of a share from zero to one.
+/// The motion from the start of an increment to its end, as a function of the progress from zero to one.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     from: Pose,
@@ -68,8 +68,8 @@ pub(super) struct Motion {
     duration: f64,
     /// Whether the base rotates about an axis.
     pub hinged: bool,
-    /// The present share of the rod and the obstacles.
-    pub share: f64,
+    /// The present progress of the rod and the obstacles.
+    pub progress: f64,
 }
 
 impl Motion {
@@ -83,7 +83,7 @@ impl Motion {
             Some(Joint::Ball) => from.frame = to.frame,
             _ => {}
         }
-        Self { from, to, end, duration, hinged: matches!(joint, Some(Joint::Hinge(_))), share: 1.0 }
+        Self { from, to, end, duration, hinged: matches!(joint, Some(Joint::Hinge(_))), progress: 1.0 }
     }
 
     /// The rotation of the base in the fixed frame, rad.
@@ -96,33 +96,33 @@ impl Motion {
         (self.whole_turn().norm(), (self.to.position - self.from.position).norm())
     }
 
-    /// The base at a share of the motion, which is a screw: a turntable moves its places on circles.
-    fn pose(&self, share: f64) -> Pose {
-        if share >= 1.0 {
+    /// The base at the given progress of the motion, which is a screw: a turntable moves its places on circles.
+    fn pose(&self, progress: f64) -> Pose {
+        if progress >= 1.0 {
             return self.to;
         }
         // The rotation exp(φ) about a fixed point displaces the base by J(φ) c, with the left Jacobian J(φ) = Jr(−φ).
         let (turn, by) = (-self.whole_turn(), self.to.position - self.from.position);
         let s = |turn: &Vector3<f64>| so3::s_functions(turn.norm_squared());
         let rate = Form::inverse_right_jacobian(&s(&turn)).apply(&turn, &by);
-        let part = turn * share;
-        let moved = Form::right_jacobian(&s(&part)).apply(&part, &(rate * share));
+        let part = turn * progress;
+        let moved = Form::right_jacobian(&s(&part)).apply(&part, &(rate * progress));
         Pose { position: self.from.position + moved, frame: so3::exp(&-part) * self.from.frame }
     }
 
-    /// The time at a share of the motion, s.
-    pub fn time(&self, share: f64) -> f64 {
-        if share >= 1.0 { self.end } else { self.end - self.duration * (1.0 - share) }
+    /// The time at the given progress, s.
+    pub fn time(&self, progress: f64) -> f64 {
+        if progress >= 1.0 { self.end } else { self.end - self.duration * (1.0 - progress) }
     }
 
-    /// The rotation of the base in the fixed frame from a share of the motion to another one.
+    /// The rotation of the base in the fixed frame from one value of the progress to another.
     pub fn turn(&self, from: f64, to: f64) -> UnitQuaternion<f64> {
         self.pose(to).frame * self.pose(from).frame.inverse()
     }
 
-    /// Moves the rod rigidly with its base from a share of the motion to another one.
+    /// Moves the rod rigidly with its base from one value of the progress to another.
     pub fn carry(&self, rod: &mut Rod, from: f64, to: f64) {
-        let [from, to] = [from, to].map(|share| self.pose(share));
+        let [from, to] = [from, to].map(|progress| self.pose(progress));
         if from.position != to.position {
             rod.base_position = to.position;
         }

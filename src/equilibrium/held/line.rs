@@ -107,6 +107,11 @@ pub(super) fn displacement(rod: &Rod, from: &[Vector3<f64>]) -> f64 {
     moved.fold(0.0, f64::max)
 }
 
+/// The displacement by a jump from a shape to another one, m.
+pub(in crate::equilibrium) fn jump_between(from: &Rod, to: &Rod) -> f64 {
+    displacement(to, &from.centre_line_at(COMPARED))
+}
+
 /// The place at a length (m) from another one, at most in the elements next to it.
 pub(super) fn moved(rod: &Rod, (mut element, x): (usize, f64), by: f64) -> (usize, f64) {
     let length = |e: usize| rod.length_of(e);

@@ -21,7 +21,7 @@ use crate::equilibrium::Inertia;
 /// Largest eigenvalue of the scaled matrix of the reactions that is attributed to rounding.
 pub(super) const NEUTRAL: f64 = 1e-8;
 
-/// What a condition of a hold or a spring belongs to.
+/// What a condition belongs to: a hold, a spring, an increased pivot, or the spring at a free base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Role {
     /// Component of the force of a hold: site and direction.

@@ -55,8 +55,9 @@ impl HeldSearch<'_> {
         }
         let system = self.body.system();
         let base = system.joints.free_base;
-        let remains = base
-            .map_or(0.0, |base| (system.base.norm() / (base.reach * base.stiffness)).clamp(base.least, LARGEST_SHARE));
+        let remains = base.map_or(0.0, |base| {
+            (system.base_force.norm() / (base.reach * base.stiffness)).clamp(base.least, LARGEST_SHARE)
+        });
         let stiffness = self.boosts.iter().map(|(_, increase)| *increase);
         for (k, increase) in stiffness.chain(base.iter().flat_map(|base| [base.stiffness; 3])).enumerate() {
             // The reaction undoes the part 1 − `remains` of the increase.

@@ -5,7 +5,6 @@
 
 use super::search::HeldSearch;
 use super::settings;
-use super::sites::HeldSite;
 use super::trial::{Merit, Start, Trial};
 use crate::rod::Rod;
 
@@ -30,8 +29,7 @@ impl HeldSearch<'_> {
                 residual = residual.max((tangential - within).norm());
             }
         }
-        let missing = self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs());
-        residual = missing.fold(residual, |residual, distance| residual.max(distance / self.length));
+        residual = self.hold_violations().fold(residual, |residual, distance| residual.max(distance / self.length));
         Merit { energy, violation: self.violation(), friction, residual }
     }
 
@@ -43,7 +41,8 @@ impl HeldSearch<'_> {
     /// Takes the largest fraction of a step with which the merit or the residual decreases, and returns it; `None` if
     /// none of those tried does.
     pub(super) fn descend(&mut self, rod: &mut Rod, (start, trial): (&Start, &Trial), unchecked: bool) -> Option<f64> {
-        let (mut fraction, slope) = (1.0, self.body.system().slope() - start.base.dot(&self.body.system().base));
+        let (mut fraction, slope) =
+            (1.0, self.body.system().slope() - start.base_force.dot(&self.body.system().base_motion));
         let forces = trial.contacts.iter().map(|contact| contact.force.norm());
         let links = self.sites.iter().map(|site| site.force.norm());
         self.weight = (0.25 * self.weight).max(2.0 * forces.chain(links).fold(0.0, f64::max));
@@ -55,11 +54,8 @@ impl HeldSearch<'_> {
                 fraction *= 0.5;
                 self.move_by(rod, start, trial, fraction);
             }
-            let (turns, base) = (self.body.system().turns.clone(), self.body.system().base);
             let energy = self.balance(rod);
             let reached = self.merit(rod, energy);
-            let system = self.body.system_mut();
-            (system.turns, system.base) = (turns, base);
             let after = value(&reached, self.weight);
             let predicted = (slope - self.weight * start.merit.violation).min(0.0);
             let falls = after <= before + settings::DECREASE * fraction * predicted + slack;

@@ -11,13 +11,14 @@
 //! | candidate | place that may touch an obstacle: a point, where the gap is least, or a station of a segment |
 //! | segment | part of the rod that follows an obstacle; its stations are quadrature points with pressure |
 //! | patch | point or segment of contact in the result |
-//! | link | condition of a hold or a spring, or of a pivot of the tangent that was increased |
+//! | link | condition of a hold, a spring, an increased pivot of the tangent, or the spring at a free base |
 //! | shift | force that, times the length that belongs to a frame, is added to the diagonal of the tangent, N |
 //! | descent | the iteration with a shift that makes the tangent positive in permitted directions before each step |
 //! | step | motion of the rod in an iteration; the contact problem of the linear rod has its own steps ([`solve`]) |
 //! | share | part of the residual that the linear step removes |
 //! | fraction | part of this step by which the rod moves |
-//! | share of a motion | part of the load path; tests of obstacles return the factor by which it may be longer |
+//! | progress | part of the load path that is done |
+//! | factor | number by which a motion may be longer without passing an obstacle |
 //! | end | last frame of an element; place where a segment ends ([`ends`]); of the rod: the apex, or a free base |
 //! | increment | part of the motion of holds, base and obstacles, and the time step to which it belongs |
 //!
@@ -96,5 +97,6 @@ mod solve;
 mod step;
 mod trial;
 
+pub(super) use line::jump_between;
 pub(super) use mechanics::Body;
 pub(super) use search::HeldSearch;

@@ -10,7 +10,7 @@ use super::candidate::Candidate;
 use super::increment::Before;
 use super::law::Status;
 use super::line::{COMPARED, displacement};
-use super::obstacles::contact_share;
+use super::obstacles::contact_factor;
 use super::placement::Misplaced;
 use super::search::HeldSearch;
 use super::settings::{self, SAME};
@@ -168,13 +168,12 @@ impl HeldSearch<'_> {
             return false;
         }
         let (answer, line) = (self.snapshot(rod), self.line.clone());
-        let old = self.candidates.clone();
-        self.arrange(rod, &patches, &old);
+        self.arrange(rod, &patches, &answer.candidates);
         // The shape of a coarse rod depends on its nodes, and a motion of the nodes may move it past a thin pole.
         let passes = |at: &Candidate| {
             let place = answer.rod.locate(at.arc_length).map(|at| line.place(&answer.rod, at).position);
             let normal = place.map(|place| self.obstacles.gap_at(at.obstacle, &place).normal);
-            normal.is_some_and(|normal| contact_share(&normal, &at.gap.normal) < 1.0)
+            normal.is_some_and(|normal| contact_factor(&normal, &at.gap.normal) < 1.0)
         };
         if self.candidates.iter().any(passes) {
             self.restore(rod, &answer);

@@ -258,7 +258,7 @@ pub(super) fn safe_factor<'c>(
     moved: impl Fn(usize, usize) -> f64,
 ) -> f64 {
     let places = &line.places;
-    let (mut share, last) = (f64::INFINITY, places.len() - 1);
+    let (mut factor, last) = (f64::INFINITY, places.len() - 1);
     for obstacle in 0..obstacles.contacts.len() {
         let at = |place: &LinePlace| {
             let gap = obstacles.gap_at(obstacle, &place.position);
@@ -279,25 +279,25 @@ pub(super) fn safe_factor<'c>(
             let allowed = |least: f64| settings::APPROACH * (radius + least.max(0.0));
             let size = places[i + 1].path - places[i].path;
             let mut least = 0.5 * (gaps[i].0 + gaps[i + 1].0 - size);
-            if allowed(least) < share * way {
+            if allowed(least) < factor * way {
                 let search = Gaps { rod, line, obstacles, obstacle, strains: &[] };
                 least = search.lowest(&search.at(&places[i]), &search.at(&places[i + 1]), 0);
             }
-            share = share.min(allowed(least) / way);
+            factor = factor.min(allowed(least) / way);
         }
     }
-    share
+    factor
 }
 
 /// The factor by which a motion of an open candidate by a length (m) may be longer, so that it does not pass its
 /// obstacle, given the gap before.
-pub(super) fn opening_share(before: &Gap, moved: f64) -> f64 {
+pub(super) fn opening_factor(before: &Gap, moved: f64) -> f64 {
     (before.value.max(0.0) + settings::APPROACH * Obstacles::radius(before)) / moved
 }
 
 /// The factor by which a motion of a contact may be longer, so that it does not pass to the other side of its
-/// obstacle, given the normals before and after.
-pub(super) fn contact_share(before: &Vector3<f64>, after: &Vector3<f64>) -> f64 {
+/// obstacle, given the normals before and after. It is infinite if the normal rotates by at most `LARGEST_TURN`.
+pub(super) fn contact_factor(before: &Vector3<f64>, after: &Vector3<f64>) -> f64 {
     let turned = before.angle(after);
     if turned > settings::LARGEST_TURN { settings::LARGEST_TURN / turned } else { f64::INFINITY }
 }

@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 
 use super::candidate::Candidate;
 use super::increment::{Before, Motion};
-use super::line::{COMPARED, LinePlace, displacement};
-use super::obstacles::{Obstacles, contact_share, safe_factor};
+use super::line::{LinePlace, jump_between};
+use super::obstacles::{Obstacles, contact_factor, safe_factor};
 use super::search::{HeldSearch, Snapshot, project};
 use super::settings;
 use super::sites::turn_frames;
@@ -37,7 +37,7 @@ impl HeldSearch<'_> {
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
-    /// equilibrium after at most `bound` iterations. The share of the load path determines the targets of the holds. If
+    /// equilibrium after at most `bound` iterations. The progress on the load path determines the targets of the holds. If
     /// the rod could pass an obstacle in the time step, it also determines the base and the time of the obstacles.
     fn move_holds(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         self.locate(rod);
@@ -54,10 +54,10 @@ impl HeldSearch<'_> {
         let (turn, way) = self.motion.as_ref().map(Motion::size).unwrap_or_default();
         let (far, turned) = (far.max(way / self.length), turned.max(turn));
         let number = (far / settings::INCREMENT_MOTION).max(turned / settings::INCREMENT_TURN).ceil().max(1.0);
-        let (mut done, mut share) = (0.0, 1.0 / number);
+        let (mut done, mut increment) = (0.0, 1.0 / number);
         let moves = number > 1.0 || far > 0.0 || turned > 0.0 || self.obstacles_move();
         while done < 1.0 {
-            let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
+            let next = if done + increment > 1.0 - 1e-9 { 1.0 } else { done + increment };
             let checked = moves_base || turned > 0.0 && !self.obstacles.contacts.is_empty();
             let next = if checked { self.safe_end(rod, done, next) } else { next };
             let before = self.snapshot(rod);
@@ -68,7 +68,7 @@ impl HeldSearch<'_> {
             self.turn_held(rod, (next - done) / (1.0 - done));
             self.increments += 1;
             self.bound = self.found.iterations.saturating_add(bound);
-            let smallest = !moves || share <= settings::SMALLEST_INCREMENT || done + share <= done;
+            let smallest = !moves || increment <= settings::SMALLEST_INCREMENT || done + increment <= done;
             match self.settle(rod) {
                 Ok(()) => {
                     done = next;
@@ -80,7 +80,7 @@ impl HeldSearch<'_> {
                 }
                 Err(error) if error.is_recoverable() && !smallest => {
                     self.restore(rod, &before);
-                    share = 0.5 * share.min(next - done);
+                    increment = 0.5 * increment.min(next - done);
                 }
                 Err(error) => return Err(error),
             }
@@ -96,7 +96,7 @@ impl HeldSearch<'_> {
             self.motion = None;
             return false;
         };
-        self.set_share(0.0);
+        self.set_progress(0.0);
         if !self.guess_contacts(rod, (reactions, patches)) {
             // The present candidates are those of the end of the increment.
             self.candidates.clear();
@@ -107,8 +107,8 @@ impl HeldSearch<'_> {
         true
     }
 
-    /// Whether no part of the rod touches an obstacle in a shape, or could pass one on the way there from the start of
-    /// the increment.
+    /// Whether the rod touches no obstacle in a shape, and no part of it could pass one on the way there from the start
+    /// of the increment.
     pub fn stays_clear(&mut self, shape: &Rod) -> Result<bool, EquilibriumError> {
         self.locate(shape);
         self.check_obstacles()?;
@@ -121,14 +121,14 @@ impl HeldSearch<'_> {
         let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
         let mut start = shape.clone();
         start.sample_shape(&self.before.rod);
-        self.set_share(0.0);
+        self.set_progress(0.0);
         let largest = self.safe_motion_factor(&start, shape, time);
-        self.set_share(1.0);
+        self.set_progress(1.0);
         largest < 1.0
     }
 
-    /// A share of the load path, at most `next`, up to which no part of the rod can pass an obstacle. The present share
-    /// is `done`.
+    /// The progress on the load path, at most `next`, up to which no part of the rod can pass an obstacle. The present
+    /// one is `done`.
     fn safe_end(&mut self, rod: &Rod, done: f64, mut next: f64) -> f64 {
         while next - done > settings::SMALLEST_INCREMENT {
             let mut moved = rod.clone();
@@ -136,7 +136,7 @@ impl HeldSearch<'_> {
             self.turn_held(&mut moved, (next - done) / (1.0 - done));
             let time = self.obstacles.time;
             self.turn_hinge(next, done);
-            self.set_share(done);
+            self.set_progress(done);
             let factor = self.safe_motion_factor(rod, &moved, time);
             if factor >= 1.0 {
                 break;
@@ -159,19 +159,19 @@ impl HeldSearch<'_> {
             Candidate { gap, tangent, ..at.clone() }
         };
         let contacts: Vec<Candidate> = self.candidates.iter().map(before).filter(|at| self.is_contact(at)).collect();
-        let mut share = safe_factor(&self.obstacles, contacts.iter(), (from, &a), |obstacle, i| {
+        let mut factor = safe_factor(&self.obstacles, contacts.iter(), (from, &a), |obstacle, i| {
             moved(obstacle, &a.places[i].position, &b.places[i].position)
         });
         for at in &contacts {
             let after = self.obstacles.gap_then(at.obstacle, &b.place(to, (at.element, at.x)).position, time);
-            share = share.min(contact_share(&at.gap.normal, &after.normal));
+            factor = factor.min(contact_factor(&at.gap.normal, &after.normal));
             // The next search removes a penetration by a part of the radius.
             let deepest = settings::APPROACH * Obstacles::radius(&at.gap);
             if after.value < -deepest {
-                share = share.min(deepest / -after.value);
+                factor = factor.min(deepest / -after.value);
             }
         }
-        share
+        factor
     }
 
     /// Whether an obstacle moves until the end of the increment.
@@ -181,23 +181,23 @@ impl HeldSearch<'_> {
         self.line.places.iter().any(|place| (0..self.obstacles.contacts.len()).any(|i| moves(i, place)))
     }
 
-    /// Sets the share of the motion, and the time of the obstacles.
-    pub(super) fn set_share(&mut self, share: f64) {
+    /// Sets the progress on the load path, and the time of the obstacles.
+    pub(super) fn set_progress(&mut self, progress: f64) {
         if let Some(motion) = &mut self.motion {
-            motion.share = share;
-            self.obstacles.time = motion.time(share);
+            motion.progress = progress;
+            self.obstacles.time = motion.time(progress);
         }
     }
 
-    /// Moves rod, base and obstacles rigidly to a share of the motion.
+    /// Moves rod, base and obstacles rigidly to the progress `next` on the load path.
     fn carry(&mut self, rod: &mut Rod, next: f64) {
-        let Some(motion) = self.motion.clone().filter(|motion| motion.share != next) else { return };
-        motion.carry(rod, motion.share, next);
-        self.turn_hinge(motion.share, next);
-        self.set_share(next);
+        let Some(motion) = self.motion.clone().filter(|motion| motion.progress != next) else { return };
+        motion.carry(rod, motion.progress, next);
+        self.turn_hinge(motion.progress, next);
+        self.set_progress(next);
     }
 
-    /// Rotates the axis of a hinge at the base from a share of the motion to another one.
+    /// Rotates the axis of a hinge at the base from one value of the progress to another.
     fn turn_hinge(&mut self, from: f64, to: f64) {
         if let (Some(motion), Some(hinge)) = (&self.motion, self.frames.first_mut())
             && motion.hinged
@@ -220,7 +220,7 @@ impl HeldSearch<'_> {
             result => return result,
         }
         self.find_stable(rod, &guess, Reach::Far)?;
-        self.found.jump = Some(displacement(rod, &guess.rod.centre_line_at(COMPARED)));
+        self.found.jump = Some(jump_between(&guess.rod, rod));
         Ok(())
     }
 
@@ -233,10 +233,10 @@ impl HeldSearch<'_> {
         result
     }
 
-    /// Rotates the held frames by a share of the rotations that they lack.
-    fn turn_held(&self, rod: &mut Rod, share: f64) {
+    /// Rotates the held frames by a fraction of the rotations that they lack.
+    fn turn_held(&self, rod: &mut Rod, fraction: f64) {
         for i in 0..self.frames.len() {
-            let turn = self.frames[i].missing(rod) * share;
+            let turn = self.frames[i].missing(rod) * fraction;
             if turn.norm() > 0.0 {
                 let at = self.frames[i].node;
                 let from = if i > 0 { self.frames[i - 1].node } else { 0 };

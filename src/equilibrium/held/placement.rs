@@ -27,8 +27,8 @@ const DIFFERENCE: f64 = 1e-3;
 /// ratio of tensions in the example `capstan` has a relative error of 5e-5.
 const SHORT: f64 = 0.05;
 /// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
-/// contact alternate with small gaps. A gap over as many stations as an element has, apart from the contacts on its
-/// sides, is not due to this.
+/// contact alternate with small gaps. A gap that is open at as many successive stations as an element has is a real
+/// one, and divides the segment.
 const TOUCHING: f64 = 1e-4;
 /// Motion of an end, relative to the length, below which rounding of the curvature may cause it. It is assumed if an
 /// extrapolated motion is more than one half of the one before.
@@ -62,7 +62,7 @@ impl HeldSearch<'_> {
         let opened = self.candidates.iter().filter(|at| at.touched && at.follows_gap && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
-        // A point inside a contact segment is no station of it, and the last station of a segment is a point.
+        // A candidate has the wrong kind if it is a point inside a contact segment, or the only station left of one.
         let differs = |at: &Candidate| {
             patches.iter().filter(|patch| patch.obstacle == at.obstacle).any(|patch| {
                 let inside = patch.from < at.arc_length && at.arc_length < patch.to;
@@ -180,8 +180,8 @@ impl HeldSearch<'_> {
         // The place bears the part of its own element that is beyond it.
         let upto = if x < 1.0 { reference.integral_upto(x) } else { reference.within(x) };
         for i in e * p..rod.points().len() {
-            let share = reference.weights[i % p] - if i < (e + 1) * p { upto[i % p] } else { 0.0 };
-            couple += self.line.tangents[i].cross(&forces[i]) * (share * rod.points()[i].jacobian);
+            let beyond = reference.weights[i % p] - if i < (e + 1) * p { upto[i % p] } else { 0.0 };
+            couple += self.line.tangents[i].cross(&forces[i]) * (beyond * rod.points()[i].jacobian);
         }
         let near = rod.strain_within(e, x) - point.intrinsic;
         let local = frame.inverse_transform_vector(&couple);
@@ -243,7 +243,7 @@ impl HeldSearch<'_> {
     }
 
     /// Gives the rod nodes at the ends of patches, and candidates at contact points and at all stations of contact
-    /// segments. Each takes the force of the nearest one of `old`.
+    /// segments. Each of `old` gives its force to the nearest candidate, or divides it between two stations.
     pub(super) fn arrange(&mut self, rod: &mut Rod, patches: &[Patch], old: &[Candidate]) {
         let source = rod.clone();
         let nodes = source.ends();
@@ -342,12 +342,12 @@ fn transfer(old: &[Candidate], new: &mut [Candidate]) {
             same && distance(&new[*i]) * first < 0.0 && !new[nearest].point
         };
         let beside = beside.filter(across);
-        let share = beside.map_or(0.0, |i| first / (first - distance(&new[i])));
-        for (i, share) in std::iter::once((nearest, 1.0 - share)).chain(beside.map(|i| (i, share))) {
+        let part = beside.map_or(0.0, |i| first / (first - distance(&new[i])));
+        for (i, part) in std::iter::once((nearest, 1.0 - part)).chain(beside.map(|i| (i, part))) {
             let at = &mut new[i];
-            at.force += from.force * share;
+            at.force += from.force * part;
             at.touched |= from.touched;
-            if share > 0.0 && (at.status == Status::Open || from.status == Status::Sticking) {
+            if part > 0.0 && (at.status == Status::Open || from.status == Status::Sticking) {
                 at.status = from.status;
             }
         }

@@ -34,8 +34,8 @@ struct Bend {
 
 impl Reduced<'_> {
     /// Sets the normal forces to those with which no contact penetrates and each loaded one touches, for the present
-    /// normals, displacements along the rod, and friction, which is limited to its cone. Returns whether they exist,
-    /// which they may not if the rod is unstable.
+    /// normals, displacements along the rod, and friction, which is limited to its cone. Then moves contacts to their
+    /// places of least gap. Returns whether the forces exist, which they may not if the rod is unstable.
     pub(super) fn press(&self, contacts: &mut [LinearContact]) -> bool {
         let coordinates = self.coordinates(contacts);
         let linear: Vec<Linearised> = contacts.iter().map(|at| self.linearised(at, &coordinates)).collect();

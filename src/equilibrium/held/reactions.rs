@@ -102,7 +102,7 @@ fn spread(rod: &Rod, obstacles: usize, all: &mut Vec<Reaction>) {
     let number = all.len();
     for i in 0..number {
         let parts: Vec<_> = ends.iter().filter(|(index, ..)| *index == i).collect();
-        let length: f64 = parts.iter().map(|(_, share, _)| share).sum();
+        let length: f64 = parts.iter().map(|(_, length, _)| length).sum();
         if parts.len() == 2 {
             // Between two elements in contact there is no force at a point.
             all[i].length = length;
@@ -110,14 +110,14 @@ fn spread(rod: &Rod, obstacles: usize, all: &mut Vec<Reaction>) {
             // Each part has the direction of the whole reaction. It therefore pushes, and its friction is within the
             // cone.
             let whole = all[i];
-            let share = if whole.normal > 0.0 { (normal / whole.normal).clamp(0.0, 1.0) } else { 0.0 };
-            let part = |share: f64| Reaction { force: whole.force * share, normal: whole.normal * share, ..whole };
+            let at_end = if whole.normal > 0.0 { (normal / whole.normal).clamp(0.0, 1.0) } else { 0.0 };
+            let part = |factor: f64| Reaction { force: whole.force * factor, normal: whole.normal * factor, ..whole };
             // There is no force at a point at an end where the rod does not lift off.
-            if 1.0 - share <= NONE {
+            if 1.0 - at_end <= NONE {
                 all[i].length = length;
-            } else if share > 0.0 {
-                all.push(Reaction { length, ..part(share) });
-                all[i] = part(1.0 - share);
+            } else if at_end > 0.0 {
+                all.push(Reaction { length, ..part(at_end) });
+                all[i] = part(1.0 - at_end);
             }
         }
     }

@@ -69,9 +69,9 @@ impl Coordinates {
     }
 
     /// Adds the couples on the frames by a force.
-    fn add_to(&self, turns: &mut [Vector3<f64>], force: &Vector3<f64>) {
-        turns[self.element + 1] += self.last.tr_mul(force);
-        turns[self.element] += self.first.tr_mul(force);
+    fn add_to(&self, couples: &mut [Vector3<f64>], force: &Vector3<f64>) {
+        couples[self.element + 1] += self.last.tr_mul(force);
+        couples[self.element] += self.first.tr_mul(force);
     }
 
     /// The value for given rotations of the frames.
@@ -171,12 +171,12 @@ impl LinearResponse {
         self.compliance = DMatrix::zeros(size, size);
         for j in 0..self.triples.len() {
             for c in 0..3 {
-                let (mut turns, unit) = (vec![Vector3::zeros(); system.elements.len() + 1], Vector3::ith(c, 1.0));
+                let (mut couples, unit) = (vec![Vector3::zeros(); system.elements.len() + 1], Vector3::ith(c, 1.0));
                 let at = &self.triples[j];
                 let before = if at.weights.is_some() { at.element } else { 0 };
                 let each = self.chords[..before].iter().map(|chord| &chord.end).chain([at]);
-                each.for_each(|part| part.add_to(&mut turns, &unit));
-                self.add_column(system, turns);
+                each.for_each(|part| part.add_to(&mut couples, &unit));
+                self.add_column(system, couples);
             }
             for i in 0..self.triples.len() {
                 let inside = self.inside(system, &self.triples[i], &self.triples[j]);
@@ -185,9 +185,9 @@ impl LinearResponse {
             }
         }
         for unknown in self.boosts.clone() {
-            let mut turns = vec![Vector3::zeros(); system.elements.len() + 1];
-            turns[system.joints.first_free() + unknown / 3][unknown % 3] = 1.0;
-            self.add_column(system, turns);
+            let mut couples = vec![Vector3::zeros(); system.elements.len() + 1];
+            couples[system.joints.first_free() + unknown / 3][unknown % 3] = 1.0;
+            self.add_column(system, couples);
         }
         self.add_base(system);
         // The matrix is symmetric except for rounding. Its lower triangle makes it exactly symmetric.
@@ -246,7 +246,7 @@ impl LinearResponse {
 
     /// The displacements of the coordinates by the unbalanced couples of a system, without changes of the reactions.
     pub fn free(&self, system: &mut System) -> DVector<f64> {
-        let mut turns = system.turns.clone();
+        let mut turns = system.couples.clone();
         let mut moved = self.outer(system, &mut turns);
         let inner = |at: &Coordinates| {
             let condensed = &system.elements[at.element].condensed;
@@ -263,9 +263,9 @@ impl LinearResponse {
     /// Adds reactions to the unbalanced couples of a system.
     pub fn load(&self, system: &mut System, reactions: &DVector<f64>) {
         let (mut beyond, mut sum) = (vec![Vector3::zeros(); self.chords.len()], Vector3::zeros());
-        let mut turns = vec![Vector3::zeros(); system.turns.len()];
+        let mut couples = vec![Vector3::zeros(); system.couples.len()];
         let mut add = |at: &Coordinates, force: &Vector3<f64>| {
-            at.add_to(&mut turns, force);
+            at.add_to(&mut couples, force);
             for (row, factor) in at.rows.iter().zip(force.iter()) {
                 system.elements[at.element].subtract(row, *factor);
             }
@@ -280,14 +280,14 @@ impl LinearResponse {
         }
         self.chords.iter().zip(&beyond).for_each(|(chord, force)| add(&chord.end, force));
         let first = system.joints.first_free();
-        system.joints.confine(&mut turns);
+        system.joints.confine(&mut couples);
         let last = self.added();
         for (k, unknown) in self.boosts.iter().enumerate() {
-            turns[first + unknown / 3][unknown % 3] += reactions[last + k];
+            couples[first + unknown / 3][unknown % 3] += reactions[last + k];
         }
-        system.turns.iter_mut().zip(&turns).for_each(|(to, turn)| *to += turn);
+        system.couples.iter_mut().zip(&couples).for_each(|(to, couple)| *to += couple);
         if self.base.is_some() {
-            system.base += sum + reactions.fixed_rows::<3>(self.size() - 3);
+            system.base_force += sum + reactions.fixed_rows::<3>(self.size() - 3);
         }
     }
 
@@ -312,7 +312,7 @@ impl LinearResponse {
     /// Adds the displacement of a free base by the unbalanced force.
     fn displace_base(&self, system: &System, moved: &mut DVector<f64>) {
         let Some(compliance) = self.base else { return };
-        let by = system.base * compliance;
+        let by = system.base_force * compliance;
         for first in self.displaced() {
             let mut rows = moved.fixed_rows_mut::<3>(first);
             rows += by;

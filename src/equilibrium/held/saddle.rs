@@ -73,10 +73,10 @@ impl HeldSearch<'_> {
     pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, angle: f64) {
         self.bow(rod, angle);
         self.locate(rod);
-        let share = self.safe_step_factor(rod, start);
-        if share < 1.0 {
+        let factor = self.safe_step_factor(rod, start);
+        if factor < 1.0 {
             start.shape.restore(rod);
-            self.bow(rod, angle * share);
+            self.bow(rod, angle * factor);
             self.locate(rod);
         }
     }
@@ -109,13 +109,12 @@ impl HeldSearch<'_> {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             let system = self.body.system_mut();
             system.elements.iter_mut().for_each(|element| element.condensed = Row::default());
-            system.base = Vector3::zeros();
-            for (e, (to, turn)) in system.turns.iter_mut().zip(&turns).enumerate() {
+            system.base_force = Vector3::zeros();
+            for (e, (to, turn)) in system.couples.iter_mut().zip(&turns).enumerate() {
                 let length = if e > 0 { rod.length_of(e - 1) } else { 0.0 };
                 *to = turn * (length / largest);
             }
-            let turns_of = &mut system.turns;
-            system.joints.confine(turns_of);
+            system.joints.confine(&mut system.couples);
             let free = linear.response.free(system);
             let reactions = rows.tr_mul(&conditions.solve(&(&rows * free)));
             linear.response.load(system, &reactions);
@@ -130,9 +129,9 @@ impl HeldSearch<'_> {
         }
         let fraction = self.descending(rod, start, fraction);
         self.leave_by(rod, start, fraction);
-        let share = self.safe_step_factor(rod, start);
-        if share < 1.0 {
-            self.leave_by(rod, start, fraction * share);
+        let factor = self.safe_step_factor(rod, start);
+        if factor < 1.0 {
+            self.leave_by(rod, start, fraction * factor);
         }
     }
 

@@ -53,8 +53,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) element: f64,
     /// Unknowns whose diagonal entry was increased, and the increases.
     pub(super) boosts: Vec<(usize, f64)>,
-    /// Weight of violated distances in the merit, N: twice the largest reaction. A step reduces it by at most a factor
-    /// of four.
+    /// Weight of violated distances in the merit, N: at least twice the largest force of a contact or hold. A step
+    /// reduces it by at most a factor of four.
     pub(super) weight: f64,
     /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
     pub(super) energy_scale: f64,
@@ -72,11 +72,11 @@ pub(super) struct Snapshot {
     sites: Vec<HeldSite>,
     frames: Vec<HeldFrame>,
     joints: Joints,
-    candidates: Vec<Candidate>,
+    pub(super) candidates: Vec<Candidate>,
     before: Before,
     energy_scale: f64,
-    /// The share of the motion.
-    share: Option<f64>,
+    /// The progress of the motion.
+    progress: Option<f64>,
 }
 
 impl<'a> HeldSearch<'a> {
@@ -181,16 +181,17 @@ impl<'a> HeldSearch<'a> {
             candidates: self.candidates.clone(),
             before: self.before.clone(),
             energy_scale: self.energy_scale,
-            share: self.motion.as_ref().map(|motion| motion.share),
+            progress: self.motion.as_ref().map(|motion| motion.progress),
         }
     }
 
     pub(super) fn restore(&mut self, rod: &mut Rod, snapshot: &Snapshot) {
-        let Snapshot { rod: shape, sites, frames, joints, candidates, before, energy_scale, share } = snapshot.clone();
+        let Snapshot { rod: shape, sites, frames, joints, candidates, before, energy_scale, progress } =
+            snapshot.clone();
         (*rod, self.sites, self.frames, self.candidates) = (shape, sites, frames, candidates);
         (self.body.system_mut().joints, self.before, self.energy_scale) = (joints, before, energy_scale);
-        if let Some(share) = share {
-            self.set_share(share);
+        if let Some(progress) = progress {
+            self.set_progress(progress);
         }
         self.body.renew_load(rod);
         self.locate(rod);
@@ -283,10 +284,14 @@ impl<'a> HeldSearch<'a> {
         self.body.force().largest().max(self.energy_scale).max(f64::MIN_POSITIVE)
     }
 
+    /// Distances of the held places from their targets, m.
+    pub(super) fn hold_violations(&self) -> impl Iterator<Item = f64> {
+        self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs())
+    }
+
     /// Sum of the distances by which holds and contacts are violated, m.
     pub(super) fn violation(&self) -> f64 {
-        let links = self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs());
-        links.chain(self.candidates.iter().map(|at| (-self.least_gap(at)).max(0.0))).sum()
+        self.hold_violations().chain(self.candidates.iter().map(|at| (-self.least_gap(at)).max(0.0))).sum()
     }
 
     /// The least gap beside a candidate, m: that of the parabola through its place, within half an element. A candidate
@@ -300,9 +305,8 @@ impl<'a> HeldSearch<'a> {
 
     /// Largest distance by which a hold or a contact is violated, m.
     pub(super) fn largest_violation(&self) -> f64 {
-        let links = self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs());
         let loaded = self.candidates.iter().filter(|at| at.status != Status::Open).map(|at| at.gap.value.abs());
-        links.chain(loaded).fold(deepest(&self.candidates), f64::max)
+        self.hold_violations().chain(loaded).fold(deepest(&self.candidates), f64::max)
     }
 
     /// The inertia at the present configuration.

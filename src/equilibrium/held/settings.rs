@@ -93,7 +93,7 @@ pub(super) const PASSED: usize = 3;
 pub(super) const INCREMENT_TURN: f64 = 0.3;
 /// Largest displacement of a hold or the base in an increment, relative to the length.
 pub(super) const INCREMENT_MOTION: f64 = 0.05;
-/// Smallest increment, as a share of the motion of the holds.
+/// Smallest increment, as a part of the load path.
 pub(super) const SMALLEST_INCREMENT: f64 = 1e-6;
 /// Distance of two places that are one, relative to the length.
 pub(super) const SAME: f64 = 1e-9;

@@ -71,15 +71,17 @@ impl Reduced<'_> {
         let scales: &[bool] = if rigid { &[true, false] } else { &[true] };
         scales.iter().find_map(|with_rigid| {
             let scaled = self.scaled(contacts, *with_rigid);
-            let first = || self.newton(self.first_guess(&scaled, near)?);
             let others = || {
-                let pressed = self.pressed_guess(&scaled, near)?;
+                let (presses, pressed) = self.pressed_guess(&scaled);
+                // Without a press this guess is the present contacts, which near a solution were the first guess.
+                if presses == 0 && near {
+                    return None;
+                }
                 let solved = self.newton(pressed.clone());
-                solved.or_else(|| self.newton(self.sticking_guess(pressed, &scaled)?))
+                let solved = solved.or_else(|| self.newton(self.sticking_guess(pressed, &scaled)?));
+                if presses == 0 || near { solved } else { solved.or_else(|| self.newton(scaled.clone())) }
             };
-            // Near a solution the present forces have been the first guess.
-            let present = || if near { None } else { self.newton(scaled.clone()) };
-            first().or_else(others).or_else(present)
+            self.first_guess(&scaled, near).and_then(|guess| self.newton(guess)).or_else(others)
         })
     }
 
@@ -92,13 +94,13 @@ impl Reduced<'_> {
         Some(Self::moved(contacts, &self.first_step(contacts, PROXIMAL.0)?, 1.0))
     }
 
-    /// The second guess: the normal forces that an active set determines. `None` if the active set has no solution and
-    /// the present contacts have been tried.
-    fn pressed_guess(&self, contacts: &[LinearContact], near: bool) -> Option<Vec<LinearContact>> {
+    /// The second guess: the normal forces that an active set determines, and the number of times that it had a
+    /// solution.
+    fn pressed_guess(&self, contacts: &[LinearContact]) -> (usize, Vec<LinearContact>) {
         let mut pressed = contacts.to_vec();
         // The second time, the normals are those at the places to which the first forces lead.
         let presses = (0..PRESSES).take_while(|_| self.press(&mut pressed)).count();
-        (presses > 0 || !near).then_some(pressed)
+        (presses, pressed)
     }
 
     /// The third guess, found from the second: the solution without sliding. Where friction presses a sliding rod into
@@ -162,8 +164,9 @@ impl Reduced<'_> {
         moved
     }
 
-    /// Newton's method. Where a step does not decrease the residual, the proximal compliance increases. Returns the
-    /// contacts if the laws are satisfied, at least to [`USEFUL`].
+    /// Newton's method. A step that does not decrease the residual increases the proximal compliance; at its largest
+    /// value, two such steps end the iteration. Returns the contacts if the laws are satisfied, at least to
+    /// [`USEFUL`].
     fn newton(&self, mut contacts: Vec<LinearContact>) -> Option<Vec<LinearContact>> {
         let mut all = self.follow(&mut contacts);
         let mut merit = Self::merit(&contacts, &all);

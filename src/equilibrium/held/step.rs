@@ -6,7 +6,7 @@ use super::candidate::Candidate;
 use super::law::Status;
 use super::line::moved;
 use super::linear::Linear;
-use super::obstacles::{Obstacles, contact_share, opening_share, safe_factor};
+use super::obstacles::{Obstacles, contact_factor, opening_factor, safe_factor};
 use super::reduced::{LinearContact, Reduced};
 use super::search::HeldSearch;
 use super::settings;
@@ -28,31 +28,31 @@ impl HeldSearch<'_> {
             sites: self.sites.clone(),
             candidates: self.candidates.clone(),
             line: self.line.clone(),
-            turns: system.turns.clone(),
-            base: system.base,
+            couples: system.couples.clone(),
+            base_force: system.base_force,
             merit,
             condensed: system.elements.iter().map(|element| element.condensed).collect(),
         }
     }
 
-    /// Returns rod and reactions to the start of a step.
+    /// Moves the rod back to the start of a step, and gives reactions and unbalanced couples their values there.
     pub(super) fn return_to(&mut self, rod: &mut Rod, start: &Start) {
         start.shape.restore(rod);
         self.sites.clone_from(&start.sites);
         self.candidates.clone_from(&start.candidates);
         self.apply(rod);
         self.locate(rod);
-        self.return_couples(start, 1.0);
+        self.set_couples(start, 1.0);
     }
 
-    /// Returns the unbalanced couples of the system to a share of those at the start of a step.
-    fn return_couples(&mut self, start: &Start, share: f64) {
+    /// Sets the unbalanced couples of the system to a part of those at the start of a step.
+    fn set_couples(&mut self, start: &Start, part: f64) {
         let system = self.body.system_mut();
-        system.turns.clone_from(&start.turns);
-        system.turns.iter_mut().for_each(|turn| *turn *= share);
-        system.base = start.base * share;
+        system.couples.clone_from(&start.couples);
+        system.couples.iter_mut().for_each(|couple| *couple *= part);
+        system.base_force = start.base_force * part;
         for (element, condensed) in system.elements.iter_mut().zip(&start.condensed) {
-            element.condensed = condensed.map(|group| group.map(|value| value * share));
+            element.condensed = condensed.map(|group| group.map(|value| value * part));
         }
     }
 
@@ -156,7 +156,7 @@ impl HeldSearch<'_> {
         let changes = Self::changes(linear, start, &contacts);
         trial.links = linear.links_by(&trial.offset, &changes);
         let all = linear.reactions(&changes, &trial.links);
-        self.return_couples(start, linear.share);
+        self.set_couples(start, linear.share);
         linear.response.load(self.body.system_mut(), &all);
         self.body.system_mut().solve();
         (trial.contacts, trial.solved) = (contacts, true);
@@ -200,7 +200,7 @@ impl HeldSearch<'_> {
         let before = &start.line;
         let moved = |_, i: usize| (self.line.places[i].position - before.places[i].position).norm();
         let contacts = start.candidates.iter().filter(|at| self.is_contact(at));
-        let mut share = safe_factor(&self.obstacles, contacts, (rod, before), moved);
+        let mut factor = safe_factor(&self.obstacles, contacts, (rod, before), moved);
         for (from, to) in start.candidates.iter().zip(&self.candidates) {
             // Contacts are compared at their new places along the rod, and open candidates at their old ones.
             let opens = to.status == Status::Open;
@@ -208,9 +208,10 @@ impl HeldSearch<'_> {
             let places = [before, &self.line].map(|line| line.place(rod, (at.element, at.x)).position);
             let [old, new] = places.map(|place| self.obstacles.gap_at(at.obstacle, &place));
             let moved = (places[1] - places[0]).norm();
-            share = share.min(if opens { opening_share(&old, moved) } else { contact_share(&old.normal, &new.normal) });
+            factor =
+                factor.min(if opens { opening_factor(&old, moved) } else { contact_factor(&old.normal, &new.normal) });
         }
-        share
+        factor
     }
 
     /// Whether a candidate, at its last evaluation, was loaded, close to its obstacle and not steep against it, so that
@@ -251,8 +252,9 @@ impl HeldSearch<'_> {
         trial.offset.fill(0.0);
     }
 
-    /// Takes a further step with the factors of the last one, from the present shape. Returns whether it is shorter
-    /// than half of the last one and passes no obstacle. The shape is not changed otherwise.
+    /// Takes a further step with the factors of the last one, from the present shape. Returns whether the step was taken:
+    /// coordinates and conditions are unchanged, it is shorter than half of the last one, and it passes no obstacle. The
+    /// shape is not changed otherwise.
     pub(super) fn chord(&mut self, rod: &mut Rod, step: &mut Step) -> bool {
         let energy = self.balance(rod);
         let (start, residuals, last) = (self.start(rod, energy), self.residuals(), step.trial.turn);

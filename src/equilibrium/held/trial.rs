@@ -15,9 +15,9 @@ use crate::equilibrium::system::Configuration;
 /// Method of a search.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Newton's method, at any distance from the initial guess. In contact it fails where a step without a shift has no
-    /// share in range, where the line search shortens such a step while the rod is unstable, and where three steps in
-    /// succession stall.
+    /// Newton's method, at any distance from the initial guess. It fails where three steps in succession stall; in
+    /// contact also where a step without a shift has no share in range, and where the line search shortens such a step
+    /// while the rod is unstable.
     Newton,
     /// A descent that ends where it leaves the neighbourhood of the initial guess. Friction acts on the displacement
     /// since the start of the increment.
@@ -67,10 +67,10 @@ pub(super) struct Start {
     pub shape: Configuration,
     pub sites: Vec<HeldSite>,
     pub candidates: Vec<Candidate>,
-    pub turns: Vec<Vector3<f64>>,
+    pub couples: Vec<Vector3<f64>>,
     pub condensed: Vec<Row>,
     /// The unbalanced force on a free base, N.
-    pub base: Vector3<f64>,
+    pub base_force: Vector3<f64>,
     pub line: Line,
     /// The merit of the shape.
     pub merit: Merit,

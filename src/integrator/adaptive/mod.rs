@@ -107,13 +107,14 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// necessary. Calls that stop before the given time, such as [`step`](Integrator::step) and the methods that
 /// use it, first make trial runs to that time, and then use the plan that follows from them. Their estimate is
 /// extrapolated from the trial runs. The plan is part of the state. A call to a later time makes
-/// new trial runs from the present state: a few long calls cost less than many short ones.
+/// new trial runs from the present state: a few long calls cost less than many short ones. Trial runs come before all
+/// outputs of a call except the first, at the present time.
 #[derive(Debug, Clone)]
 pub struct Adaptive {
     /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.
     pub tolerance: f64,
     /// Largest [`work`](Statistics::work) of a call with its trial runs; ten million by default. It is checked after
-    /// every equilibrium.
+    /// every equilibrium. In contact a unit of work may take milliseconds.
     pub max_work: usize,
     /// Memory that successive calls reuse; `..Adaptive::new(tolerance)` sets it.
     pub workspace: AdaptiveWorkspace,

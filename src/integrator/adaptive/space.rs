@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::division::{LOSSLESS, MOST_ELEMENTS};
 use super::richardson::{
-    AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, Richardson, SAFETY, UNOBSERVED, order_before_observation, order_in_space,
+    AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ROUGH, Richardson, SAFETY, order_before_observation, order_in_space,
 };
 use super::runs::{Runs, TrialRun};
 use crate::integrator::error::Outcome;
@@ -36,8 +36,9 @@ impl<M: Model> Runs<'_, M> {
     /// elements relative to the length, which is infinite if it is not shown.
     pub fn refine_elements(&mut self, [mut compared, mut run]: [Rc<TrialRun>; 2]) -> Outcome<(Rc<TrialRun>, f64)> {
         let order = order_in_space(self.start.rod.order());
-        let assumed = if self.is_smooth(&run) { order_before_observation(order) } else { UNOBSERVED };
-        let mut estimate = Richardson::assuming(assumed, order);
+        let smooth = [order_before_observation(order), order];
+        let [assumed, largest] = if self.is_smooth(&run) { smooth } else { ROUGH };
+        let mut estimate = Richardson::assuming(assumed, largest);
         let (enough, tolerance) = (AIM_IN_SPACE * self.integrator.tolerance, self.integrator.tolerance);
         // The sum of these two errors is limited, too, so that a part of the tolerance is left for the steps.
         let both = enough + AIM_OF_MERGING * tolerance;
@@ -74,7 +75,7 @@ impl<M: Model> Runs<'_, M> {
                 let before = std::mem::replace(&mut compared, run);
                 if !estimate.converges {
                     regular = Some((before, error));
-                    estimate = Richardson::assuming(UNOBSERVED, order);
+                    estimate = Richardson::assuming(ROUGH[0], ROUGH[1]);
                 }
                 // The observed order does not hold for refinements by more than two.
                 let shortest = 0.5 * plan.longest_element;

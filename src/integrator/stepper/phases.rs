@@ -1,5 +1,5 @@
-//! Phases of a step: differential growth, equilibrium, sensing, and the laws' variables. The motion of tissue
-//! is in `elongation`.
+//! Phases of a step: differential growth, equilibrium, sensing, and the integration of the laws' variables. The module
+//! `elongation` contains the motion of tissue.
 
 use nalgebra::Vector3;
 

@@ -4,7 +4,8 @@
 //! constant τ has the forcing N = y + τ ẏ, which is the stimulus of a linear memory. After a discontinuity it contains
 //! a transient exp(−t/τ), which a cubic does not resolve in steps that are not short compared with τ. The transient is
 //! then interpolated exactly. It is the difference at the older level between y and the solution of τ ẏ = N − y that
-//! is a polynomial. N is the polynomial with which the step before was made.
+//! is a polynomial. N is the polynomial through the forcings at the older level and the levels before it; in the first
+//! piece after a discontinuity it is the line through the forcings at both ends.
 
 use super::{History, ORDER};
 use crate::numerics::interpolation::lagrange_powers;
@@ -80,15 +81,15 @@ impl History {
         for (k, at) in levels[..count].iter().enumerate() {
             // y = N − N′ + N″ − N‴ with derivatives by t/τ.
             let [constant, linear, square, cube] = lagrange_powers::<ORDER>(&times[..count], k);
-            let share = -missing * (constant - linear + 2.0 * square - 6.0 * cube);
+            let weight = -missing * (constant - linear + 2.0 * square - 6.0 * cube);
             if k == 0 {
-                weights[0] += share;
-                weights[1] += share * tau;
+                weights[0] += weight;
+                weights[1] += weight * tau;
             } else if first {
-                weights[2] += share;
-                weights[3] += share * tau;
+                weights[2] += weight;
+                weights[3] += weight * tau;
             } else {
-                forcings[k - 1] = (*at, share);
+                forcings[k - 1] = (*at, weight);
             }
         }
         Reading { level, weights, forcings: (!first).then_some((tau, forcings)) }
