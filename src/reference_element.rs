@@ -107,6 +107,7 @@ pub(crate) struct ChordPoint {
 
 impl ReferenceElement {
     /// The reference element of an order, computed once.
+    #[inline]
     pub fn of(order: Order) -> &'static Self {
         static ELEMENTS: [OnceLock<ReferenceElement>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
         ELEMENTS[order.points() - 1].get_or_init(|| Self::new(order.points()))

@@ -17,6 +17,7 @@ pub struct Environment {
 impl Environment {
     /// The unit vector −g/|g| that points up, in the fixed frame; zero without gravity.
     #[must_use]
+    #[inline]
     pub fn up(&self) -> Vector3<f64> {
         let g = self.gravity.norm();
         if g > 0.0 { -self.gravity / g } else { Vector3::zeros() }

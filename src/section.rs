@@ -36,6 +36,7 @@ impl Section {
 
     /// The radius of the circle of equal area, √(a1 a2), m.
     #[must_use]
+    #[inline]
     pub fn radius(&self) -> f64 {
         // The square root would round the radius of a circle.
         if self.along_d1 == self.along_d2 { self.along_d1 } else { (self.along_d1 * self.along_d2).sqrt() }

@@ -71,6 +71,7 @@ impl<C: fmt::Debug, F> fmt::Debug for Graded<C, F> {
 }
 
 impl<C: Constitutive, F: Fn(&Tissue) -> f64> Constitutive for Graded<C, F> {
+    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let (factor, law) = ((self.factor)(tissue), self.law.respond(tissue, strain));
         ElasticResponse { energy: law.energy * factor, couple: law.couple * factor, tangent: law.tangent * factor }

@@ -25,6 +25,7 @@ pub struct Lignifying {
 impl Lignifying {
     /// The ratio E(age)/E0; `age` in s.
     #[must_use]
+    #[inline]
     pub fn ratio(&self, age: f64) -> f64 {
         if age <= 0.0 {
             return 1.0;
@@ -35,6 +36,7 @@ impl Lignifying {
 }
 
 impl Constitutive for Lignifying {
+    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         self.young.scaled(self.ratio(tissue.age), tissue.section, strain)
     }

@@ -23,6 +23,7 @@ pub struct LinearElastic {
 impl LinearElastic {
     /// The stiffnesses (K1, K2, K3) of a section, or of a circle of the given radius (m), in N m².
     #[must_use]
+    #[inline]
     pub fn stiffness(&self, section: impl Into<Section>) -> Vector3<f64> {
         let section = section.into();
         let [first, second] = section.second_moments();
@@ -31,6 +32,7 @@ impl LinearElastic {
     }
 
     /// The response with every stiffness multiplied by `factor`.
+    #[inline]
     pub(super) fn scaled(&self, factor: f64, section: Section, strain: &Vector3<f64>) -> ElasticResponse {
         let stiffness = self.stiffness(section) * factor;
         let couple = stiffness.component_mul(strain);
@@ -39,6 +41,7 @@ impl LinearElastic {
 }
 
 impl Constitutive for LinearElastic {
+    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         self.scaled(1.0, tissue.section, strain)
     }

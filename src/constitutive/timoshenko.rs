@@ -60,6 +60,7 @@ impl Timoshenko<LinearElastic> {
 }
 
 impl<C: Constitutive> Constitutive for Timoshenko<C> {
+    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         self.law.respond(tissue, strain)
     }

@@ -70,6 +70,7 @@ impl Elimination {
     }
 
     /// Sets the whole matrix to zero.
+    #[inline]
     pub fn clear(&mut self) {
         self.rows.fill(Row::default());
     }

@@ -82,14 +82,15 @@ pub struct Equilibrium {
     /// the load as the tissue moves from the position of the base to its own. Zero for [`Unloaded`], which does not
     /// evaluate it.
     pub energy: f64,
-    /// Signs of the eigenvalues of the tangent at the equilibrium. For a solver without tangent the counts are zero
-    /// and the margin is infinite.
+    /// Numbers of positive, negative and neutral eigenvalues of the tangent at the equilibrium. For a solver without
+    /// tangent the counts are zero and the margin is infinite.
     pub inertia: Inertia,
     /// Displacement of the tip (m) since the first unstable configuration of the search, unless the equilibrium is the
     /// continuation of the initial guess. It is the continuation if the unbalanced couples of the guess cause at least
-    /// a fifth of the rotation from there. For a rod with a support it is the largest displacement of the centre
-    /// line from the initial guess. `None` if all configurations of the search were stable, and if a rod with a support
-    /// was found by a descent within 1e-3 of the length from the initial guess. After a jump the friction of contacts
+    /// a fifth of the rotation from there. For a rod with a support it is the largest displacement of the centre line
+    /// from the initial guess. `None` if all configurations of the search were stable. For a rod with a support it is
+    /// also `None` if Newton's method or a descent within 1e-3 of the length found the equilibrium, unless the rod
+    /// touched no obstacle before and the search without obstacles jumped. After a jump the friction of contacts
     /// depends on the iterations of the descent, in each of which it dissipates energy.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of

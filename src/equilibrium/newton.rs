@@ -253,7 +253,8 @@ impl NewtonSolver {
         search.guess(&mut shape, past.earlier, past.shape);
         let mut held = search.run(shape, bound)?;
         if spent.jump.is_some() {
-            // The rod without obstacles is unstable at the initial guess or near it.
+            // The search without obstacles passed an unstable shape and jumped. The obstacles may have stopped the
+            // fall.
             held.equilibrium.jump.get_or_insert(jump_between(rod, &held.rod));
         }
         held.equilibrium.iterations += spent.iterations;

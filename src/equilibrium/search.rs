@@ -388,6 +388,7 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
 
 /// The longest rotation vector within an element, rad, and its index.
 pub(super) fn largest_rotation(rod: &Rod) -> (f64, usize) {
-    let sizes = rod.rotations.iter().map(Vector3::norm).zip(0..);
-    sizes.fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
+    let squares = rod.rotations.iter().map(Vector3::norm_squared).zip(0..);
+    let (square, index) = squares.fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a });
+    (square.sqrt(), index)
 }

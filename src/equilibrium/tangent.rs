@@ -111,6 +111,7 @@ impl Tangent {
     }
 
     /// Adds to the diagonal block of an unknown frame.
+    #[inline]
     pub fn add_diagonal(&mut self, block: usize, m: &Matrix3<f64>) {
         self.diagonal[block] += m;
     }
@@ -153,6 +154,7 @@ impl Tangent {
     }
 
     /// The pivot of a column.
+    #[inline]
     pub(super) fn pivot(&self, column: usize) -> f64 {
         self.symbolic.as_ref().map_or(f64::INFINITY, |symbolic| self.factors[symbolic.col_ptr()[column]])
     }
@@ -165,6 +167,7 @@ impl Tangent {
     }
 
     /// The size of the diagonal entry of a column.
+    #[inline]
     pub(super) fn size(&self, column: usize) -> f64 {
         self.diagonal[column / 3][(column % 3, column % 3)].abs()
     }

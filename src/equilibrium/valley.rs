@@ -47,6 +47,7 @@ impl<C: Constitutive> NewtonSearch<'_, C> {
         let step = (self.system.turns.clone(), self.system.steps.clone());
         let gradient: Vec<_> = self.system.elements.iter().map(|element| element.condensed).collect();
         let start = std::mem::take(&mut self.system.start);
+        // The multiplier needs K⁻¹ δ: the rotations δ of the step take the place of couples.
         self.system.couples.clone_from(&step.0);
         self.system.solve();
         let by_step = self.system.turns.clone();

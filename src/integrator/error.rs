@@ -236,6 +236,7 @@ fn describe_ratio(ratio: f64) -> String {
 
 impl IntegrationError {
     /// Returns the error of a value that is not finite unless `ok`. A condition may be infinite, but not NaN.
+    #[inline]
     pub(super) fn finite(ok: bool, what: &'static str, time: f64) -> Result<(), Self> {
         ensure(ok, Self::NotFinite { what, time })
     }

@@ -31,8 +31,8 @@ pub struct Statistics {
     /// Number of steps that were made to locate these times and then undone.
     pub contact_trials: usize,
     /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
-    /// quasi-static model does not resolve the motion in between. A fall of a shoot that is held or in contact counts
-    /// only if Newton's method did not follow it.
+    /// quasi-static model does not resolve the motion in between. A fall of a shoot that was held or in contact at the
+    /// start of the step counts only if Newton's method did not follow it.
     pub snaps: usize,
     /// End of the step with the last snap, s; `None` without a snap.
     pub last_snap: Option<f64>,

@@ -24,6 +24,7 @@ pub struct ApicalForce<F>(
 );
 
 impl<F: Fn(f64) -> Vector3<f64>> Load for ApicalForce<F> {
+    #[inline]
     fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
         (self.0)(environment.time)
     }
@@ -49,6 +50,7 @@ pub struct Pulse {
 }
 
 impl Load for Pulse {
+    #[inline]
     fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
         let phase = (environment.time - self.start) / self.duration;
         if (0.0..=1.0).contains(&phase) { self.peak * (PI * phase).sin() } else { Vector3::zeros() }

@@ -15,6 +15,7 @@ pub struct Distributed(
 );
 
 impl Load for Distributed {
+    #[inline]
     fn force(&self, cut: &Cut, _environment: &Environment) -> Vector3<f64> {
         self.0 * cut.length_beyond
     }

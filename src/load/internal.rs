@@ -255,6 +255,6 @@ impl InternalForce {
     /// Largest norm of the force at a material point, N; NaN if the norm at one of them is NaN.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        largest(self.forces.iter().map(Vector3::norm))
+        largest(self.forces.iter().map(Vector3::norm_squared)).sqrt()
     }
 }

@@ -43,6 +43,7 @@ pub struct PointForce {
 }
 
 impl Load for PointForce {
+    #[inline]
     fn force(&self, cut: &Cut, _environment: &Environment) -> Vector3<f64> {
         if cut.initial_apex_distance >= self.initial_apex_distance { self.force } else { Vector3::zeros() }
     }

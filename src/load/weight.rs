@@ -37,6 +37,7 @@ impl Weight {
 }
 
 impl Load for Weight {
+    #[inline]
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
         environment.gravity * (self.density * cut.volume_beyond)
     }
@@ -68,6 +69,7 @@ impl<F> fmt::Debug for GradedWeight<F> {
 }
 
 impl<F: Fn(&Tissue) -> f64> Load for GradedWeight<F> {
+    #[inline]
     fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
         Vector3::zeros()
     }

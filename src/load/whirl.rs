@@ -23,6 +23,7 @@ pub struct Whirl {
 }
 
 impl Load for Whirl {
+    #[inline]
     fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
         if !(0.0..=self.period * self.turns).contains(&environment.time) {
             return Vector3::zeros();

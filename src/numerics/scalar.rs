@@ -28,8 +28,8 @@ pub(crate) fn bracketed_root<E>(
         let (secant, middle) = (low.0 - low.1 * length / (high.1 - low.1), 0.5 * (low.0 + high.0));
         let guess = if secant.is_finite() && length < 0.25 * lengths[0] { secant } else { middle };
         lengths = if guess == middle { [f64::INFINITY; 2] } else { [lengths[1], length] };
-        // If the guess is at an end, a point beside this end is evaluated: with the other sign there, the bracket
-        // becomes as short as `shortest`.
+        // If the guess is at an end, a point beside this end is evaluated. If the function has the other sign there,
+        // the bracket becomes shorter than `shortest`.
         let x = guess.clamp(low.0 + 0.5 * shortest, high.0 - 0.5 * shortest);
         let value = f(x)?;
         if value == 0.0 {
@@ -87,7 +87,7 @@ pub(crate) fn vertex([before, middle, after]: [f64; 3]) -> f64 {
     0.5 * (before - after) / (before - 2.0 * middle + after)
 }
 
-/// Finds a maximum near `start` by parabolas through three points. Their distance begins with `width`, and is
+/// Finds a maximum near `start` by parabolas through three points. Their distance is `width` at first, and is
 /// divided by five unless the estimated vertex is two distances away or more. The iteration ends when it is below
 /// `last`: the vertex has an error of the order of the square of the distance.
 pub(crate) fn maximum<E>(

@@ -223,6 +223,7 @@ impl Rod {
     }
 
     /// The length of an existing element, m.
+    #[inline]
     pub(crate) fn length_of(&self, element: usize) -> f64 {
         weighted_jacobian(self.element_points(element), &self.reference().weights)
     }
@@ -303,10 +304,12 @@ impl Rod {
         self.loss.clone_from(&source.loss);
     }
 
+    #[inline]
     pub(crate) fn reference(&self) -> &'static ReferenceElement {
         ReferenceElement::of(self.order)
     }
 
+    #[inline]
     pub(crate) fn element_points(&self, element: usize) -> &[MaterialPoint] {
         let p = self.order.points();
         &self.points[element * p..(element + 1) * p]

@@ -174,6 +174,7 @@ pub(crate) fn weighted<const N: usize>(vectors: &[Vector3<f64>], weights: &[f64;
 }
 
 /// Σ weights · length per coordinate, m.
+#[inline]
 pub(crate) fn weighted_jacobian(points: &[MaterialPoint], weights: &[f64]) -> f64 {
     points.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum()
 }

@@ -66,7 +66,7 @@ pub struct State {
     pub(crate) merge_next: usize,
     /// Resolution that `Adaptive` has chosen last. No other integrator uses it.
     pub(crate) plan: Option<Plan>,
-    /// Contacts, and the rates of contacts and reactions.
+    /// Contacts, the shape with their nodes, and the rates of contacts and reactions.
     pub(crate) contact: ContactState,
 }
 

@@ -19,6 +19,7 @@ pub struct AtApex<P>(
 impl<P: Perception> Perception for AtApex<P> {
     type Signal = P::Signal;
 
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let unknown = Vector3::repeat(f64::NAN);
         let apex = Site {

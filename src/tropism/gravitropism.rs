@@ -47,6 +47,7 @@ impl<P: Perception<Signal = [f64; 2]>> Response for DirectionalTropism<P> {
         &self.perception
     }
 
+    #[inline]
     fn gradient(&self, at: &Growing, [h1, h2]: [f64; 2]) -> Vector3<f64> {
         Vector3::new(-h2 / at.section.along_d2, h1 / at.section.along_d1, 0.0) * self.sensitivity
     }

@@ -94,6 +94,7 @@ impl<'a> Site<'a> {
 
     /// Components along the directors of a vector in the fixed frame.
     #[must_use]
+    #[inline]
     pub fn along_directors(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.frame.inverse_transform_vector(v)
     }

@@ -68,6 +68,7 @@ impl Oscillator {
 }
 
 impl TropismLaw for Oscillator {
+    #[inline]
     fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let (sin, cos) = (TAU * at.time / self.period + self.phase).sin_cos();
         let sin = if self.handedness == Handedness::Counterclockwise { sin } else { -sin };

@@ -35,6 +35,7 @@ impl Response for Proprioception {
         self
     }
 
+    #[inline]
     fn gradient(&self, _at: &Growing, [u1, u2]: [f64; 2]) -> Vector3<f64> {
         Vector3::new(u1, u2, 0.0) * -self.sensitivity
     }
@@ -53,6 +54,7 @@ impl Perception for Proprioception {
         to.stimulus_pair()
     }
 
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
     }

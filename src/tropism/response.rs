@@ -26,7 +26,7 @@ use crate::pointers::{forward_methods, forward_pointers};
 ///         &self.perception
 ///     }
 ///
-///     /// The signal is that of the statoliths, sin θ for a shoot at the angle θ from the vertical.
+///     /// The signal has the norm sin θ for a shoot at the angle θ from the vertical.
 ///     fn gradient(&self, at: &Growing, [h1, h2]: [f64; 2]) -> Vector3<f64> {
 ///         let bent = Vector3::new(-h2, h1, 0.0) / at.section.radius();
 ///         bent * self.sensitivity / (1.0 + 2.0 * h1.hypot(h2))
@@ -35,9 +35,9 @@ use crate::pointers::{forward_methods, forward_pointers};
 ///
 /// let law = Saturating { sensitivity: 0.8, perception: SettledStatoliths };
 /// let law = law.remembered(Memory { time: 720.0, delay: 720.0 });
-/// # let shoot = morphorod::Shoot::builder(morphorod::constitutive::LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 })
-/// #     .length(0.05).radius(5e-4).growth(morphorod::growth::UniformGrowth { zone_length: 0.04, time: 72e3 })
-/// #     .tropism(law).scene(morphorod::Still::tilted(0.5)).build()?;
+/// # use morphorod::{Shoot, Still, constitutive::LinearElastic, growth::UniformGrowth};
+/// # let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 }).length(0.05).radius(5e-4)
+/// #     .growth(UniformGrowth { zone_length: 0.04, time: 72e3 }).tropism(law).scene(Still::tilted(0.5)).build()?;
 /// # shoot.check_laws()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -117,6 +117,7 @@ impl Perception for Touch {
         to.stimulus_pair()
     }
 
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let force = site.along_directors(&self.force_per_length(site.rod, site.arc_length));
         let across = force.x.hypot(force.y);

@@ -65,12 +65,12 @@ fn tissue_is_not_merged_across_the_beginning_of_a_bend() {
     assert!(shoot.rod().elements() < 20 && cost.steps < 100, "{} elements, {cost}", shoot.rod().elements());
 }
 
-/// The differences of runs with 2, 4 and 8 elements decrease irregularly: the last two of the first shoot are 1.7e-4 and
-/// 6.7e-5, those of the third 1.4e-5 and 1.5e-5. Estimates by the order of a smooth shoot were exceeded by 10 times.
+/// The differences of runs with 2, 4 and 8 elements change irregularly: those of the first shoot are 1.7e-4 and 6.7e-5,
+/// those of the third 1.4e-5 and 1.5e-5. Errors were up to 10 times the estimates by the order of a smooth shoot.
 #[test]
 fn error_of_few_elements_is_not_underestimated() {
-    // Young's modulus (Pa), length and length of the zone (m), memory, sensitivity, tilt (rad), growth time (s), end (h)
-    // and tolerance.
+    // Young's modulus (Pa), lengths of shoot and zone (m), time and delay of the memory (s), sensitivity, tilt (rad),
+    // growth time (s), end (h) and tolerance.
     let scenes = [
         (553e6, [0.09079, 0.05163], [294.55, 193.48], 0.8959, 0.39093, 42710.0, 8.41, 2.561e-5),
         (1e7, [0.05, 0.03], [600.0, 600.0], 0.8, 60_f64.to_radians(), 72e3, 5.0, 1e-5),

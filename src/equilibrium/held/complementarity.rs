@@ -45,7 +45,7 @@ impl Complementarity {
             set.clone_from(&all);
         }
         for _ in 0..STABILISATIONS {
-            // This stiffness changes the sign of every negative eigenvalue.
+            // This stiffness makes every negative eigenvalue of the block of `set` positive, except for rounding.
             let stiffness = 2.0 / least;
             let columns = compliance.select_columns(&set);
             let mut matrix = columns.select_rows(&set);

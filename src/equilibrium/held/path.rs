@@ -36,9 +36,9 @@ impl HeldSearch<'_> {
         Ok(Held { equilibrium: self.found, increments: self.increments, reactions, patches, rod: shape })
     }
 
-    /// Moves the holds from their present places to the requested ones in increments, each of which ends in
-    /// equilibrium after at most `bound` iterations. The progress on the load path determines the targets of the holds. If
-    /// the rod could pass an obstacle in the time step, it also determines the base and the time of the obstacles.
+    /// Moves the holds from their present places to the requested ones in increments, each of which ends in equilibrium
+    /// after at most `bound` iterations. The progress on the load path determines the targets of the holds. If the rod
+    /// could pass an obstacle in the time step, it also determines the base and the time of the obstacles.
     fn move_holds(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;

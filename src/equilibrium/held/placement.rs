@@ -27,8 +27,8 @@ const DIFFERENCE: f64 = 1e-3;
 /// ratio of tensions in the example `capstan` has a relative error of 5e-5.
 const SHORT: f64 = 0.05;
 /// Largest gap inside a contact segment, relative to an element. Until a node is at the end of a segment, stations in
-/// contact alternate with small gaps. A gap that is open at as many successive stations as an element has is a real
-/// one, and divides the segment.
+/// contact alternate with small gaps. A gap that is open at as many successive stations as an element has divides the
+/// segment.
 const TOUCHING: f64 = 1e-4;
 /// Motion of an end, relative to the length, below which rounding of the curvature may cause it. It is assumed if an
 /// extrapolated motion is more than one half of the one before.
@@ -62,7 +62,8 @@ impl HeldSearch<'_> {
         let opened = self.candidates.iter().filter(|at| at.touched && at.follows_gap && at.status == Status::Open);
         let kept = opened.map(|at| Patch { obstacle: at.obstacle, surface: 0, from: at.arc_length, to: at.arc_length });
         patches.extend(kept);
-        // A candidate has the wrong kind if it is a point inside a contact segment, or the only station left of one.
+        // A candidate has the wrong kind if it is a point inside a contact segment, or a station that is alone in its
+        // contact.
         let differs = |at: &Candidate| {
             patches.iter().filter(|patch| patch.obstacle == at.obstacle).any(|patch| {
                 let inside = patch.from < at.arc_length && at.arc_length < patch.to;

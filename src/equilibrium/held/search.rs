@@ -75,7 +75,7 @@ pub(super) struct Snapshot {
     pub(super) candidates: Vec<Candidate>,
     before: Before,
     energy_scale: f64,
-    /// The progress of the motion.
+    /// The progress on the load path.
     progress: Option<f64>,
 }
 
@@ -284,7 +284,7 @@ impl<'a> HeldSearch<'a> {
         self.body.force().largest().max(self.energy_scale).max(f64::MIN_POSITIVE)
     }
 
-    /// Distances of the held places from their targets, m.
+    /// Distances of the held places from their targets in each held direction, m.
     pub(super) fn hold_violations(&self) -> impl Iterator<Item = f64> {
         self.sites.iter().flat_map(HeldSite::missing).map(|(_, distance)| distance.abs())
     }

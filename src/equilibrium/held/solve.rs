@@ -73,7 +73,7 @@ impl Reduced<'_> {
             let scaled = self.scaled(contacts, *with_rigid);
             let others = || {
                 let (presses, pressed) = self.pressed_guess(&scaled);
-                // Without a press this guess is the present contacts, which near a solution were the first guess.
+                // If no press succeeds, this guess is the present contacts, which near a solution were the first guess.
                 if presses == 0 && near {
                     return None;
                 }
@@ -94,8 +94,8 @@ impl Reduced<'_> {
         Some(Self::moved(contacts, &self.first_step(contacts, PROXIMAL.0)?, 1.0))
     }
 
-    /// The second guess: the normal forces that an active set determines, and the number of times that it had a
-    /// solution.
+    /// The second guess, with the normal forces that an active set determines, and the number of times that they were
+    /// found.
     fn pressed_guess(&self, contacts: &[LinearContact]) -> (usize, Vec<LinearContact>) {
         let mut pressed = contacts.to_vec();
         // The second time, the normals are those at the places to which the first forces lead.
@@ -164,9 +164,8 @@ impl Reduced<'_> {
         moved
     }
 
-    /// Newton's method. A step that does not decrease the residual increases the proximal compliance; at its largest
-    /// value, two such steps end the iteration. Returns the contacts if the laws are satisfied, at least to
-    /// [`USEFUL`].
+    /// Newton's method. A step that does not decrease the residual increases the proximal compliance. At its largest
+    /// value, up to two such steps are taken. Returns the contacts if the laws are satisfied, at least to [`USEFUL`].
     fn newton(&self, mut contacts: Vec<LinearContact>) -> Option<Vec<LinearContact>> {
         let mut all = self.follow(&mut contacts);
         let mut merit = Self::merit(&contacts, &all);

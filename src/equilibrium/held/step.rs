@@ -252,9 +252,9 @@ impl HeldSearch<'_> {
         trial.offset.fill(0.0);
     }
 
-    /// Takes a further step with the factors of the last one, from the present shape. Returns whether the step was taken:
-    /// coordinates and conditions are unchanged, it is shorter than half of the last one, and it passes no obstacle. The
-    /// shape is not changed otherwise.
+    /// Takes a further step with the factors of the last one, from the present shape, if coordinates and conditions are
+    /// unchanged, the step is shorter than half of the last one, and the rod passes no obstacle. Otherwise the shape
+    /// does not change. Returns whether the step was taken.
     pub(super) fn chord(&mut self, rod: &mut Rod, step: &mut Step) -> bool {
         let energy = self.balance(rod);
         let (start, residuals, last) = (self.start(rod, energy), self.residuals(), step.trial.turn);

@@ -23,15 +23,16 @@ const MIN_REFINEMENT: f64 = 1.25;
 /// Smallest order, except that of steps in contact. Kinks reduce the order in time to three, and runs that are not
 /// resolved show no order.
 const MIN_ORDER: f64 = 2.0;
-/// Assumed order of steps whose runs also differ in their elements, and largest order of the error after the call.
+/// Largest assumed order of the steps before an order is observed, and largest order of the error after the call.
 const UNOBSERVED: f64 = 3.0;
 /// Assumed order of steps in contact with an obstacle before an order is observed. Friction depends on the path, and a
 /// law of touch may act like a switch at a time inside a step. Without both the order is higher, and the next run shows
 /// it.
 pub(super) const ORDER_IN_CONTACT: f64 = 1.0;
-/// Orders of the elements of tissue that may not be smooth: the assumed one before an order is observed, and the largest
-/// one. The differences of runs with few elements decrease irregularly. With the orders 3 and 6, the error of 2 of 214
-/// random shoots exceeded the tolerance, by up to 3.9 times. These orders keep all tolerances and cost 2 % more work.
+/// Orders of the elements of tissue that may not be smooth, or whose differences have not decreased: the assumed one
+/// before an order is observed, and the largest one. The differences of runs with few elements change irregularly.
+/// With the orders 3 and 6, the error of 2 of 214 random shoots exceeded the tolerance, by up to 3.9 times. With
+/// these orders no error did, and the work was 2 % larger.
 pub(super) const ROUGH: [f64; 2] = [2.0, 3.0];
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;
@@ -72,7 +73,7 @@ impl Richardson {
         Self { orders: [order.min(MIN_ORDER), max_order], last: None, order, converges: true, is_observed: false }
     }
 
-    /// Returns the ratio of the next refinement for an error `gain` times smaller. The order of the method
+    /// Returns the ratio of the next refinement for an error `gain` times smaller. The largest order
     /// underestimates it: a further run costs less than elements that are too short.
     pub fn refinement(&self, gain: f64) -> f64 {
         gain.powf(1.0 / self.orders[1])
@@ -162,8 +163,8 @@ impl ErrorEstimate {
     }
 
     /// Returns the refinement of the steps of the next run, and whether that run is the last one. If the error
-    /// of the last run is to be `extrapolated`, the last run is not compared with another one, and has a second
-    /// safety factor.
+    /// of the last run is to be `extrapolated`, the last run is not compared with another one, and the error of its
+    /// steps has a second safety factor.
     pub fn next_refinement(&self, tolerance: f64, extrapolated: bool) -> (f64, bool) {
         let caution = if extrapolated { SAFETY } else { 1.0 };
         // Before an order is observed, the error is that of a lower order, which is reserve enough.
