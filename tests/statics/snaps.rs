@@ -8,6 +8,7 @@ use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Weight};
+use morphorod::support::{Contact, HalfSpace};
 use morphorod::tropism::SettledStatoliths;
 use morphorod::{Order, Section, Shoot, Still};
 use nalgebra::Vector3;
@@ -39,8 +40,8 @@ fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, 
 fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
     // The shoot bends over and snaps from side to side for hours. On a tilted base, both meshes
     // give the same number of snaps and the same final tip. In equilibrium, the error of sixteen
-    // elements is 6e-8 of the length under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base"). Here
-    // q ℓ³/(E I) is 26 to 212. The effect of a snap decays with the memory time of 12 min.
+    // elements is 6e-8 of the length under q ℓ³/(E I) = 300. Here q ℓ³/(E I) is 26 to 212. The effect of a snap
+    // decays with the memory time of 12 min.
     for (times, elements) in [(1.5, [32, 16]), (2.0, [32, 16]), (3.0, [48, 32])] {
         let (fine, with_fine) = after_a_day(times, 0.3, elements[0]).unwrap();
         let (coarse, with_coarse) = after_a_day(times, 0.3, elements[1]).unwrap();
@@ -97,6 +98,20 @@ fn snap_is_counted_with_its_time_and_jump() {
     let again = MethodOfSteps::new(20.0).advance(&mut fine, 4.0 * HOUR).unwrap();
     assert_eq!(again.snaps, 1, "{again:?}");
     assert_abs_diff_eq!(again.last_snap.unwrap(), when, epsilon = 60.0);
+    // A floor that the shoot never touches changes neither the number of snaps nor their time.
+    let floor = HalfSpace { through: -Vector3::z(), normal: Vector3::z() };
+    let mut above = Shoot::builder(YOUNG)
+        .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
+        .length(0.085)
+        .load((Weight { density: 1000.0 }, ApicalForce(force)))
+        .support(Contact { obstacle: floor, radius: RADIUS, friction: 0.0 })
+        .into_dyn()
+        .build()
+        .unwrap();
+    let beside = MethodOfSteps::new(60.0).advance(&mut above, 4.0 * HOUR).unwrap();
+    assert_eq!((beside.snaps, beside.last_snap), (1, Some(when)), "{beside:?}");
+    assert_abs_diff_eq!(InNorm(above.tip()), InNorm(shoot.tip()), epsilon = 1e-8);
+    assert!(beside.largest_jump > 0.5 * above.tip().x.abs(), "{beside:?}");
 }
 
 #[test]
