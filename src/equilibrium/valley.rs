@@ -47,7 +47,7 @@ impl<C: Constitutive> NewtonSearch<'_, C> {
         let step = (self.system.turns.clone(), self.system.steps.clone());
         let gradient: Vec<_> = self.system.elements.iter().map(|element| element.condensed).collect();
         let start = std::mem::take(&mut self.system.start);
-        // The multiplier needs K⁻¹ δ: the rotations δ of the step take the place of couples.
+        // The multiplier needs K⁻¹ δ for the rotations δ of the step, which are the right-hand side here.
         self.system.couples.clone_from(&step.0);
         self.system.solve();
         let by_step = self.system.turns.clone();
