@@ -35,15 +35,19 @@ impl Background {
     pub fn of(times: &[f64], residual: &[Vector2<f64>]) -> Self {
         let interval = resolved_interval(times);
         let variance = residual.iter().map(Vector2::norm_squared).sum::<f64>() / residual.len().max(1) as f64;
-        // Correlation at a lag of some intervals, and number of pairs.
-        let correlation = |lag: f64| {
-            let pairs = (1..=2).flat_map(|back| (back..times.len()).map(move |k| (k - back, k)));
-            let pairs = pairs.filter(|(i, k)| ((times[*k] - times[*i]) / interval).round() == lag);
-            let products: Vec<f64> = pairs.map(|(i, k)| residual[k].dot(&residual[i])).collect();
-            let (sum, count) = (products.iter().fold(0.0, |sum, product| sum + product), products.len() as f64);
-            (if count > 0.0 && variance > 0.0 { sum / (count * variance) } else { 0.0 }, count)
-        };
-        let [(first, pairs), (second, _)] = [1.0, 2.0].map(correlation);
+        // Sums of the products of pairs at each lag, and numbers of pairs.
+        let mut sums = [(0.0, 0.0); 2];
+        for (i, k) in (1..=2).flat_map(|back| (back..times.len()).map(move |k| (k - back, k))) {
+            let lag = ((times[k] - times[i]) / interval).round();
+            if let Some((sum, count)) = [1.0, 2.0].iter().position(|at| *at == lag).map(|at| &mut sums[at]) {
+                *sum += residual[k].dot(&residual[i]);
+                *count += 1.0;
+            }
+        }
+        let correlation =
+            |(sum, count): (f64, f64)| if count > 0.0 && variance > 0.0 { sum / (count * variance) } else { 0.0 };
+        let [first, second] = sums.map(correlation);
+        let pairs = sums[0].1;
         // The standard error in white noise: each pair has two coordinates.
         if !(first > SIGNIFICANT / (2.0 * pairs).sqrt()) {
             return Self::WHITE;

@@ -61,13 +61,15 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// Scalar products of a column with others.
-    fn products(&self, left: usize, others: Range<usize>) -> Vec<f64> {
+    /// Scalar products of a column with others, written to `to`.
+    fn products(&self, left: usize, others: Range<usize>, to: &mut [f64]) {
         let column = |k: usize| self.values[k * self.length..][..self.length].as_chunks::<LANES>().0;
         // Four products at once read the first factor once. The last ones may be computed in vain.
         let four = |j: usize| [0, 1, 2, 3].map(|k| column((j + k).min(others.end - 1)));
-        let sums = others.clone().step_by(4).flat_map(|j| partial_products(column(left), four(j)));
-        sums.map(|[a, b, c, d]| (a + b) + (c + d)).take(others.len()).collect()
+        for (to, j) in to.chunks_mut(4).zip(others.clone().step_by(4)) {
+            let sums = partial_products(column(left), four(j));
+            to.iter_mut().zip(sums).for_each(|(to, [a, b, c, d])| *to = (a + b) + (c + d));
+        }
     }
 }
 
@@ -119,7 +121,7 @@ impl NormalEquations {
         let (rest, moved_rest) = (linear + 2 * moves, linear + 2 * moves + 2);
         let mut products = DMatrix::zeros(moved_rest, moved_rest);
         for i in 0..moved_rest {
-            products.view_mut((i, i), (moved_rest - i, 1)).copy_from_slice(&columns.products(i, i..moved_rest));
+            columns.products(i, i..moved_rest, &mut products.column_mut(i).as_mut_slice()[i..]);
         }
         let product = |i: usize, j: usize| products[(i.max(j), i.min(j))];
         // Products with the derivative of a coordinate of the model by a frequency, t (b cos ωt − a sin ωt).
@@ -145,7 +147,11 @@ impl NormalEquations {
                 mixed[(row + 1, k)] = -product(rest + c, linear + 2 * k);
             }
         }
-        let with_rest = [0, 1].map(|c| columns.products(moved_rest + c, linear..linear + 2 * moves));
+        let with_rest = [0, 1].map(|c| {
+            let mut products = vec![0.0; 2 * moves];
+            columns.products(moved_rest + c, linear..linear + 2 * moves, &mut products);
+            products
+        });
         let curvature = DVector::from_fn(moves, |k, _| {
             let wave = &fit.waves[k];
             let of = |c: usize| wave.cosine[c] * with_rest[c][2 * k] + wave.sine[c] * with_rest[c][2 * k + 1];
