@@ -144,6 +144,22 @@ struct Rates {
     couples: [Vector3<f64>; MAX_POINTS],
 }
 
+impl Rates {
+    /// Values in an element. They are not inlined, so that visitors do not compile them again.
+    #[inline(never)]
+    fn of(rod: &Rod, material: &impl Constitutive, force: &InternalForce, e: usize) -> Self {
+        let (points, p, time) = (rod.element_points(e), rod.reference().p, force.environment().time);
+        let frames = std::array::from_fn(|g| rod.frame_at_point(e, g.min(p - 1)));
+        let (mut tangents, mut couples) = ([Vector3::zeros(); MAX_POINTS], [Vector3::zeros(); MAX_POINTS]);
+        for g in 0..p {
+            let force = &force.at_points()[e * p + g];
+            tangents[g] = frames[g] * line_strain_under(material, &Tissue::of(&points[g], time), &frames[g], force);
+            couples[g] = tangents[g].cross(force);
+        }
+        Self { frames, tangents, couples }
+    }
+}
+
 /// Calls `visit` with the index of each element from the apex down to the element `from`, with its [`Rates`], and with
 /// the couple just below its last end in the fixed frame, N m. The couple is m(s) = ∫ p′ × n beyond s, equation (11),
 /// plus the couples of the supports there.
@@ -155,20 +171,12 @@ fn visit_elements(
     mut visit: impl FnMut(usize, &Rates, &Vector3<f64>),
 ) {
     let reference = rod.reference();
-    let (p, time) = (reference.p, force.environment().time);
     let mut couple: Vector3<f64> = force.couples_at(rod.elements()).sum();
     for e in (from..rod.elements()).rev() {
-        let points = rod.element_points(e);
-        let frames = std::array::from_fn(|g| rod.frame_at_point(e, g.min(p - 1)));
-        let (mut tangents, mut couples) = ([Vector3::zeros(); MAX_POINTS], [Vector3::zeros(); MAX_POINTS]);
-        for g in 0..p {
-            let force = &force.at_points()[e * p + g];
-            tangents[g] = frames[g] * line_strain_under(material, &Tissue::of(&points[g], time), &frames[g], force);
-            couples[g] = tangents[g].cross(force);
-        }
-        visit(e, &Rates { frames, tangents, couples }, &couple);
-        for j in 0..p {
-            couple += couples[j] * (reference.weights[j] * points[j].jacobian);
+        let rates = Rates::of(rod, material, force, e);
+        visit(e, &rates, &couple);
+        for (j, point) in rod.element_points(e).iter().enumerate() {
+            couple += rates.couples[j] * (reference.weights[j] * point.jacobian);
         }
         couple += force.couples_at(e).sum::<Vector3<f64>>();
     }

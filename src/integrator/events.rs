@@ -61,20 +61,30 @@ pub(super) fn advance_showing_until<M: Model>(
             statistics += outputs.show_passed(integrator, shoot, &before, &mut show)?;
         }
         if !located {
-            statistics += integrator.advance(shoot, latest)?;
+            statistics += advance(integrator, shoot, latest)?;
         }
         Ok(statistics)
     })
 }
 
+/// Advances the shoot to a time (s). Returns an error if the integrator stops elsewhere.
+fn advance<M: Model>(integrator: &mut impl Integrator, shoot: &mut Shoot<M>, time: f64) -> Outcome<Statistics> {
+    let statistics = integrator.advance(shoot, time)?;
+    let (name, reached) = ("time that the integrator reached", shoot.time());
+    let requirement = "that given to it: `Integrator::advance` must reach it (s)";
+    ParameterError::unless(reached == time, name, reached, requirement)?;
+    Ok(statistics)
+}
+
 /// Makes a step towards the `latest` time. Returns an error if it does not advance the shoot, since a run of such steps
-/// has no end.
+/// has no end, or if it passes this time.
 fn step<M: Model>(integrator: &mut impl Integrator, shoot: &mut Shoot<M>, latest: f64) -> Outcome<Statistics> {
     let before = shoot.time();
     let statistics = integrator.step(shoot, latest)?;
     let (name, length) = ("length of a step of the integrator", shoot.time() - before);
-    let requirement = "positive: `Integrator::advance_at_most` must make a step (s)";
-    ParameterError::unless(length > 0.0, name, length, requirement)?;
+    let requirement =
+        "positive, and not beyond the time given to it: `Integrator::advance_at_most` must make a step (s)";
+    ParameterError::unless(length > 0.0 && shoot.time() <= latest, name, length, requirement)?;
     Ok(statistics)
 }
 
@@ -112,7 +122,7 @@ impl<I: Iterator<Item = f64>> Outputs<I> {
                 continue;
             }
             let after = std::mem::replace(&mut shoot.state, before.clone());
-            statistics += integrator.advance(shoot, time)?.as_trial();
+            statistics += advance(integrator, shoot, time)?.as_trial();
             show(shoot);
             shoot.state = after;
         }
@@ -136,7 +146,7 @@ fn locate<M: Model>(
     let accuracy = EVENT_TOLERANCE * (end.0 - start.0);
     let [_, event] = bracketed_root([start, (end.0, holds(end.1))], accuracy, |time| {
         shoot.state.copy_from(before);
-        let step = integrator.advance(shoot, time)?;
+        let step = advance(integrator, shoot, time)?;
         let value = holds(evaluate(shoot)?);
         let discarded = if value > 0.0 { std::mem::replace(&mut last_step, step) } else { step };
         trials += discarded.as_trial();
@@ -144,7 +154,7 @@ fn locate<M: Model>(
     })?;
     if shoot.time() != event {
         shoot.state.copy_from(before);
-        trials += integrator.advance(shoot, event)?.as_trial();
+        trials += advance(integrator, shoot, event)?.as_trial();
     }
     trials += last_step;
     Ok(trials)

@@ -31,7 +31,8 @@ pub struct MethodOfSteps<E = NewtonSolver> {
     /// error; zero by default. [`Statistics::retries`] counts these repetitions.
     pub retries: usize,
     /// Largest [`work`](Statistics::work) of a call, without limit by default. It is checked after every equilibrium,
-    /// and [`NewtonSolver::max_iterations`] limits the work of one.
+    /// and [`NewtonSolver::max_iterations`] limits the work of one. Methods with output times or an event make a call
+    /// for each step.
     pub max_work: usize,
     /// Solver of the equilibria.
     pub solver: E,

@@ -31,8 +31,9 @@ pub struct Statistics {
     /// Number of steps that were made to locate these times and then undone.
     pub contact_trials: usize,
     /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
-    /// quasi-static model does not resolve the motion in between. A fall of a shoot that was held or in contact at the
-    /// start of the step counts only if Newton's method did not follow it.
+    /// quasi-static model does not resolve the motion in between. A jump that the couples of the initial guess explain
+    /// does not count, so that the number depends on the length of the steps. A fall of a shoot that was held or in
+    /// contact at the start of the step counts only if Newton's method did not follow it.
     pub snaps: usize,
     /// End of the step with the last snap, s; `None` without a snap.
     pub last_snap: Option<f64>,
@@ -48,8 +49,8 @@ pub struct Statistics {
     /// [`MethodOfSteps`](super::MethodOfSteps).
     pub error: Option<f64>,
     /// Largest [error](Equilibrium::error) of an equilibrium, rad: that of the solver, without the errors of steps and
-    /// elements. With obstacles it is at least the largest penetration relative to the length. Equilibria of steps that
-    /// were undone do not count.
+    /// elements. With obstacles it is at least the largest penetration, and at least the distance along the rod between
+    /// a contact and its node, both relative to the length. Equilibria of steps that were undone do not count.
     pub equilibrium_error: f64,
     /// Smallest merge tolerance that permits the same mergers, rad.
     pub(super) merge_loss: f64,
@@ -57,7 +58,7 @@ pub struct Statistics {
 
 impl std::fmt::Display for Statistics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} steps, {} in trial runs, ", self.steps, self.trial_steps)?;
+        write!(f, "{} steps, {} trial steps, ", self.steps, self.trial_steps)?;
         write!(f, "{} equilibria, {} iterations, {} evaluations", self.equilibria, self.iterations, self.evaluations)?;
         if self.snaps > 0 {
             write!(f, ", {} snaps by up to {:.1e} m", self.snaps, self.largest_jump)?;
@@ -70,21 +71,25 @@ impl std::fmt::Display for Statistics {
 /// jump are the larger ones.
 impl std::ops::AddAssign for Statistics {
     fn add_assign(&mut self, other: Self) {
-        self.steps += other.steps;
-        self.equilibria += other.equilibria;
-        self.iterations += other.iterations;
-        self.factorisations += other.factorisations;
-        self.evaluations += other.evaluations;
-        self.splits += other.splits;
-        self.merges += other.merges;
-        self.halvings += other.halvings;
-        self.retries += other.retries;
-        self.contact_changes += other.contact_changes;
-        self.contact_trials += other.contact_trials;
-        self.snaps += other.snaps;
+        // An integrator or a solver of a user may report any counts.
+        let counts = [
+            (&mut self.steps, other.steps),
+            (&mut self.equilibria, other.equilibria),
+            (&mut self.iterations, other.iterations),
+            (&mut self.factorisations, other.factorisations),
+            (&mut self.evaluations, other.evaluations),
+            (&mut self.splits, other.splits),
+            (&mut self.merges, other.merges),
+            (&mut self.halvings, other.halvings),
+            (&mut self.retries, other.retries),
+            (&mut self.contact_changes, other.contact_changes),
+            (&mut self.contact_trials, other.contact_trials),
+            (&mut self.snaps, other.snaps),
+            (&mut self.trial_steps, other.trial_steps),
+        ];
+        counts.into_iter().for_each(|(sum, count)| *sum = sum.saturating_add(count));
         self.last_snap = other.last_snap.or(self.last_snap);
         self.largest_jump = self.largest_jump.max(other.largest_jump);
-        self.trial_steps += other.trial_steps;
         // Each estimate includes all calls since the beginning of the run.
         self.error = [self.error, other.error].into_iter().flatten().reduce(f64::max);
         self.merge_loss = self.merge_loss.max(other.merge_loss);
@@ -97,16 +102,14 @@ impl Statistics {
     /// the integrators limit.
     #[must_use]
     pub fn work(&self) -> usize {
-        self.factorisations + self.evaluations
+        self.factorisations.saturating_add(self.evaluations)
     }
 
     /// Adds the cost and the error estimate of an equilibrium.
     pub(super) fn add_equilibrium(&mut self, found: &Equilibrium) {
-        self.equilibria += 1;
-        self.iterations += found.iterations;
-        self.factorisations += found.factorisations;
-        self.evaluations += found.evaluations;
-        self.equilibrium_error = self.equilibrium_error.max(found.error);
+        let Equilibrium { iterations, factorisations, evaluations, error: equilibrium_error, .. } = *found;
+        let counts = Self { equilibria: 1, iterations, factorisations, evaluations, ..Self::default() };
+        *self += Self { equilibrium_error, ..counts };
     }
 
     /// Counts a snap in a step that ends at `time` (s), once for each step.
@@ -118,7 +121,7 @@ impl Statistics {
     /// Returns the statistics of a run whose result is discarded. The error of its equilibria is kept, since its shapes
     /// may have been shown.
     pub(super) fn as_trial(self) -> Self {
-        let (trial_steps, equilibrium_error) = (self.trial_steps + self.steps, self.equilibrium_error);
+        let (trial_steps, equilibrium_error) = (self.trial_steps.saturating_add(self.steps), self.equilibrium_error);
         Self { trial_steps, equilibrium_error, ..self.undone_since(Self::default()) }
     }
 

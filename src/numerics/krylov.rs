@@ -1,7 +1,7 @@
 //! Krylov subspace methods for an operator of which only products with vectors are known: the Arnoldi iteration, Ritz
 //! values, and GMRES (Saad and Schultz 1986, SIAM J. Sci. Stat. Comput. 7, 856).
 
-use nalgebra::{Complex, DMatrix, DVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
 
 use super::scalar::sort_by_value;
 
@@ -90,19 +90,24 @@ pub(crate) fn null_vector(matrix: DMatrix<Complex<f64>>) -> DVector<Complex<f64>
     vector
 }
 
+/// Real Schur form of a square matrix. `None` for a matrix that is not finite, or whose Schur form is not found.
+pub(crate) fn real_schur(matrix: &DMatrix<f64>) -> Option<Schur<f64, Dyn>> {
+    // The QR iteration does not terminate for a matrix that is not finite.
+    if !matrix.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    // Subdiagonal entries do not always fall below rounding. A larger threshold is tried then.
+    let most = 100 * matrix.nrows() + 100;
+    [1.0, 1e2, 1e4].iter().find_map(|x| Schur::try_new(matrix.clone(), x * f64::EPSILON, most))
+}
+
 /// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the
 /// first one that `more` rejects. `None` for a matrix that is not finite, or whose Schur form is not found.
 pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> bool) -> Option<Vec<Ritz>> {
     let k = hessenberg.ncols();
     let square = hessenberg.rows(0, k).clone_owned();
     let last = if hessenberg.nrows() > k { hessenberg[(k, k - 1)] } else { 0.0 };
-    // The QR iteration does not terminate for a matrix that is not finite.
-    if !square.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    // Subdiagonal entries do not always fall below rounding. A larger threshold is tried then.
-    let schur = [1.0, 1e2, 1e4].iter().find_map(|x| Schur::try_new(square.clone(), x * f64::EPSILON, 100 * k + 100))?;
-    let mut values: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
+    let mut values: Vec<Complex<f64>> = real_schur(&square)?.complex_eigenvalues().iter().copied().collect();
     sort_by_value(&mut values, |value| -value.norm());
     let complex = square.map(Complex::from);
     let mut out = Vec::new();

@@ -148,10 +148,12 @@ impl<M: Model> Shoot<M> {
             let couple = law.respond(&tissue, &elastic).couple;
             let mut power = rates[i] * (energy(&tissue) - couple.dot(&strain));
             power -= intrinsic_rate(force.cuts()[i].arc_length).map_or(0.0, |rate| couple.dot(&rate));
-            if tissue.age > 0.0 {
+            // The change of the age just after a discontinuity at t = 0 underflows.
+            let change = 2.0 * CHANGE * tissue.age;
+            if change > 0.0 {
                 let [younger, older] =
                     [-CHANGE, CHANGE].map(|part| energy(&Tissue { age: tissue.age * (1.0 + part), ..tissue }));
-                power += (older - younger) / (2.0 * CHANGE * tissue.age);
+                power += (older - younger) / change;
             }
             power - load_rates.get(i).map_or(0.0, |rate| rate.dot(&(frame * rod.line_strain_at_point(e, g))))
         });

@@ -10,9 +10,12 @@ use crate::error::ParameterError;
 /// one (Coulomb). Both act on the centre line.
 ///
 /// A shoot starts straight along the d3 of its base. If an obstacle crosses this line, the first equilibrium may not be
-/// found. Then advance the shoot without the obstacle and add it with
-/// `shoot.with_model(shoot.model().with_support(contact))`, or move the obstacle in with a distance that depends on
-/// time.
+/// found, or it is one of several, and which one depends on the elements. Then advance the shoot without the obstacle
+/// and add it with `shoot.with_model(shoot.model().with_support(contact))`, or move the obstacle in with a distance
+/// that depends on time.
+///
+/// A shoot that falls beside an obstacle may come to rest in another of its stable shapes than the same shoot alone,
+/// even if it never touches the obstacle.
 ///
 /// A growing shoot sags until it leans on a horizontal pole:
 ///

@@ -56,7 +56,7 @@ pub struct Oscillations {
 }
 
 impl Track {
-    /// Finds the periods of a track and their ellipses. A track without motion, or of noise alone, has none.
+    /// Finds the periods of a track and their ellipses. A track without motion has none.
     ///
     /// # Errors
     /// Too few positions for the drift and one oscillation, or settings out of range.

@@ -6,6 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{KernelTerm, MemoryKernel};
 use crate::error::ParameterError;
+use crate::numerics::krylov::real_schur;
 
 /// Largest singular value of the basis that is ignored, relative to the largest one: rounding of its entries.
 const ROUNDING: f64 = 1e-14;
@@ -78,7 +79,8 @@ fn rates(vectors: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let (rows, n) = vectors.shape();
     let (upper, lower) = (vectors.rows(0, rows - 1), vectors.rows(1, rows - 1));
     let shift = upper.into_owned().svd(true, true).solve(&lower, ROUNDING).ok()?;
-    let eigenvalues = if n == 1 { DVector::from_element(1, shift[0].into()) } else { shift.complex_eigenvalues() };
+    let eigenvalues =
+        if n == 1 { DVector::from_element(1, shift[0].into()) } else { real_schur(&shift)?.complex_eigenvalues() };
     let rates = eigenvalues.iter().map(|value| -value.ln());
     Some(rates.filter(|rate| rate.re > STEADY && rate.re.is_finite() && rate.im.abs() < PI).collect())
 }

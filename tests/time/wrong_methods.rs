@@ -121,6 +121,44 @@ fn integrator_that_makes_no_step_ends() {
     assert_says(Idle.advance_showing(&mut shoot, HOUR, [600.0], |_| ()), words);
 }
 
+/// An integrator that covers a third of the requested time.
+struct Slow(MethodOfSteps);
+
+impl Integrator for Slow {
+    fn start(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError> {
+        self.0.start(shoot, history)
+    }
+    fn advance_at_most(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        until: f64,
+        max_steps: usize,
+    ) -> Result<Statistics, IntegrationError> {
+        self.0.advance_at_most(shoot, shoot.time() + (until - shoot.time()) / 3.0, max_steps)
+    }
+}
+
+#[test]
+fn integrator_that_stops_before_a_requested_time_is_refused() {
+    let shoot = || righting().into_dyn().build().unwrap();
+    let mut slow = Slow(MethodOfSteps::new(HOUR));
+    let words = "time that the integrator reached is ";
+    assert_says(slow.advance_showing(&mut shoot(), HOUR, [600.0], |_| ()), words);
+    assert_says(slow.advance_until(&mut shoot(), HOUR, |shoot| shoot.time() - 600.0), words);
+}
+
+#[test]
+fn counts_of_any_size_are_added() {
+    let mut counts = Statistics::default();
+    (counts.steps, counts.evaluations, counts.factorisations) = (usize::MAX, usize::MAX, 1);
+    counts += counts;
+    assert_eq!((counts.steps, counts.work()), (usize::MAX, usize::MAX));
+}
+
 /// A tenth of an elastic law.
 struct Tenth<'a, C>(&'a C);
 

@@ -325,9 +325,9 @@ fn random_tracks_give_finite_numbers_or_errors() {
     for seed in 0..number("MORPHOROD_CASES", 100) {
         let mut draw = Draw::new(seed + 1);
         let size = draw.log(1e-300, 1e300);
-        let steps = draw.log(1e-6, 1e6);
+        let steps = draw.log(1e-250, 1e250);
         let levels = draw.log(1.0, 1e6).floor();
-        let mut t = draw.uniform(-1e6, 1e6);
+        let mut t = draw.uniform(-1e6, 1e6) * steps;
         let (mut times, mut positions) = (Vec::new(), Vec::new());
         for _ in 0..draw.log(1.0, 400.0) as usize {
             t += if draw.chance(0.05) { draw.log(1.0, 1e3) * steps } else { draw.uniform(0.2, 1.0) * steps };

@@ -113,8 +113,9 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 pub struct Adaptive {
     /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.
     pub tolerance: f64,
-    /// Largest [`work`](Statistics::work) of a call with its trial runs; ten million by default. It is checked after
-    /// every equilibrium. In contact a unit of work may take milliseconds.
+    /// Largest [`work`](Statistics::work) of a call with its trial runs; one million by default, which takes minutes.
+    /// It is checked after every equilibrium. In contact a unit of work may take milliseconds. Methods with output
+    /// times or an event make a call for each step.
     pub max_work: usize,
     /// Memory that successive calls reuse; `..Adaptive::new(tolerance)` sets it.
     pub workspace: AdaptiveWorkspace,
@@ -140,7 +141,7 @@ impl Adaptive {
     /// An integrator with a tolerance relative to the length.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, max_work: 10_000_000, workspace: AdaptiveWorkspace::default() }
+        Self { tolerance, max_work: 1_000_000, workspace: AdaptiveWorkspace::default() }
     }
 
     fn check(&self) -> Result<(), ParameterError> {

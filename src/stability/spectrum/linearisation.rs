@@ -92,8 +92,8 @@ impl Linearisation {
         self.characteristic.elements()
     }
 
-    /// The number of roots with a positive real part, counted with multiplicity, by the argument principle,
-    /// which misses none.
+    /// The number of roots with a positive real part, counted with multiplicity, by the argument principle, which
+    /// misses none. At the onset of a straight vertical shoot it increases from 0 to 4: two planes of a conjugate pair.
     ///
     /// Roots whose real part is less than a millionth of the slowest rate count as stable.
     ///
