@@ -200,7 +200,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     Figure::new(out.join("shapes.svg"), title).shapes(&record.shapes)?;
     println!("length after {} h: {:.2} cm; run time {wall:.3} s", end / HOUR, 100.0 * shoot.rod().length());
     if by_tolerance {
-        println!("  {} time steps, and {} in trial runs", cost.steps, cost.trial_steps);
+        println!("  {} time steps, and {} trial steps", cost.steps, cost.trial_steps);
     } else {
         println!("  {} time steps of at most {step} s", cost.steps);
     }

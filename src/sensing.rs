@@ -145,7 +145,8 @@ struct Rates {
 }
 
 impl Rates {
-    /// Values in an element. They are not inlined, so that visitors do not compile them again.
+    /// Computes the values in an element. The function is not inlined, so that it is compiled once and not for each
+    /// visitor.
     #[inline(never)]
     fn of(rod: &Rod, material: &impl Constitutive, force: &InternalForce, e: usize) -> Self {
         let (points, p, time) = (rod.element_points(e), rod.reference().p, force.environment().time);

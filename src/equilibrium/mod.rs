@@ -75,10 +75,11 @@ pub struct Equilibrium {
     pub evaluations: usize,
     /// Estimated largest error of a frame against the exact stationary point of the discrete energy, rad. With
     /// obstacles it is at least the largest penetration of the discrete rod relative to the length, which a coarse rod
-    /// may have between its stations. Each contact has a node, and a solver moves the nodes to the contacts a limited
-    /// number of times. The error is then at least the remaining distance along the rod relative to the length, which
-    /// usually affects the shape far less. It does not contain rotations in the directions that [`Inertia::neutral`]
-    /// counts: the couples along them are rounding.
+    /// may have between its stations. A contact point is at a node, and a contact segment has nodes at its ends. A
+    /// solver moves these nodes a limited number of times. If a node is still away from its place, the error is at
+    /// least its distance along the rod relative to the length, which may be far larger than the error of the shape. It
+    /// does not contain rotations in the directions that [`Inertia::neutral`] counts: the couples along them are
+    /// rounding.
     pub error: f64,
     /// Total energy, J: the elastic energy, which is zero without elastic strain, minus ∫ n · p′ ds, the work of
     /// the load as the tissue moves from the position of the base to its own. Zero for [`Unloaded`], which does not

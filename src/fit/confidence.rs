@@ -4,9 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::noise::Noise;
 use super::problem::{Point, Problem};
-
-/// Largest number of iterations for an eigenvalue. Usually two or three suffice.
-const ITERATIONS: usize = 100;
+use crate::numerics::dense::most_iterations;
 
 /// Ratio of a singular value to the largest one below which its combination has no effect on the data. With
 /// extrapolated differences on a fixed grid, the ratios of combinations without effect are 1e-10, and those of others
@@ -44,7 +42,7 @@ impl Singular {
             rows.column_mut(i).unscale_mut(norms[i]);
         }
         // The triangular factor is small and has the same singular values. nalgebra does not decompose an empty matrix.
-        let svd = if n > 0 { rows.qr().r().try_svd(false, true, f64::EPSILON, 0) } else { None };
+        let svd = if n > 0 { rows.qr().r().try_svd(false, true, f64::EPSILON, most_iterations(n)) } else { None };
         let known = svd.and_then(|svd| Some((svd.singular_values, svd.v_t?.transpose())));
         let (values, vectors) = known.unwrap_or_else(|| (DVector::zeros(n), DMatrix::identity(n, n)));
         Self { values, norms, vectors }
@@ -126,7 +124,7 @@ impl LinearTheory {
 pub(super) fn uncertain(covariance: &DMatrix<f64>, widest: f64) -> Vec<(DVector<f64>, f64)> {
     let (n, matrix) = (covariance.nrows(), covariance.clone());
     // nalgebra does not decompose an empty matrix.
-    let eigen = if n > 0 { SymmetricEigen::try_new(matrix, f64::EPSILON, ITERATIONS * n) } else { None };
+    let eigen = if n > 0 { SymmetricEigen::try_new(matrix, f64::EPSILON, most_iterations(n)) } else { None };
     let Some(eigen) = eigen else { return vec![] };
     let combination = |j: usize| {
         let direction = eigen.eigenvectors.column(j);

@@ -6,7 +6,7 @@ use super::error::Outcome;
 use super::stepper::{check_ahead, check_growth};
 use super::undo::undo_on_error;
 use super::{IntegrationError, Integrator, Statistics};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, ensure};
 use crate::model::Model;
 use crate::numerics::scalar::bracketed_root;
 use crate::shoot::Shoot;
@@ -35,7 +35,8 @@ pub(super) fn advance_showing_until<M: Model>(
             IntegrationError::finite(!value.is_nan(), "condition", shoot.time()).map(|()| value)
         };
         // A shoot that was not started, or whose laws were exchanged, has no equilibrium yet.
-        let mut statistics = integrator.advance(shoot, shoot.time())?;
+        let start = shoot.time();
+        let mut statistics = advance(integrator, shoot, start)?;
         let mut outputs = Outputs { times: times.into_iter().peekable(), last: shoot.time(), latest };
         let mut before = shoot.state.clone();
         let mut value = evaluate(shoot)?;
@@ -43,6 +44,7 @@ pub(super) fn advance_showing_until<M: Model>(
         if value < 0.0 && (located || outputs.times.peek().is_some()) {
             // An integrator that chooses a resolution does so once for the whole time, not for each repeated step.
             statistics += integrator.advance_at_most(shoot, latest, 0)?;
+            check_reached(shoot, start, shoot.time() == start)?;
         }
         while value < 0.0 && (located || outputs.times.peek().is_some()) {
             if shoot.time() >= latest {
@@ -67,13 +69,18 @@ pub(super) fn advance_showing_until<M: Model>(
     })
 }
 
-/// Advances the shoot to a time (s). Returns an error if the integrator stops elsewhere.
+/// Advances the shoot to a time (s). Returns an error if the integrator stops at another time.
 fn advance<M: Model>(integrator: &mut impl Integrator, shoot: &mut Shoot<M>, time: f64) -> Outcome<Statistics> {
     let statistics = integrator.advance(shoot, time)?;
-    let (name, reached) = ("time that the integrator reached", shoot.time());
-    let requirement = "that given to it: `Integrator::advance` must reach it (s)";
-    ParameterError::unless(reached == time, name, reached, requirement)?;
+    check_reached(shoot, time, shoot.time() == time)?;
     Ok(statistics)
+}
+
+/// Returns an error unless it is `ok` for a shoot to be at its present time after a call for a `requested` time (s).
+fn check_reached(shoot: &Shoot<impl Model>, requested: f64, ok: bool) -> Result<(), ParameterError> {
+    let name = "time that the integrator reached";
+    let error = ParameterError::refused(name, shoot.time(), "the time that was requested from it (s)");
+    ensure(ok, ParameterError { needed: Some(requested), ..error })
 }
 
 /// Makes a step towards the `latest` time. Returns an error if it does not advance the shoot, since a run of such steps
@@ -81,10 +88,10 @@ fn advance<M: Model>(integrator: &mut impl Integrator, shoot: &mut Shoot<M>, tim
 fn step<M: Model>(integrator: &mut impl Integrator, shoot: &mut Shoot<M>, latest: f64) -> Outcome<Statistics> {
     let before = shoot.time();
     let statistics = integrator.step(shoot, latest)?;
+    check_reached(shoot, latest, shoot.time() <= latest)?;
     let (name, length) = ("length of a step of the integrator", shoot.time() - before);
-    let requirement =
-        "positive, and not beyond the time given to it: `Integrator::advance_at_most` must make a step (s)";
-    ParameterError::unless(length > 0.0 && shoot.time() <= latest, name, length, requirement)?;
+    let requirement = "positive: `Integrator::advance_at_most` must make a step (s)";
+    ParameterError::unless(length > 0.0, name, length, requirement)?;
     Ok(statistics)
 }
 

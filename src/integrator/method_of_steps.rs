@@ -31,8 +31,9 @@ pub struct MethodOfSteps<E = NewtonSolver> {
     /// error; zero by default. [`Statistics::retries`] counts these repetitions.
     pub retries: usize,
     /// Largest [`work`](Statistics::work) of a call, without limit by default. It is checked after every equilibrium,
-    /// and [`NewtonSolver::max_iterations`] limits the work of one. Methods with output times or an event make a call
-    /// for each step.
+    /// and [`NewtonSolver::max_iterations`] limits the work of one. [`advance_until`](Integrator::advance_until) and
+    /// the methods with output times call the integrator once for each step, and the limit holds for each of these
+    /// calls.
     pub max_work: usize,
     /// Solver of the equilibria.
     pub solver: E,

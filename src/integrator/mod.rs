@@ -72,7 +72,8 @@ pub trait Integrator: Sized {
     }
 
     /// Advances the shoot towards time `until` (s), by at most `max_steps` steps. A call with zero steps starts a shoot
-    /// that was not started, and may choose a resolution; it does not change the time.
+    /// that was not started, and may choose a resolution; it does not change the time. Enough steps set the time to
+    /// exactly `until`, and no step passes it.
     ///
     /// # Errors
     /// The errors of [`advance`](Self::advance).
@@ -123,9 +124,10 @@ pub trait Integrator: Sized {
     /// The condition for a shoot that no longer moves is `|shoot| 1e-9 - shoot.steering_rate()`, in rad/s.
     ///
     /// # Errors
-    /// The errors of [`advance`](Self::advance), [`NotFinite`](IntegrationError::NotFinite) for a condition that is
-    /// NaN, and [`NotReached`](IntegrationError::NotReached) if the condition does not hold by the time
-    /// `latest`. To keep the shape at that time, write a loop over [`step`](Self::step) instead.
+    /// The errors of [`advance`](Self::advance), [`Parameter`](IntegrationError::Parameter) for an integrator that does
+    /// not reach a requested time or passes it, [`NotFinite`](IntegrationError::NotFinite) for a condition that is NaN,
+    /// and [`NotReached`](IntegrationError::NotReached) if the condition does not hold by the time `latest`. To keep
+    /// the shape at that time, write a loop over [`step`](Self::step) instead.
     fn advance_until<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
@@ -152,9 +154,9 @@ pub trait Integrator: Sized {
     /// ```
     ///
     /// # Errors
-    /// The errors of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time
-    /// that is before the present or an earlier output time, or after `until`. Calls of `show` before an error are not
-    /// undone.
+    /// The errors of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time that
+    /// is before the present or an earlier output time, or after `until`, and for an integrator that does not reach a
+    /// requested time or passes it. Calls of `show` before an error are not undone.
     fn advance_showing<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,

@@ -49,8 +49,9 @@ pub struct Statistics {
     /// [`MethodOfSteps`](super::MethodOfSteps).
     pub error: Option<f64>,
     /// Largest [error](Equilibrium::error) of an equilibrium, rad: that of the solver, without the errors of steps and
-    /// elements. With obstacles it is at least the largest penetration, and at least the distance along the rod between
-    /// a contact and its node, both relative to the length. Equilibria of steps that were undone do not count.
+    /// elements. With obstacles it is at least the largest penetration relative to the length, and it contains the
+    /// misplacement of nodes at contacts that [`Equilibrium::error`] describes. Equilibria of steps that were undone do
+    /// not count.
     pub equilibrium_error: f64,
     /// Smallest merge tolerance that permits the same mergers, rad.
     pub(super) merge_loss: f64,
@@ -71,7 +72,7 @@ impl std::fmt::Display for Statistics {
 /// jump are the larger ones.
 impl std::ops::AddAssign for Statistics {
     fn add_assign(&mut self, other: Self) {
-        // An integrator or a solver of a user may report any counts.
+        // The sums saturate, since an integrator or a solver of a user may report any counts.
         let counts = [
             (&mut self.steps, other.steps),
             (&mut self.equilibria, other.equilibria),
@@ -107,9 +108,14 @@ impl Statistics {
 
     /// Adds the cost and the error estimate of an equilibrium.
     pub(super) fn add_equilibrium(&mut self, found: &Equilibrium) {
-        let Equilibrium { iterations, factorisations, evaluations, error: equilibrium_error, .. } = *found;
-        let counts = Self { equilibria: 1, iterations, factorisations, evaluations, ..Self::default() };
-        *self += Self { equilibrium_error, ..counts };
+        *self += Self {
+            equilibria: 1,
+            iterations: found.iterations,
+            factorisations: found.factorisations,
+            evaluations: found.evaluations,
+            equilibrium_error: found.error,
+            ..Self::default()
+        };
     }
 
     /// Counts a snap in a step that ends at `time` (s), once for each step.

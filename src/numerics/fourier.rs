@@ -69,6 +69,7 @@ impl FourierSums {
     /// `values`. The real part of a sum is that with cosines, and the imaginary part is that with sines.
     pub fn of(&self, values: impl Iterator<Item = Complex<f64>>) -> Vec<[Complex<f64>; 2]> {
         let size = 2 * self.roots.len();
+        // The transform extends the grid to its whole size in the same memory.
         let mut grid = Vec::with_capacity(size);
         grid.resize(self.occupied, Complex::ZERO);
         for ((value, first), weights) in values.zip(&self.first).zip(self.weights.chunks_exact(2 * REACH)) {

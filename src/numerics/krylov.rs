@@ -1,8 +1,9 @@
 //! Krylov subspace methods for an operator of which only products with vectors are known: the Arnoldi iteration, Ritz
 //! values, and GMRES (Saad and Schultz 1986, SIAM J. Sci. Stat. Comput. 7, 856).
 
-use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
+use nalgebra::{Complex, DMatrix, DVector};
 
+use super::dense::{real_schur, singular_values};
 use super::scalar::sort_by_value;
 
 /// The Arnoldi relation A V = V H of a Krylov subspace span{x, A x, A² x, …}.
@@ -90,17 +91,6 @@ pub(crate) fn null_vector(matrix: DMatrix<Complex<f64>>) -> DVector<Complex<f64>
     vector
 }
 
-/// Real Schur form of a square matrix. `None` for a matrix that is not finite, or whose Schur form is not found.
-pub(crate) fn real_schur(matrix: &DMatrix<f64>) -> Option<Schur<f64, Dyn>> {
-    // The QR iteration does not terminate for a matrix that is not finite.
-    if !matrix.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    // Subdiagonal entries do not always fall below rounding. A larger threshold is tried then.
-    let most = 100 * matrix.nrows() + 100;
-    [1.0, 1e2, 1e4].iter().find_map(|x| Schur::try_new(matrix.clone(), x * f64::EPSILON, most))
-}
-
 /// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the
 /// first one that `more` rejects. `None` for a matrix that is not finite, or whose Schur form is not found.
 pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> bool) -> Option<Vec<Ritz>> {
@@ -139,13 +129,10 @@ pub(crate) fn gmres<E>(
         return Ok((DVector::zeros(right.len()), 0.0));
     }
     let best = |hessenberg: &DMatrix<f64>| {
-        // The singular value decomposition does not terminate for a matrix that is not finite.
-        if !hessenberg.iter().all(|x| x.is_finite()) {
-            return (DVector::zeros(hessenberg.ncols()), f64::NAN);
-        }
         let mut target = DVector::zeros(hessenberg.nrows());
         target[0] = size;
-        let weights = hessenberg.clone().svd(true, true).solve(&target, 1e-14).unwrap_or_else(|_| target.clone());
+        let solved = singular_values(hessenberg.clone()).and_then(|svd| svd.solve(&target, 1e-14).ok());
+        let Some(weights) = solved else { return (DVector::zeros(hessenberg.ncols()), f64::NAN) };
         let residual = (hessenberg * &weights - target).norm() / size;
         (weights, residual)
     };

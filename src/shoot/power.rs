@@ -10,6 +10,9 @@ use crate::rod::{Tissue, weighted};
 /// Relative change of lengths and ages in a central difference: near the cube root of the machine precision, where the
 /// errors of rounding and of truncation are equal.
 const CHANGE: f64 = 1e-5;
+/// Smallest age of a difference, over the time in which the fastest tissue elongates by the factor e. In younger tissue
+/// rounding of the age would exceed its change.
+const YOUNGEST: f64 = 1e-5;
 
 impl<M: Model> Shoot<M> {
     /// The power of growth and of lignification, W: the rate at which they change the sum of the elastic energy and the
@@ -27,8 +30,9 @@ impl<M: Model> Shoot<M> {
     /// ```
     ///
     /// ∂w/∂t is due to the age of the tissue at constant strain, ∂n/∂t to tissue that grows beyond and has a load. Both
-    /// are central differences with a relative error of about 1e-10. The power is that of the discretised shoot, which
-    /// must be in equilibrium, as after any call of an integrator.
+    /// are central differences with a relative error of about 1e-10. Younger tissue than 1e-5 of the time in which the
+    /// fastest tissue elongates by the factor e has the rate ∂w/∂t of this age. The power is that of the discretised
+    /// shoot, which must be in equilibrium, as after any call of an integrator.
     ///
     /// ```
     /// # use morphorod::Shoot;
@@ -126,7 +130,9 @@ impl<M: Model> Shoot<M> {
         let (rod, law, environment) = (self.rod(), self.model.constitutive(), self.environment());
         let (time, p, rates) = (environment.time, rod.order().points(), self.elongation_rates());
         let mut force = InternalForce::of(rod, self.model.load(), &environment);
-        let (load_rates, load_rate_at_base) = self.load_rates(&rates);
+        let largest = rates.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let youngest = if largest > 0.0 { YOUNGEST / largest } else { 0.0 };
+        let (load_rates, load_rate_at_base) = self.load_rates(&rates, largest);
         // In contact the shape has more nodes than the rod of the laws.
         let (parent, intrinsic_rates) = (&self.state.rod, self.intrinsic_rates());
         let mut walk = parent.walk();
@@ -148,11 +154,12 @@ impl<M: Model> Shoot<M> {
             let couple = law.respond(&tissue, &elastic).couple;
             let mut power = rates[i] * (energy(&tissue) - couple.dot(&strain));
             power -= intrinsic_rate(force.cuts()[i].arc_length).map_or(0.0, |rate| couple.dot(&rate));
-            // The change of the age just after a discontinuity at t = 0 underflows.
-            let change = 2.0 * CHANGE * tissue.age;
+            let age = if tissue.age > 0.0 { tissue.age.max(youngest) } else { 0.0 };
+            // Without growth, the change of an age of a few units of rounding at t = 0 underflows.
+            let change = 2.0 * CHANGE * age;
             if change > 0.0 {
                 let [younger, older] =
-                    [-CHANGE, CHANGE].map(|part| energy(&Tissue { age: tissue.age * (1.0 + part), ..tissue }));
+                    [-CHANGE, CHANGE].map(|part| energy(&Tissue { age: age * (1.0 + part), ..tissue }));
                 power += (older - younger) / change;
             }
             power - load_rates.get(i).map_or(0.0, |rate| rate.dot(&(frame * rod.line_strain_at_point(e, g))))
@@ -182,10 +189,9 @@ impl<M: Model> Shoot<M> {
         rates
     }
 
-    /// The rates of the force of the load by elongation, at the points of the shape and at the base, N/s. There are no
-    /// points without elongation.
-    fn load_rates(&self, rates: &[f64]) -> (Vec<Vector3<f64>>, Vector3<f64>) {
-        let largest = rates.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    /// The rates of the force of the load by elongation, at the points of the shape and at the base, N/s. `largest` is
+    /// the largest modulus of the rates of elongation. There are no points without elongation.
+    fn load_rates(&self, rates: &[f64], largest: f64) -> (Vec<Vector3<f64>>, Vector3<f64>) {
         if largest == 0.0 {
             return (Vec::new(), Vector3::zeros());
         }

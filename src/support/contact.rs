@@ -9,13 +9,13 @@ use crate::error::ParameterError;
 /// The reaction is a force: a normal one that pushes, and with friction a tangential one of at most μ times the normal
 /// one (Coulomb). Both act on the centre line.
 ///
-/// A shoot starts straight along the d3 of its base. If an obstacle crosses this line, the first equilibrium may not be
-/// found, or it is one of several, and which one depends on the elements. Then advance the shoot without the obstacle
-/// and add it with `shoot.with_model(shoot.model().with_support(contact))`, or move the obstacle in with a distance
-/// that depends on time.
+/// A shoot starts straight along the d3 of its base. If an obstacle crosses this line, the search for the first
+/// equilibrium may fail. There may also be several equilibria, and the elements determine which of them is found. Then
+/// advance the shoot without the obstacle and add it with `shoot.with_model(shoot.model().with_support(contact))`, or
+/// move the obstacle in with a distance that depends on time.
 ///
-/// A shoot that falls beside an obstacle may come to rest in another of its stable shapes than the same shoot alone,
-/// even if it never touches the obstacle.
+/// A shoot that snaps beside an obstacle may reach another stable shape than without the obstacle, even if it never
+/// touches it: the search with obstacles follows another path.
 ///
 /// A growing shoot sags until it leans on a horizontal pole:
 ///

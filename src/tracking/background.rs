@@ -35,14 +35,15 @@ impl Background {
     pub fn of(times: &[f64], residual: &[Vector2<f64>]) -> Self {
         let interval = resolved_interval(times);
         let variance = residual.iter().map(Vector2::norm_squared).sum::<f64>() / residual.len().max(1) as f64;
-        // Sums of the products of pairs at each lag, and numbers of pairs.
+        // Each lag has the sum of the products of its pairs, and their number.
         let mut sums = [(0.0, 0.0); 2];
         for (i, k) in (1..=2).flat_map(|back| (back..times.len()).map(move |k| (k - back, k))) {
             let lag = ((times[k] - times[i]) / interval).round();
-            if let Some((sum, count)) = [1.0, 2.0].iter().position(|at| *at == lag).map(|at| &mut sums[at]) {
-                *sum += residual[k].dot(&residual[i]);
-                *count += 1.0;
-            }
+            let Some((sum, count)) = [1.0, 2.0].iter().position(|at| *at == lag).map(|at| &mut sums[at]) else {
+                continue;
+            };
+            *sum += residual[k].dot(&residual[i]);
+            *count += 1.0;
         }
         let correlation =
             |(sum, count): (f64, f64)| if count > 0.0 && variance > 0.0 { sum / (count * variance) } else { 0.0 };

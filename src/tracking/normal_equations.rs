@@ -61,7 +61,7 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// Scalar products of a column with others, written to `to`.
+    /// Writes the scalar products of a column with others to `to`.
     fn products(&self, left: usize, others: Range<usize>, to: &mut [f64]) {
         let column = |k: usize| self.values[k * self.length..][..self.length].as_chunks::<LANES>().0;
         // Four products at once read the first factor once. The last ones may be computed in vain.

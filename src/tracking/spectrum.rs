@@ -22,7 +22,8 @@ impl Spectrum {
         // the rest.
         let step = duration.recip().max(highest / (4.0 * n as f64));
         let hann = |t: f64| 0.5 - 0.5 * (TAU * (t - start) / duration).cos();
-        // Relative weights, whose squares neither overflow nor underflow in any unit of time.
+        // The weights are divided by the duration, so that their squares neither overflow nor underflow in any unit of
+        // time.
         let tapers: Vec<f64> = times.iter().zip(weights).map(|(t, weight)| weight / duration * hann(*t)).collect();
         let noise: f64 = tapers.iter().map(|x| x * x).sum();
         let angles: Vec<f64> = times.iter().map(|t| TAU * step * (t - start)).collect();

@@ -2,8 +2,8 @@
 
 /// Significance threshold: an estimate over its standard error. Normal noise exceeds it in one case of 370.
 pub(super) const SIGNIFICANT: f64 = 3.0;
-/// Probability with which white noise alone is taken for an oscillation, or for nutation. For noise that is correlated
-/// over a large part of a track it is larger.
+/// Probability with which white noise alone is taken for an oscillation, or for nutation. The probability is larger
+/// for noise that is correlated over a large part of a track.
 pub(super) const FALSE_ALARM: f64 = 1e-4;
 /// Median of a gamma distribution of shape 2, the solution of (1 + u) e⁻ᵘ = 1/2.
 pub(super) const GAMMA_MEDIAN: f64 = 1.678_346_990_016_660_7;

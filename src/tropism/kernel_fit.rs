@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{KernelTerm, MemoryKernel};
 use crate::error::ParameterError;
-use crate::numerics::krylov::real_schur;
+use crate::numerics::dense::{real_schur, singular_values};
 
 /// Largest singular value of the basis that is ignored, relative to the largest one: rounding of its entries.
 const ROUNDING: f64 = 1e-14;
@@ -55,7 +55,7 @@ impl MemoryKernel {
         let fitted: Vec<f64> = values.iter().step_by(2).map(|value| value / largest).collect();
         let rows = fitted.len() / 2;
         let hankel = DMatrix::from_fn(rows, fitted.len() + 1 - rows, |i, j| fitted[i + j]);
-        let vectors = hankel.svd(true, false).u.unwrap_or_default();
+        let vectors = singular_values(hankel).and_then(|svd| svd.u).unwrap_or_default();
         let fits = (1..=most.min(vectors.ncols())).filter_map(|n| {
             let rates = rates(&vectors.columns(0, n).into_owned())?;
             let mut terms = terms(&fitted, 2.0 * spacing, &rates)?;
@@ -76,11 +76,10 @@ impl MemoryKernel {
 /// Decays and turns λh in one interval of the exponentials for the first singular vectors. Exponentials that do not
 /// decay, or that change their sign in every interval, are left out. `None` if the search fails.
 fn rates(vectors: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
-    let (rows, n) = vectors.shape();
+    let rows = vectors.nrows();
     let (upper, lower) = (vectors.rows(0, rows - 1), vectors.rows(1, rows - 1));
-    let shift = upper.into_owned().svd(true, true).solve(&lower, ROUNDING).ok()?;
-    let eigenvalues =
-        if n == 1 { DVector::from_element(1, shift[0].into()) } else { real_schur(&shift)?.complex_eigenvalues() };
+    let shift = singular_values(upper.into_owned())?.solve(&lower, ROUNDING).ok()?;
+    let eigenvalues = real_schur(&shift)?.complex_eigenvalues();
     let rates = eigenvalues.iter().map(|value| -value.ln());
     Some(rates.filter(|rate| rate.re > STEADY && rate.re.is_finite() && rate.im.abs() < PI).collect())
 }
@@ -98,7 +97,7 @@ fn terms(values: &[f64], spacing: f64, rates: &[Complex<f64>]) -> Option<Vec<Ker
     if columns.is_empty() {
         return None;
     }
-    let basis = DMatrix::from_columns(&columns).svd(true, true);
+    let basis = singular_values(DMatrix::from_columns(&columns))?;
     let cut = ROUNDING * basis.singular_values.max();
     let amplitudes = basis.solve(&DVector::from_column_slice(values), cut).ok()?;
     let mut amplitudes = amplitudes.iter();

@@ -121,16 +121,16 @@ fn integrator_that_makes_no_step_ends() {
     assert_says(Idle.advance_showing(&mut shoot, HOUR, [600.0], |_| ()), words);
 }
 
-/// An integrator that covers a third of the requested time.
-struct Slow(MethodOfSteps);
+/// An integrator whose calls end at a wrong time: that which it computes from the present time and the requested one.
+struct Elsewhere<F>(F, MethodOfSteps);
 
-impl Integrator for Slow {
+impl<F: Fn(f64, f64) -> f64> Integrator for Elsewhere<F> {
     fn start(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         history: &impl HistoryFunction,
     ) -> Result<Statistics, IntegrationError> {
-        self.0.start(shoot, history)
+        self.1.start(shoot, history)
     }
     fn advance_at_most(
         &mut self,
@@ -138,17 +138,23 @@ impl Integrator for Slow {
         until: f64,
         max_steps: usize,
     ) -> Result<Statistics, IntegrationError> {
-        self.0.advance_at_most(shoot, shoot.time() + (until - shoot.time()) / 3.0, max_steps)
+        let until = (self.0)(shoot.time(), until);
+        self.1.advance_at_most(shoot, until, max_steps)
     }
 }
 
 #[test]
-fn integrator_that_stops_before_a_requested_time_is_refused() {
-    let shoot = || righting().into_dyn().build().unwrap();
-    let mut slow = Slow(MethodOfSteps::new(HOUR));
-    let words = "time that the integrator reached is ";
-    assert_says(slow.advance_showing(&mut shoot(), HOUR, [600.0], |_| ()), words);
-    assert_says(slow.advance_until(&mut shoot(), HOUR, |shoot| shoot.time() - 600.0), words);
+fn integrator_that_does_not_reach_a_requested_time_or_passes_it_is_refused() {
+    fn check(wrong: impl Fn(f64, f64) -> f64 + Copy) {
+        let words = "time that the integrator reached is ";
+        let mut run = Elsewhere(wrong, MethodOfSteps::new(HOUR));
+        let shoot = || righting().into_dyn().build().unwrap();
+        assert_says(run.advance_showing(&mut shoot(), HOUR, [600.0], |_| ()), words);
+        assert_says(run.advance_showing(&mut shoot(), HOUR, [], |_| ()), words);
+        assert_says(run.advance_until(&mut shoot(), HOUR, |shoot| shoot.time() - 600.0), words);
+    }
+    check(|now, until| now + (until - now) / 3.0);
+    check(|now, until| if until > now { until + 1.0 } else { until });
 }
 
 #[test]
@@ -157,6 +163,10 @@ fn counts_of_any_size_are_added() {
     (counts.steps, counts.evaluations, counts.factorisations) = (usize::MAX, usize::MAX, 1);
     counts += counts;
     assert_eq!((counts.steps, counts.work()), (usize::MAX, usize::MAX));
+    let boastful = Wrong(|_: &mut Rod, found: &mut Equilibrium| found.iterations = usize::MAX);
+    let mut shoot = plain().into_dyn().build().unwrap();
+    let counts = MethodOfSteps::with_solver(120.0, boastful).advance(&mut shoot, 600.0).unwrap();
+    assert!(counts.steps > 1 && counts.iterations == usize::MAX);
 }
 
 /// A tenth of an elastic law.

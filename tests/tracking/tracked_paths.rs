@@ -318,8 +318,8 @@ fn short_coarse_tracks_and_invalid_bands_are_refused() {
     assert_eq!(error, TrackingError::Insufficient { what: "number of positions", value: 1.0, needed: 2.0 });
 }
 
-/// Tracks with huge or tiny lengths, bursts, single positions or few distinct values give finite
-/// numbers or an error.
+/// Tracks with huge or tiny lengths and intervals, bursts, single positions or few distinct values
+/// give finite numbers or an error.
 #[test]
 fn random_tracks_give_finite_numbers_or_errors() {
     for seed in 0..number("MORPHOROD_CASES", 100) {
@@ -327,7 +327,7 @@ fn random_tracks_give_finite_numbers_or_errors() {
         let size = draw.log(1e-300, 1e300);
         let steps = draw.log(1e-250, 1e250);
         let levels = draw.log(1.0, 1e6).floor();
-        let mut t = draw.uniform(-1e6, 1e6) * steps;
+        let mut t = draw.uniform(-1.0, 1.0) * draw.log(1.0, 1e12) * steps;
         let (mut times, mut positions) = (Vec::new(), Vec::new());
         for _ in 0..draw.log(1.0, 400.0) as usize {
             t += if draw.chance(0.05) { draw.log(1.0, 1e3) * steps } else { draw.uniform(0.2, 1.0) * steps };

@@ -113,9 +113,10 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 pub struct Adaptive {
     /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.
     pub tolerance: f64,
-    /// Largest [`work`](Statistics::work) of a call with its trial runs; one million by default, which takes minutes.
-    /// It is checked after every equilibrium. In contact a unit of work may take milliseconds. Methods with output
-    /// times or an event make a call for each step.
+    /// Largest [`work`](Statistics::work) of a call with its trial runs; one million by default, which takes minutes. A
+    /// long run with a small tolerance may need more. It is checked after every equilibrium. In contact a unit of work
+    /// may take milliseconds. [`advance_until`](Integrator::advance_until) and the methods with output times call the
+    /// integrator once for each step, and the limit holds for each of these calls.
     pub max_work: usize,
     /// Memory that successive calls reuse; `..Adaptive::new(tolerance)` sets it.
     pub workspace: AdaptiveWorkspace,

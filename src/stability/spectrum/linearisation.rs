@@ -93,7 +93,8 @@ impl Linearisation {
     }
 
     /// The number of roots with a positive real part, counted with multiplicity, by the argument principle, which
-    /// misses none. At the onset of a straight vertical shoot it increases from 0 to 4: two planes of a conjugate pair.
+    /// misses none. It increases from 0 to 4 at the onset of oscillations of a straight vertical shoot, since each of
+    /// two planes has a conjugate pair.
     ///
     /// Roots whose real part is less than a millionth of the slowest rate count as stable.
     ///
