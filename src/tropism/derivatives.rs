@@ -13,18 +13,14 @@ const STEP: f64 = 1e-4;
 /// stimuli](super::Declaration::with_present).
 pub(crate) fn law_matrices(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> [DMatrix<f64>; 4] {
     let size = law.size();
-    let rates = |y: &[f64], x: &[f64]| {
-        let mut out = DVector::zeros(y.len());
-        law.rates(y, x, out.as_mut_slice());
-        out
-    };
-    let gradient = |y: &[f64], x: &[f64]| DVector::from_column_slice(law.gradient(at, y, size.present(x)).as_slice());
+    let gradient =
+        |y: &[f64], x: &[f64], to: &mut [f64]| to.copy_from_slice(law.gradient(at, y, size.present(x)).as_slice());
     let by_present =
-        if size.reads_present { differences(|x| gradient(y, x), 3, x) } else { DMatrix::zeros(3, x.len()) };
+        if size.reads_present { differences(|x, to| gradient(y, x, to), 3, x) } else { DMatrix::zeros(3, x.len()) };
     [
-        differences(|y| rates(y, x), y.len(), y),
-        differences(|x| rates(y, x), y.len(), x),
-        differences(|y| gradient(y, x), 3, y),
+        differences(|y, to| law.rates(y, x, to), y.len(), y),
+        differences(|x, to| law.rates(y, x, to), y.len(), x),
+        differences(|y, to| gradient(y, x, to), 3, y),
         by_present,
     ]
 }
@@ -43,18 +39,22 @@ pub(crate) fn rates_in_steady_state(law: &impl TropismLaw, at: &Growing, y: &[f6
     rates.into_iter().zip(terms.iter().copied()).collect()
 }
 
-/// Jacobian of a function with a given number of components, by central differences.
-fn differences(f: impl Fn(&[f64]) -> DVector<f64>, components: usize, at: &[f64]) -> DMatrix<f64> {
-    let mut x = at.to_vec();
+/// Jacobian of a function with a given number of components, by central differences. The function writes its components
+/// over zeros.
+fn differences(f: impl Fn(&[f64], &mut [f64]), components: usize, at: &[f64]) -> DMatrix<f64> {
+    let (mut x, mut minus) = (at.to_vec(), vec![0.0; components]);
     let mut out = DMatrix::zeros(components, at.len());
     for j in 0..at.len() {
         let h = STEP * at[j].abs().max(1.0);
+        let mut column = out.column_mut(j);
+        let plus = column.as_mut_slice();
         x[j] = at[j] + h;
-        let plus = f(&x);
+        f(&x, plus);
         x[j] = at[j] - h;
-        let minus = f(&x);
+        minus.fill(0.0);
+        f(&x, &mut minus);
         x[j] = at[j];
-        out.set_column(j, &((plus - minus) / (2.0 * h)));
+        plus.iter_mut().zip(&minus).for_each(|(plus, minus)| *plus = (*plus - minus) / (2.0 * h));
     }
     out
 }
