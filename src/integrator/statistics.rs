@@ -31,9 +31,10 @@ pub struct Statistics {
     /// Number of steps that were made to locate these times and then undone.
     pub contact_trials: usize,
     /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
-    /// quasi-static model does not resolve the motion in between. A jump that the couples of the initial guess explain
-    /// does not count, so that the number depends on the length of the steps. A fall of a shoot that was held or in
-    /// contact at the start of the step counts only if Newton's method did not follow it.
+    /// quasi-static model does not resolve the motion in between. In a free rod a jump does not count if the unbalanced
+    /// couples of the initial guess cause at least a fifth of the rotation ([`Equilibrium::jump`]). The number of snaps
+    /// therefore depends on the length of the steps. A snap of a shoot that was held or in contact at the start of the
+    /// step counts only if Newton's method did not follow it.
     pub snaps: usize,
     /// End of the step with the last snap, s; `None` without a snap.
     pub last_snap: Option<f64>,

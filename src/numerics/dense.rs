@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Dyn, SVD, Schur};
 
 /// Returns the largest number of iterations for a matrix with `n` rows or columns. An eigenvalue or a singular value
-/// usually needs two or three.
+/// usually needs two or three; for some matrices the iteration does not converge.
 pub(crate) fn most_iterations(n: usize) -> usize {
     100 * n + 100
 }
