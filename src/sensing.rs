@@ -145,8 +145,8 @@ struct Rates {
 }
 
 impl Rates {
-    /// Computes the values in an element. The function is not inlined, so that it is compiled once and not for each
-    /// visitor.
+    /// Computes the values in an element. The function is not inlined, so that it is compiled once for each elastic
+    /// law, and not for each visitor.
     #[inline(never)]
     fn of(rod: &Rod, material: &impl Constitutive, force: &InternalForce, e: usize) -> Self {
         let (points, p, time) = (rod.element_points(e), rod.reference().p, force.environment().time);

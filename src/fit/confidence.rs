@@ -42,6 +42,7 @@ impl Singular {
             rows.column_mut(i).unscale_mut(norms[i]);
         }
         // The triangular factor is small and has the same singular values. nalgebra does not decompose an empty matrix.
+        // If the decomposition is not found, no combination has a known effect.
         let svd = if n > 0 { rows.qr().r().try_svd(false, true, f64::EPSILON, most_iterations(n)) } else { None };
         let known = svd.and_then(|svd| Some((svd.singular_values, svd.v_t?.transpose())));
         let (values, vectors) = known.unwrap_or_else(|| (DVector::zeros(n), DMatrix::identity(n, n)));

@@ -35,16 +35,16 @@ pub(super) fn advance_showing_until<M: Model>(
             IntegrationError::finite(!value.is_nan(), "condition", shoot.time()).map(|()| value)
         };
         // A shoot that was not started, or whose laws were exchanged, has no equilibrium yet.
-        let start = shoot.time();
-        let mut statistics = advance(integrator, shoot, start)?;
-        let mut outputs = Outputs { times: times.into_iter().peekable(), last: shoot.time(), latest };
+        let present = shoot.time();
+        let mut statistics = advance(integrator, shoot, present)?;
+        let mut outputs = Outputs { times: times.into_iter().peekable(), last: present, latest };
         let mut before = shoot.state.clone();
         let mut value = evaluate(shoot)?;
         statistics += outputs.show_passed(integrator, shoot, &before, &mut show)?;
         if value < 0.0 && (located || outputs.times.peek().is_some()) {
             // An integrator that chooses a resolution does so once for the whole time, not for each repeated step.
             statistics += integrator.advance_at_most(shoot, latest, 0)?;
-            check_reached(shoot, start, shoot.time() == start)?;
+            check_reached(shoot, present, shoot.time() == present)?;
         }
         while value < 0.0 && (located || outputs.times.peek().is_some()) {
             if shoot.time() >= latest {

@@ -31,8 +31,9 @@ impl<M: Model> Shoot<M> {
     ///
     /// ∂w/∂t is due to the age of the tissue at constant strain, ∂n/∂t to tissue that grows beyond and has a load. Both
     /// are central differences with a relative error of about 1e-10. Younger tissue than 1e-5 of the time in which the
-    /// fastest tissue elongates by the factor e has the rate ∂w/∂t of this age. The power is that of the discretised
-    /// shoot, which must be in equilibrium, as after any call of an integrator.
+    /// fastest tissue elongates by the factor e has the rate ∂w/∂t of this age. In a shoot without growth this rate is
+    /// inaccurate for tissue that has just become mature, and omitted at the age zero. The power is that of the
+    /// discretised shoot, which must be in equilibrium, as after any call of an integrator.
     ///
     /// ```
     /// # use morphorod::Shoot;
@@ -155,7 +156,7 @@ impl<M: Model> Shoot<M> {
             let mut power = rates[i] * (energy(&tissue) - couple.dot(&strain));
             power -= intrinsic_rate(force.cuts()[i].arc_length).map_or(0.0, |rate| couple.dot(&rate));
             let age = if tissue.age > 0.0 { tissue.age.max(youngest) } else { 0.0 };
-            // Without growth, the change of an age of a few units of rounding at t = 0 underflows.
+            // The change underflows in a shoot without growth if the age is a few units of rounding at t = 0.
             let change = 2.0 * CHANGE * age;
             if change > 0.0 {
                 let [younger, older] =

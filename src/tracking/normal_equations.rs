@@ -97,8 +97,8 @@ pub(super) struct Unknowns {
 
 /// Normal equations for a step of all coefficients and of the first frequencies.
 ///
-/// Both coordinates have the same matrix A for their coefficients. With the matrices B of mixed terms and D of the
-/// frequencies they are
+/// Both coordinates have the same matrix A for their coefficients. The mixed terms have the matrices B, and the
+/// frequencies have the matrix D:
 ///
 /// ```text
 /// A x₁ + B₁ ω = r₁,   A x₂ + B₂ ω = r₂,   B₁ᵀ x₁ + B₂ᵀ x₂ + D ω = r.

@@ -39,9 +39,10 @@ fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, 
 #[test]
 fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
     // The shoot bends over and snaps from side to side for hours. On a tilted base, both meshes
-    // give the same number of snaps and the same final tip. In equilibrium, the error of sixteen
-    // elements is 6e-8 of the length under q ℓ³/(E I) = 300. Here q ℓ³/(E I) is 26 to 212. The effect of a snap
-    // decays with the memory time of 12 min.
+    // give the same number of snaps and the same final tip. In equilibrium under
+    // q ℓ³/(E I) = 300, the error of sixteen elements is 6e-7 of the length, and that of 32 is 2e-8
+    // (example `work_precision`, heavy base). Here q ℓ³/(E I) is 26 and 63 on sixteen elements, and
+    // 212 on 32. The effect of a snap decays with the memory time of 12 min.
     for (times, elements) in [(1.5, [32, 16]), (2.0, [32, 16]), (3.0, [48, 32])] {
         let (fine, with_fine) = after_a_day(times, 0.3, elements[0]).unwrap();
         let (coarse, with_coarse) = after_a_day(times, 0.3, elements[1]).unwrap();

@@ -92,35 +92,6 @@ fn numbers_of_things_are_given_with_the_needed_number() {
     assert_eq!(error, expected);
 }
 
-/// An integrator that makes no step.
-struct Idle;
-
-impl Integrator for Idle {
-    fn start(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        history: &impl HistoryFunction,
-    ) -> Result<Statistics, IntegrationError> {
-        TimeStepper::default().start(shoot, &mut NewtonSolver::default(), history)
-    }
-    fn advance_at_most(
-        &mut self,
-        _shoot: &mut Shoot<impl Model>,
-        _until: f64,
-        _max_steps: usize,
-    ) -> Result<Statistics, IntegrationError> {
-        Ok(Statistics::default())
-    }
-}
-
-#[test]
-fn integrator_that_makes_no_step_ends() {
-    let mut shoot = righting().into_dyn().build().unwrap();
-    let words = "length of a step of the integrator is 0 but must be positive";
-    assert_says(Idle.advance_until(&mut shoot, HOUR, |_| -1.0), words);
-    assert_says(Idle.advance_showing(&mut shoot, HOUR, [600.0], |_| ()), words);
-}
-
 /// An integrator whose calls end at a wrong time: that which it computes from the present time and the requested one.
 struct Elsewhere<F>(F, MethodOfSteps);
 
@@ -141,6 +112,15 @@ impl<F: Fn(f64, f64) -> f64> Integrator for Elsewhere<F> {
         let until = (self.0)(shoot.time(), until);
         self.1.advance_at_most(shoot, until, max_steps)
     }
+}
+
+#[test]
+fn integrator_that_makes_no_step_ends() {
+    let mut shoot = righting().into_dyn().build().unwrap();
+    let mut idle = Elsewhere(|now, _| now, MethodOfSteps::new(HOUR));
+    let words = "length of a step of the integrator is 0 but must be positive";
+    assert_says(idle.advance_until(&mut shoot, HOUR, |_| -1.0), words);
+    assert_says(idle.advance_showing(&mut shoot, HOUR, [600.0], |_| ()), words);
 }
 
 #[test]

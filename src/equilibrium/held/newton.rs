@@ -216,10 +216,11 @@ impl HeldSearch<'_> {
     }
 
     /// Attempts a step with increasing shifts until one is accepted. After a whole step the next shift is the present
-    /// one times the ratio of the last two rotations, and smaller at least by the factor of the settings. After a part
-    /// of a step it is divided by this part, since the size of a step is nearly proportional to 1/shift. The method of
-    /// Levenberg and Marquardt with a shift in proportion to the residual converges superlinearly (Yamashita and
-    /// Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the rod has moved without a step.
+    /// one times the ratio of the last two rotations, and smaller at least by the factor of the settings. If only a
+    /// part of a step is accepted, the shift is divided by this part, because the length of a step decreases as
+    /// 1/shift. The method of Levenberg and Marquardt with a shift in proportion to the residual converges
+    /// superlinearly (Yamashita and Fukushima, *Computing* Suppl. 15, 239–249, 2001). `None` if the rod has moved
+    /// without a step.
     fn step(&mut self, rod: &mut Rod, course: &mut Course) -> Result<Option<Box<Step>>, EquilibriumError> {
         let factor = settings::SHIFT_FACTOR;
         let least = settings::LEAST_SHIFT * self.force_scale();
