@@ -1,12 +1,15 @@
-//! Run time of a sequence of scenes, from a bare rod to the full shoot and its stability. Each scene adds
-//! one mechanism.
+//! Run time of a sequence of scenes, from a bare rod to the full shoot and its stability. Each
+//! scene adds one mechanism.
 //!
-//! Command: `cargo bench --workspace --bench ladder`. Each scene has four elements and simulates two
-//! hours with time steps of 90 s (86 steps, including the shorter ones at the start).
-//! `tests/time/ladder.rs` asserts the numbers of operations and allocated bytes. A second group computes
-//! equilibria with 8 to 65,536 elements, whose cost is proportional to this number.
+//! Command: `cargo bench --workspace --bench ladder`. Each scene has four elements and simulates
+//! two hours with time steps of 90 s (86 steps, including the shorter ones at the start).
+//! `tests/time/ladder.rs` asserts the numbers of operations and allocated bytes. A second group
+//! computes equilibria with 8 to 65,536 elements, whose cost is proportional to this number.
 
-#![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
+#![allow(
+    missing_docs,
+    reason = "the macros of criterion make undocumented items"
+)]
 
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -19,22 +22,37 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::stability::{Linearisation, solve_steady_state};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{Laws, Model, Order, Scene, Shoot, ShootBuilder, Still};
 
 const HOUR: f64 = 3600.0;
-const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
-const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
+const YOUNG: LinearElastic = LinearElastic {
+    youngs_modulus: 1e7,
+    poissons_ratio: 0.5,
+};
+const MEMORY: Memory = Memory {
+    time: 720.0,
+    delay: 720.0,
+};
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Rod without weight, growth and tropisms.
 fn rod() -> ShootBuilder<Laws<LinearElastic>> {
-    Shoot::builder(YOUNG).length(0.068).radius(5e-4).elements(4).scene(Still::tilted(0.1))
+    Shoot::builder(YOUNG)
+        .length(0.068)
+        .radius(5e-4)
+        .elements(4)
+        .scene(Still::tilted(0.1))
 }
 
 fn scenes(c: &mut Criterion) {
     let mut group = c.benchmark_group("ladder, 2 h");
-    group.sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
+    group
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1));
     fn bench_scene<M: Model + Clone>(
         group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
         name: &str,
@@ -45,36 +63,99 @@ fn scenes(c: &mut Criterion) {
         group.bench_function(name, |b| {
             b.iter(|| {
                 let mut shoot = shoot.clone();
-                integrator.advance(&mut shoot, 2.0 * HOUR).expect("a stable shoot");
+                integrator
+                    .advance(&mut shoot, 2.0 * HOUR)
+                    .expect("a stable shoot");
                 shoot.tip()
             });
         });
     }
-    let growth = UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR };
-    let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
-    let slow = Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(MEMORY);
+    let growth = UniformGrowth {
+        zone_length: 0.07,
+        time: 40.0 * HOUR,
+    };
+    let gravity = Gravitropism {
+        sensitivity: 0.8,
+        perception: SettledStatoliths,
+    }
+    .remembered(MEMORY);
+    let slow = Gravitropism {
+        sensitivity: 0.8,
+        perception: Statoliths {
+            avalanche_time: 120.0,
+        },
+    }
+    .remembered(MEMORY);
     let bend = Proprioception { sensitivity: 20.0 }.remembered(MEMORY);
     let oscillator = Oscillator::new(0.2, 1440.0);
     bench_scene(&mut group, "1 rod", rod());
     bench_scene(&mut group, "2 with weight", rod().load(WEIGHT));
-    bench_scene(&mut group, "3 with growth", rod().load(WEIGHT).growth(growth));
-    bench_scene(&mut group, "4 with gravitropism", rod().load(WEIGHT).growth(growth).tropism(gravity));
-    bench_scene(&mut group, "5 with proprioception", rod().load(WEIGHT).growth(growth).tropism((gravity, bend)));
+    bench_scene(
+        &mut group,
+        "3 with growth",
+        rod().load(WEIGHT).growth(growth),
+    );
+    bench_scene(
+        &mut group,
+        "4 with gravitropism",
+        rod().load(WEIGHT).growth(growth).tropism(gravity),
+    );
+    bench_scene(
+        &mut group,
+        "5 with proprioception",
+        rod().load(WEIGHT).growth(growth).tropism((gravity, bend)),
+    );
     bench_scene(
         &mut group,
         "6 with an oscillator",
-        rod().load(WEIGHT).growth(growth).tropism((oscillator, gravity, bend)),
+        rod()
+            .load(WEIGHT)
+            .growth(growth)
+            .tropism((oscillator, gravity, bend)),
     );
-    bench_scene(&mut group, "7 with statoliths", rod().load(WEIGHT).growth(growth).tropism((oscillator, slow, bend)));
-    let wood = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 144.0 * HOUR };
-    let whole = Shoot::builder(wood).length(0.068).radius(5e-4).elements(4).scene(Still::tilted(0.1)).load(WEIGHT);
-    bench_scene(&mut group, "8 with lignification", whole.growth(growth).tropism((oscillator, slow, bend)));
+    bench_scene(
+        &mut group,
+        "7 with statoliths",
+        rod()
+            .load(WEIGHT)
+            .growth(growth)
+            .tropism((oscillator, slow, bend)),
+    );
+    let wood = Lignifying {
+        young: YOUNG,
+        mature_modulus: 2e9,
+        time: 144.0 * HOUR,
+    };
+    let whole = Shoot::builder(wood)
+        .length(0.068)
+        .radius(5e-4)
+        .elements(4)
+        .scene(Still::tilted(0.1))
+        .load(WEIGHT);
+    bench_scene(
+        &mut group,
+        "8 with lignification",
+        whole.growth(growth).tropism((oscillator, slow, bend)),
+    );
     let steady = || {
-        let zone = Ongoing(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR });
-        let shoot = Shoot::builder(YOUNG).length(0.068).radius(5e-4).elements(4).load(WEIGHT).growth(zone);
-        let mut shoot = shoot.tropism((gravity, bend)).build().expect("valid parameters");
+        let zone = Ongoing(UniformGrowth {
+            zone_length: 0.07,
+            time: 40.0 * HOUR,
+        });
+        let shoot = Shoot::builder(YOUNG)
+            .length(0.068)
+            .radius(5e-4)
+            .elements(4)
+            .load(WEIGHT)
+            .growth(zone);
+        let mut shoot = shoot
+            .tropism((gravity, bend))
+            .build()
+            .expect("valid parameters");
         solve_steady_state(&mut shoot).expect("a steady state");
-        Linearisation::about(&shoot).and_then(|linear| linear.unstable()).expect("a resolved number of roots")
+        Linearisation::about(&shoot)
+            .and_then(|linear| linear.unstable())
+            .expect("a resolved number of roots")
     };
     group.bench_function("9 number of unstable roots", |b| b.iter(steady));
     group.finish();
@@ -84,19 +165,26 @@ fn equilibria(c: &mut Criterion) {
     let scene = Still::tilted(FRAC_PI_2);
     let environment = scene.environment(0.0);
     let mut group = c.benchmark_group("equilibrium, by number of elements");
-    group.sample_size(10).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1));
     for elements in [8_u32, 64, 512, 4096, 65536] {
-        let straight =
-            Rod::uniform(0.0659, 5e-4, scene.base, elements as usize, Order::Eight).expect("valid parameters");
+        let straight = Rod::uniform(0.0659, 5e-4, scene.base, elements as usize, Order::Eight)
+            .expect("valid parameters");
         let mut solver = NewtonSolver::default();
         group.throughput(Throughput::Elements(u64::from(elements)));
-        group.bench_with_input(BenchmarkId::from_parameter(elements), &straight, |b, straight| {
-            b.iter(|| {
-                let mut rod = straight.clone();
-                let found = solver.solve(&mut rod, &YOUNG, &WEIGHT, &environment);
-                (found, rod)
-            });
-        });
+        group.bench_with_input(
+            BenchmarkId::from_parameter(elements),
+            &straight,
+            |b, straight| {
+                b.iter(|| {
+                    let mut rod = straight.clone();
+                    let found = solver.solve(&mut rod, &YOUNG, &WEIGHT, &environment);
+                    (found, rod)
+                });
+            },
+        );
     }
     group.finish();
 }

@@ -1,11 +1,14 @@
-//! Run time of a linearisation, of the number of unstable roots, of an onset, and of a stability boundary
-//! with 200 points.
+//! Run time of a linearisation, of the number of unstable roots, of an onset, and of a stability
+//! boundary with 200 points.
 //!
-//! Command: `cargo bench --workspace --bench stability`. With three elements of order eight, the relative
-//! error of the critical length is 1e-8; `tests/stability/onset.rs` asserts it for four. The example
-//! `stability_map` computes twelve boundaries and prints its run time.
+//! Command: `cargo bench --workspace --bench stability`. With three elements of order eight, the
+//! relative error of the critical length is 1e-8; `tests/stability/onset.rs` asserts it for four.
+//! The example `stability_map` computes twelve boundaries and prints its run time.
 
-#![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
+#![allow(
+    missing_docs,
+    reason = "the macros of criterion make undocumented items"
+)]
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -15,7 +18,9 @@ use morphorod::Shoot;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{BoundarySettings, Linearisation, StabilityError, boundary, onset, solve_steady_state};
+use morphorod::stability::{
+    BoundarySettings, Linearisation, StabilityError, boundary, onset, solve_steady_state,
+};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 
 /// Linearisation about an upright shoot of given length, m.
@@ -24,30 +29,54 @@ fn at_length(length: f64) -> Result<Linearisation, StabilityError> {
 }
 
 /// Linearisation about an upright shoot of given growth time, s, and length, m.
-fn upright(growth_time: f64, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
-    let memory = Memory { time: 720.0, delay: 720.0 };
-    let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-        .length(length)
-        .radius(5e-4)
-        .elements(elements)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: growth_time }))
-        .tropism((
-            Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
-            Proprioception { sensitivity: 20.0 }.remembered(memory),
-        ))
-        .load(Weight { density: 1000.0 })
-        .build()?;
+fn upright(
+    growth_time: f64,
+    length: f64,
+    elements: usize,
+) -> Result<Linearisation, StabilityError> {
+    let memory = Memory {
+        time: 720.0,
+        delay: 720.0,
+    };
+    let mut shoot = Shoot::builder(LinearElastic {
+        youngs_modulus: 1e7,
+        poissons_ratio: 0.5,
+    })
+    .length(length)
+    .radius(5e-4)
+    .elements(elements)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 0.1,
+        time: growth_time,
+    }))
+    .tropism((
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: SettledStatoliths,
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: 20.0 }.remembered(memory),
+    ))
+    .load(Weight { density: 1000.0 })
+    .build()?;
     solve_steady_state(&mut shoot)?;
     Linearisation::about(&shoot)
 }
 
 fn stability(c: &mut Criterion) {
     let mut group = c.benchmark_group("stability, 3 elements");
-    group.sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
+    group
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(2));
     group.bench_function("linearisation", |b| b.iter(|| at_length(black_box(0.066))));
     let linear = at_length(0.066).expect("a length below the self-buckling length");
-    group.bench_function("number of unstable roots", |b| b.iter(|| black_box(&linear).unstable()));
-    group.bench_function("onset", |b| b.iter(|| onset(at_length, black_box(0.06), 0.07)));
+    group.bench_function("number of unstable roots", |b| {
+        b.iter(|| black_box(&linear).unstable())
+    });
+    group.bench_function("onset", |b| {
+        b.iter(|| onset(at_length, black_box(0.06), 0.07))
+    });
     let settings = BoundarySettings {
         start: [72e3, 0.0656],
         frequency: 0.0012,

@@ -38,8 +38,8 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::tropism::{
-    Declaration, Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, Site, Source, Statoliths,
-    TropismLaw,
+    Declaration, Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, Site,
+    Source, Statoliths, TropismLaw,
 };
 use morphorod::{Model, ParameterError, Scene, Shoot};
 use morphorod_plot::{Opt, Options, Progress, Table, println};
@@ -85,7 +85,10 @@ impl Scene for Centrifuge {
     /// Integrators do not step over a change of level.
     fn next_discontinuity(&self, t: f64) -> f64 {
         let switches = (1..self.levels.len()).map(|k| self.time * k as f64);
-        switches.into_iter().find(|switch| *switch > t).unwrap_or(f64::INFINITY)
+        switches
+            .into_iter()
+            .find(|switch| *switch > t)
+            .unwrap_or(f64::INFINITY)
     }
 }
 
@@ -112,7 +115,11 @@ impl Perception for Piles {
     fn signal(&self, h: &[f64], stimuli: &[f64]) -> [f64; 2] {
         // The stimuli are the unit vector opposite to gravity. They vanish without gravity.
         let weightless = stimuli.iter().all(|x| *x == 0.0);
-        if weightless && !self.frozen { [0.0; 2] } else { self.statoliths.signal(h, stimuli) }
+        if weightless && !self.frozen {
+            [0.0; 2]
+        } else {
+            self.statoliths.signal(h, stimuli)
+        }
     }
 
     fn rates(&self, h: &[f64], stimuli: &[f64], rates: &mut [f64]) {
@@ -130,25 +137,47 @@ impl Perception for Piles {
 
 /// Returns gravitropism and proprioception.
 fn responses(frozen: bool) -> impl TropismLaw {
-    let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
-    let perception = Piles { statoliths: Statoliths { avalanche_time: 2.0 * MINUTE }, frozen };
+    let memory = Memory {
+        time: 12.0 * MINUTE,
+        delay: 12.0 * MINUTE,
+    };
+    let perception = Piles {
+        statoliths: Statoliths {
+            avalanche_time: 2.0 * MINUTE,
+        },
+        frozen,
+    };
     (
-        Gravitropism { sensitivity: 0.8, perception }.remembered(memory),
+        Gravitropism {
+            sensitivity: 0.8,
+            perception,
+        }
+        .remembered(memory),
         Proprioception { sensitivity: 20.0 }.remembered(memory),
     )
 }
 
 /// Returns a shoot of constant length in a centrifuge. Its growth time τg is 8 h.
-fn shoot(scene: Centrifuge, tropism: impl TropismLaw, length: f64) -> Result<Shoot<impl Model>, ParameterError> {
-    Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-        .length(length)
-        .radius(RADIUS)
-        .elements(6)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 8.0 * HOUR }))
-        .tropism(tropism)
-        .load(Weight { density: 1000.0 })
-        .scene(scene)
-        .build()
+fn shoot(
+    scene: Centrifuge,
+    tropism: impl TropismLaw,
+    length: f64,
+) -> Result<Shoot<impl Model>, ParameterError> {
+    Shoot::builder(LinearElastic {
+        youngs_modulus: 1e7,
+        poissons_ratio: 0.5,
+    })
+    .length(length)
+    .radius(RADIUS)
+    .elements(6)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 0.07,
+        time: 8.0 * HOUR,
+    }))
+    .tropism(tropism)
+    .load(Weight { density: 1000.0 })
+    .scene(scene)
+    .build()
 }
 
 /// Track of the tip.
@@ -173,14 +202,27 @@ fn run() -> Result<(), Box<dyn Error>> {
         "endogenous and exogenous oscillations of a shoot at different levels of gravity",
         &[
             Opt::value("hours", "H", "60", "duration of each level, h"),
-            Opt::value("levels", "G,G,…", "0,0.1,0.8,1,3", "levels of gravity in succession, g"),
-            Opt::value("alpha", "A", "0.2", "sensitivity of the endogenous oscillator"),
+            Opt::value(
+                "levels",
+                "G,G,…",
+                "0,0.1,0.8,1,3",
+                "levels of gravity in succession, g",
+            ),
+            Opt::value(
+                "alpha",
+                "A",
+                "0.2",
+                "sensitivity of the endogenous oscillator",
+            ),
             Opt::value("length", "CM", "5", "length of the shoot, at most 7 cm"),
             Opt::value("step", "S", "120", "longest time step, s"),
             Opt::flag("frozen", "statoliths keep their signal in weightlessness"),
         ],
     );
-    let scene = Centrifuge { levels: levels(options.text("levels"))?, time: HOUR * options.positive("hours") };
+    let scene = Centrifuge {
+        levels: levels(options.text("levels"))?,
+        time: HOUR * options.positive("hours"),
+    };
     let (alpha, length) = (options.get("alpha"), 0.01 * options.positive("length"));
     let frozen = options.flag("frozen");
     let laws = (Oscillator::new(alpha, OSCILLATOR), responses(frozen));
@@ -198,26 +240,40 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     progress.finish();
 
-    let mut table = Table::create(out.join("tip.csv"), &["t_s", "gravity_g", "x_m", "y_m", "z_m"])?;
+    let mut table = Table::create(
+        out.join("tip.csv"),
+        &["t_s", "gravity_g", "x_m", "y_m", "z_m"],
+    )?;
     for (t, tip) in record.times.iter().zip(&record.tips) {
         table.row(&[*t, scene.level(*t), tip.x, tip.y, tip.z])?;
     }
     table.finish()?;
     let oscillations = report::analyse(&record, &scene, alpha, length)?;
     report::draw(&out, &record, &scene, &oscillations)?;
-    println!("wrote tip.csv, tip.svg, tracks.svg and, for longer runs, levels.csv and levels.svg to {}", out.display());
+    println!(
+        "wrote tip.csv, tip.svg, tracks.svg and, for longer runs, levels.csv and levels.svg to {}",
+        out.display()
+    );
     Ok(())
 }
 
 /// Parses the levels, which are separated by commas.
 fn levels(text: &str) -> Result<Vec<f64>, String> {
-    let level = |part: &str| part.trim().parse().ok().filter(|level: &f64| (0.0..1e3).contains(level));
+    let level = |part: &str| {
+        part.trim()
+            .parse()
+            .ok()
+            .filter(|level: &f64| (0.0..1e3).contains(level))
+    };
     let wrong = || {
         format!(
             "option --levels has the value '{text}', but must be a list of numbers from 0 to 1000, separated by commas"
         )
     };
-    text.split(',').map(level).collect::<Option<Vec<f64>>>().ok_or_else(wrong)
+    text.split(',')
+        .map(level)
+        .collect::<Option<Vec<f64>>>()
+        .ok_or_else(wrong)
 }
 
 fn main() -> ExitCode {

@@ -42,7 +42,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     let youngs_modulus = options.positive("modulus");
     let out = options.out_dir();
 
-    let tissue = LinearElastic { youngs_modulus, poissons_ratio: 0.5 };
+    let tissue = LinearElastic {
+        youngs_modulus,
+        poissons_ratio: 0.5,
+    };
     let weight = Weight { density: 1000.0 };
     let still = Still::upright();
     let now = still.environment(0.0);
@@ -54,13 +57,27 @@ fn run() -> Result<(), Box<dyn Error>> {
     let (mut stable, mut buckled) = (0.5 * exact, 2.0 * exact);
     while buckled - stable > 1e-13 * exact {
         let middle = 0.5 * (stable + buckled);
-        let unstable = solver.inertia(&straight(middle)?, &tissue, &weight, &now)?.negative > 0;
-        if unstable { buckled = middle } else { stable = middle }
+        let unstable = solver
+            .inertia(&straight(middle)?, &tissue, &weight, &now)?
+            .negative
+            > 0;
+        if unstable {
+            buckled = middle
+        } else {
+            stable = middle
+        }
     }
     println!("critical length:     {:.10} cm", 100.0 * stable);
-    println!("Greenhill's result:  {:.10} cm, relative difference {:.1e}", 100.0 * exact, stable / exact - 1.0);
+    println!(
+        "Greenhill's result:  {:.10} cm, relative difference {:.1e}",
+        100.0 * exact,
+        stable / exact - 1.0
+    );
 
-    let mut table = Table::create(out.join("shapes.csv"), &["length_m", "s_m", "x_m", "y_m", "z_m"])?;
+    let mut table = Table::create(
+        out.join("shapes.csv"),
+        &["length_m", "s_m", "x_m", "y_m", "z_m"],
+    )?;
     let mut series = Vec::new();
     let ratios = [1.0, 1.001, 1.01, 1.05, 1.2, 1.5];
     for (index, ratio) in ratios.into_iter().enumerate() {
@@ -81,12 +98,11 @@ fn run() -> Result<(), Box<dyn Error>> {
         series.push(Series::new(label, line, Style::Line, 0).ordered(index, ratios.len()));
     }
     table.finish()?;
-    Figure::new(out.join("shapes.svg"), "Buckled shapes of a shoot longer than its critical length").lines(
-        "x (cm)",
-        "z (cm)",
-        &series,
-        Axes::Equal,
-    )?;
+    Figure::new(
+        out.join("shapes.svg"),
+        "Buckled shapes of a shoot longer than its critical length",
+    )
+    .lines("x (cm)", "z (cm)", &series, Axes::Equal)?;
     println!("wrote shapes.csv and shapes.svg to {}", out.display());
     Ok(())
 }

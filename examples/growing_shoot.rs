@@ -47,7 +47,9 @@ use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
-use morphorod_plot::{Figure, Film, Frame, Opt, Options, Progress, Strip, Table, VtkSeries, println, stations};
+use morphorod_plot::{
+    Figure, Film, Frame, Opt, Options, Progress, Strip, Table, VtkSeries, println, stations,
+};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
@@ -59,24 +61,49 @@ const LONGEST_ROW: f64 = 5.0 * MINUTE;
 const OSCILLATOR: f64 = 24.0 * MINUTE;
 
 /// Returns a shoot with all laws of the model. `imperfect` adds small lateral forces.
-fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<impl Model>, ParameterError> {
-    let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
-    let young = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
+fn growing_shoot(
+    alpha: f64,
+    elements: usize,
+    imperfect: bool,
+) -> Result<Shoot<impl Model>, ParameterError> {
+    let memory = Memory {
+        time: 12.0 * MINUTE,
+        delay: 12.0 * MINUTE,
+    };
+    let young = LinearElastic {
+        youngs_modulus: 10e6,
+        poissons_ratio: 0.5,
+    };
     let wind = Distributed(Vector3::new(0.0, -1e-6, 0.0));
     let pull = ApicalForce(|_t: f64| Vector3::new(-1e-7, -1e-7, 0.0));
-    Shoot::builder(Lignifying { young, mature_modulus: 200.0 * young.youngs_modulus, time: 6.0 * DAY })
-        .length(0.068)
-        .radius(0.5e-3)
-        .elements(elements)
-        .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
-        .tropism((
-            Oscillator::new(alpha, OSCILLATOR),
-            Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 2.0 * MINUTE } }
-                .remembered(memory),
-            Proprioception { sensitivity: 20.0 }.remembered(memory),
-        ))
-        .load((Weight { density: 1000.0 }, imperfect.then_some((wind, pull))))
-        .build()
+    Shoot::builder(Lignifying {
+        young,
+        mature_modulus: 200.0 * young.youngs_modulus,
+        time: 6.0 * DAY,
+    })
+    .length(0.068)
+    .radius(0.5e-3)
+    .elements(elements)
+    .growth(UniformGrowth {
+        zone_length: 0.07,
+        time: 40.0 * HOUR,
+    })
+    .tropism((
+        Oscillator::new(alpha, OSCILLATOR),
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: Statoliths {
+                avalanche_time: 2.0 * MINUTE,
+            },
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: 20.0 }.remembered(memory),
+    ))
+    .load((
+        Weight { density: 1000.0 },
+        imperfect.then_some((wind, pull)),
+    ))
+    .build()
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -85,26 +112,64 @@ fn run() -> Result<(), Box<dyn Error>> {
         "circumnutation of a growing shoot with all laws of the model",
         &[
             Opt::value("hours", "H", "40", "time to simulate, h"),
-            Opt::value("alpha", "A", "0.2", "sensitivity of the endogenous oscillator"),
-            Opt::value("elements", "N", "8", "smallest number of elements in the growth zone"),
-            Opt::value("step", "S", "90", "longest time step, s; rounded down to a whole fraction of an hour"),
-            Opt::value("tolerance", "T", "", "error tolerance relative to the length; replaces --step and --elements"),
-            Opt::flag("imperfection", "small lateral forces that break the symmetry"),
-            Opt::value("checkpoint", "FILE", "", "saves the run every simulated hour; an existing file is resumed"),
-            Opt::flag("film", "also write film.html, an animation in space for the browser"),
+            Opt::value(
+                "alpha",
+                "A",
+                "0.2",
+                "sensitivity of the endogenous oscillator",
+            ),
+            Opt::value(
+                "elements",
+                "N",
+                "8",
+                "smallest number of elements in the growth zone",
+            ),
+            Opt::value(
+                "step",
+                "S",
+                "90",
+                "longest time step, s; rounded down to a whole fraction of an hour",
+            ),
+            Opt::value(
+                "tolerance",
+                "T",
+                "",
+                "error tolerance relative to the length; replaces --step and --elements",
+            ),
+            Opt::flag(
+                "imperfection",
+                "small lateral forces that break the symmetry",
+            ),
+            Opt::value(
+                "checkpoint",
+                "FILE",
+                "",
+                "saves the run every simulated hour; an existing file is resumed",
+            ),
+            Opt::flag(
+                "film",
+                "also write film.html, an animation in space for the browser",
+            ),
             Opt::value(
                 "render",
                 "N",
                 "",
                 "also write N + 1 shapes for three-dimensional rendering, as VTK and as tubes (OBJ)",
             ),
-            Opt::value("compare", "FILE", "", "tip.csv of another run; print the largest distance at common times"),
+            Opt::value(
+                "compare",
+                "FILE",
+                "",
+                "tip.csv of another run; print the largest distance at common times",
+            ),
         ],
     );
     let end = HOUR * options.positive("hours");
     let by_tolerance = options.flag("tolerance");
     if by_tolerance && (options.flag("step") || options.flag("elements")) {
-        return Err("--tolerance cannot be combined with --step or --elements, which it replaces".into());
+        return Err(
+            "--tolerance cannot be combined with --step or --elements, which it replaces".into(),
+        );
     }
     // Whole hours are among the ends of steps.
     let step = HOUR / (HOUR / options.positive("step")).ceil();
@@ -112,15 +177,27 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let alpha = options.get("alpha");
     let mut shoot = growing_shoot(alpha, options.get("elements"), options.flag("imperfection"))?;
-    let settings = ["alpha", "elements", "step", "tolerance"].map(|name| options.text(name)).join(" ");
+    let settings = ["alpha", "elements", "step", "tolerance"]
+        .map(|name| options.text(name))
+        .join(" ");
     let settings = format!("{settings} {}", options.flag("imperfection"));
-    let file = Some(options.text("checkpoint")).filter(|file| !file.is_empty()).map(Path::new);
+    let file = Some(options.text("checkpoint"))
+        .filter(|file| !file.is_empty())
+        .map(Path::new);
     if file.is_some() && !cfg!(feature = "serde") {
         return Err(NO_SERDE.into());
     }
-    let mut record = Record { interval: end / 20.0, ..Record::default() };
-    let about = format!("Agostinelli, DeSimone and Noselli (2021), {}: {ABOUT}", video(alpha));
-    let mut film = options.flag("film").then(|| Film::new("Circumnutation of a growing shoot", &about, 2.0));
+    let mut record = Record {
+        interval: end / 20.0,
+        ..Record::default()
+    };
+    let about = format!(
+        "Agostinelli, DeSimone and Noselli (2021), {}: {ABOUT}",
+        video(alpha)
+    );
+    let mut film = options
+        .flag("film")
+        .then(|| Film::new("Circumnutation of a growing shoot", &about, 2.0));
     if film.is_some() && file.is_some() {
         return Err(
             "--film cannot be combined with --checkpoint, because a checkpoint does not contain the frames".into()
@@ -131,15 +208,20 @@ fn run() -> Result<(), Box<dyn Error>> {
         println!("resumed at {:.1} h", shoot.time() / HOUR);
     }
     let shapes = options.flag("render").then(|| options.positive("render"));
-    let mut render = shapes.map(|count| VtkSeries::create(out.join("render"), end / count)).transpose()?;
+    let mut render = shapes
+        .map(|count| VtkSeries::create(out.join("render"), end / count))
+        .transpose()?;
     let progress = Progress::new("growing shoot");
     let clock = Instant::now();
 
     let mut saved = shoot.time();
     let mut show = |shoot: &Shoot<_>, record: &mut Record| -> Result<(), Box<dyn Error>> {
         record.add(shoot);
-        render.iter_mut().try_for_each(|series| series.push(shoot.time(), || stations(shoot, 101)))?;
-        film.iter_mut().for_each(|film| film.push(Frame::of(shoot, Some(0))));
+        render
+            .iter_mut()
+            .try_for_each(|series| series.push(shoot.time(), || stations(shoot, 101)))?;
+        film.iter_mut()
+            .for_each(|film| film.push(Frame::of(shoot, Some(0))));
         progress.set(shoot.time() / end);
         if let Some(file) = file.filter(|_| shoot.time() >= saved + HOUR - 1e-6) {
             save(file, &settings, shoot, record)?;
@@ -168,14 +250,20 @@ fn run() -> Result<(), Box<dyn Error>> {
         for k in (shoot.time() / step).round() as u32..(end / step).ceil() as u32 {
             let until = (step * f64::from(k + 1)).min(end);
             // The integrator interpolates the rows within a long step.
-            let within = (1..rows).map(|row| step * (f64::from(k) + f64::from(row) / f64::from(rows)));
+            let within =
+                (1..rows).map(|row| step * (f64::from(k) + f64::from(row) / f64::from(rows)));
             let mut shown = Ok(());
             if rows > 1 {
-                cost += integrator.advance_showing(&mut shoot, until, within.filter(|t| *t < until), |shoot| {
-                    if shown.is_ok() {
-                        shown = show(shoot, &mut record);
-                    }
-                })?;
+                cost += integrator.advance_showing(
+                    &mut shoot,
+                    until,
+                    within.filter(|t| *t < until),
+                    |shoot| {
+                        if shown.is_ok() {
+                            shown = show(shoot, &mut record);
+                        }
+                    },
+                )?;
             } else {
                 cost += integrator.advance(&mut shoot, until)?;
             }
@@ -186,21 +274,45 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let wall = clock.elapsed().as_secs_f64();
     progress.finish();
-    let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m"])?;
+    let mut table = Table::create(
+        out.join("tip.csv"),
+        &["t_s", "length_m", "x_m", "y_m", "z_m"],
+    )?;
     record.rows.iter().try_for_each(|row| table.row(row))?;
     table.finish()?;
-    let path: Vec<(f64, [f64; 3])> = record.rows.iter().map(|[t, _, tip @ ..]| (*t, *tip)).collect();
+    let path: Vec<(f64, [f64; 3])> = record
+        .rows
+        .iter()
+        .map(|[t, _, tip @ ..]| (*t, *tip))
+        .collect();
     let track = oscillations::horizontal_track(&record.rows)?;
     let shares = oscillations::shares(&track);
     let curves = oscillations::curves(&shares);
-    let strip = Strip { label: "share (1)", series: &curves };
+    let strip = Strip {
+        label: "share (1)",
+        series: &curves,
+    };
     let strips = if shares.is_empty() { &[][..] } else { &[strip] };
-    Figure::new(out.join("tip.svg"), format!("Tip track of a growing shoot, α = {alpha}")).path(&path, strips)?;
-    let title = format!("Centre lines of a growing shoot every {} h, α = {alpha}", record.interval / HOUR);
+    Figure::new(
+        out.join("tip.svg"),
+        format!("Tip track of a growing shoot, α = {alpha}"),
+    )
+    .path(&path, strips)?;
+    let title = format!(
+        "Centre lines of a growing shoot every {} h, α = {alpha}",
+        record.interval / HOUR
+    );
     Figure::new(out.join("shapes.svg"), title).shapes(&record.shapes)?;
-    println!("length after {} h: {:.2} cm; run time {wall:.3} s", end / HOUR, 100.0 * shoot.rod().length());
+    println!(
+        "length after {} h: {:.2} cm; run time {wall:.3} s",
+        end / HOUR,
+        100.0 * shoot.rod().length()
+    );
     if by_tolerance {
-        println!("  {} time steps, and {} trial steps", cost.steps, cost.trial_steps);
+        println!(
+            "  {} time steps, and {} trial steps",
+            cost.steps, cost.trial_steps
+        );
     } else {
         println!("  {} time steps of at most {step} s", cost.steps);
     }
@@ -241,7 +353,8 @@ fn video(alpha: f64) -> String {
 const ABOUT: &str = "an endogenous oscillator, gravitropism and proprioception bend the shoot, and tissue that has \
     left the growth zone lignifies.";
 
-const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
+const NO_SERDE: &str =
+    "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
 
 /// Results of the run. Together with the state of the shoot they are sufficient to resume it.
 #[derive(Default)]
@@ -258,18 +371,28 @@ impl Record {
     /// Records the tip, and the centre line if its time has come.
     fn add(&mut self, shoot: &Shoot<impl Model>) {
         let (time, tip) = (shoot.time(), shoot.tip());
-        self.rows.push([time, shoot.rod().length(), tip.x, tip.y, tip.z]);
+        self.rows
+            .push([time, shoot.rod().length(), tip.x, tip.y, tip.z]);
         if time >= self.interval * self.shapes.len() as f64 - 1e-6 {
             let line = shoot.rod().centre_line_at(101);
-            self.shapes.push((time, line.into_iter().map(Into::into).collect()));
+            self.shapes
+                .push((time, line.into_iter().map(Into::into).collect()));
         }
     }
 }
 
 #[cfg(feature = "serde")]
-fn save(file: &Path, settings: &str, shoot: &Shoot<impl Model>, record: &Record) -> Result<(), Box<dyn Error>> {
+fn save(
+    file: &Path,
+    settings: &str,
+    shoot: &Shoot<impl Model>,
+    record: &Record,
+) -> Result<(), Box<dyn Error>> {
     let all = (settings, shoot.state(), &record.rows, &record.shapes);
-    Ok(morphorod_plot::file::write_whole(file, morphorod::checkpoint::to_bytes(&all)?)?)
+    Ok(morphorod_plot::file::write_whole(
+        file,
+        morphorod::checkpoint::to_bytes(&all)?,
+    )?)
 }
 
 #[cfg(feature = "serde")]
@@ -314,11 +437,16 @@ fn compare(path: &[(f64, [f64; 3])], other: &Path) -> Result<(), Box<dyn Error>>
     let mut largest = 0.0_f64;
     let mut common = 0;
     for row in morphorod_plot::table::read(other)? {
-        let Some((_, tip)) = path.iter().find(|(time, _)| (time - row[0]).abs() < 1e-6) else { continue };
+        let Some((_, tip)) = path.iter().find(|(time, _)| (time - row[0]).abs() < 1e-6) else {
+            continue;
+        };
         largest = largest.max((Vector3::from(*tip) - Vector3::from_row_slice(&row[2..5])).norm());
         common += 1;
     }
-    println!("  largest distance from {}: {largest:.1e} m at {common} common times", other.display());
+    println!(
+        "  largest distance from {}: {largest:.1e} m at {common} common times",
+        other.display()
+    );
     Ok(())
 }
 

@@ -32,7 +32,12 @@ fn run() -> Result<(), Box<dyn Error>> {
         "arc lengths of 17 material points of a growing shoot",
         &[
             Opt::value("hours", "H", "60", "duration, h"),
-            Opt::value("profile", "NAME", "uniform", "profile of the growth rate: uniform, linear or cosine"),
+            Opt::value(
+                "profile",
+                "NAME",
+                "uniform",
+                "profile of the growth rate: uniform, linear or cosine",
+            ),
         ],
     );
     let hours = options.positive("hours");
@@ -50,7 +55,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     law.check(INITIAL)?;
 
-    let starts: Vec<f64> = (0..POINTS).map(|i| INITIAL * i as f64 / (POINTS - 1) as f64).collect();
+    let starts: Vec<f64> = (0..POINTS)
+        .map(|i| INITIAL * i as f64 / (POINTS - 1) as f64)
+        .collect();
     let names: Vec<String> = (0..POINTS).map(|i| format!("s{i}_m")).collect();
     let mut columns = vec!["t_s", "length_m", "boundary_m"];
     columns.extend(names.iter().map(String::as_str));
@@ -61,7 +68,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         let total = law.length(INITIAL, t);
         // The growth zone begins at the base while the shoot is shorter than the zone.
         let base_end = (total - zone_length).max(0.0);
-        let places: Vec<f64> = starts.iter().map(|start| law.trace(INITIAL, *start, t).arc_length).collect();
+        let places: Vec<f64> = starts
+            .iter()
+            .map(|start| law.trace(INITIAL, *start, t).arc_length)
+            .collect();
         for (path, place) in paths.iter_mut().zip(&places) {
             path.push((t / HOUR, 100.0 * place));
         }
@@ -72,11 +82,24 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
 
-    let mut series: Vec<Series> = paths.into_iter().map(|path| Series::new("", path, Style::Line, 0)).collect();
+    let mut series: Vec<Series> = paths
+        .into_iter()
+        .map(|path| Series::new("", path, Style::Line, 0))
+        .collect();
     series[0].label = format!("{POINTS} material points from base to apex");
-    series.push(Series::new("lower end of the growth zone", boundary, Style::Dashed, 1));
+    series.push(Series::new(
+        "lower end of the growth zone",
+        boundary,
+        Style::Dashed,
+        1,
+    ));
     let title = format!("Growth map, {name} profile of the growth rate");
-    Figure::new(out.join("growth_map.svg"), title).lines("time (h)", "arc length (cm)", &series, Axes::Linear)?;
+    Figure::new(out.join("growth_map.svg"), title).lines(
+        "time (h)",
+        "arc length (cm)",
+        &series,
+        Axes::Linear,
+    )?;
 
     println!(
         "{name} profile: length {:.1} cm at 0 h, {:.6} cm at {hours} h",
@@ -85,10 +108,19 @@ fn run() -> Result<(), Box<dyn Error>> {
     );
     for start in starts.iter().step_by(4) {
         let end = law.trace(INITIAL, *start, hours * HOUR);
-        let exit = end.exit_time.map_or("in the growth zone".into(), |t| format!("left the zone at {:.4} h", t / HOUR));
-        println!("  material point at {:.2} cm: finally at {:.6} cm, {exit}", 100.0 * start, 100.0 * end.arc_length);
+        let exit = end.exit_time.map_or("in the growth zone".into(), |t| {
+            format!("left the zone at {:.4} h", t / HOUR)
+        });
+        println!(
+            "  material point at {:.2} cm: finally at {:.6} cm, {exit}",
+            100.0 * start,
+            100.0 * end.arc_length
+        );
     }
-    println!("wrote growth_map.csv and growth_map.svg to {}", out.display());
+    println!(
+        "wrote growth_map.csv and growth_map.svg to {}",
+        out.display()
+    );
     Ok(())
 }
 

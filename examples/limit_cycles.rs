@@ -38,7 +38,9 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Weight};
 use morphorod::tracking::{self, Oscillations, Search, Track};
-use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{Model, ParameterError, Shoot};
 use morphorod_plot::{Film, Frame, FramedShape, Opt, Options, Progress, Table, println};
 use nalgebra::{Matrix3, Vector3};
@@ -76,7 +78,10 @@ const SHOOT: Parameters = Parameters {
     growth_time: 20.0 * HOUR,
     beta: 0.8,
     eta: 20.0,
-    memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
+    memory: Memory {
+        time: 12.0 * MINUTE,
+        delay: 12.0 * MINUTE,
+    },
     density: 1000.0,
     youngs_modulus: 1e7,
 };
@@ -90,10 +95,21 @@ struct Elastic {
 
 impl Constitutive for Elastic {
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        let [first, second] = tissue.section.second_moments().map(|moment| self.youngs_modulus * moment);
-        let stiffness = Vector3::new(first, second, self.shear_modulus * tissue.section.torsion_constant());
+        let [first, second] = tissue
+            .section
+            .second_moments()
+            .map(|moment| self.youngs_modulus * moment);
+        let stiffness = Vector3::new(
+            first,
+            second,
+            self.shear_modulus * tissue.section.torsion_constant(),
+        );
         let couple = stiffness.component_mul(strain);
-        ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&stiffness) }
+        ElasticResponse {
+            energy: 0.5 * couple.dot(strain),
+            couple,
+            tangent: Matrix3::from_diagonal(&stiffness),
+        }
     }
 }
 
@@ -103,23 +119,46 @@ fn pulsed_shoot(
     elements: usize,
     perception: Box<dyn Perception<Signal = [f64; 2]>>,
 ) -> Result<Shoot<impl Model>, ParameterError> {
-    let Parameters { youngs_modulus, memory, .. } = SHOOT;
-    let pulse = |direction, start| Pulse { peak: direction * 1e-5, start, duration: PULSE };
-    Shoot::builder(Elastic { youngs_modulus, shear_modulus })
-        .length(SHOOT.length)
-        .radius(SHOOT.radius)
-        .elements(elements)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: SHOOT.growth_time }))
-        .tropism((
-            Gravitropism { sensitivity: SHOOT.beta, perception }.remembered(memory),
-            Proprioception { sensitivity: SHOOT.eta }.remembered(memory),
-        ))
-        .load((
-            Weight { density: SHOOT.density },
-            pulse(Vector3::new(2.0, 1.0, 0.0), 0.0),
-            pulse(Vector3::new(1.0, -2.0, 0.0), ACROSS),
-        ))
-        .build()
+    let Parameters {
+        youngs_modulus,
+        memory,
+        ..
+    } = SHOOT;
+    let pulse = |direction, start| Pulse {
+        peak: direction * 1e-5,
+        start,
+        duration: PULSE,
+    };
+    Shoot::builder(Elastic {
+        youngs_modulus,
+        shear_modulus,
+    })
+    .length(SHOOT.length)
+    .radius(SHOOT.radius)
+    .elements(elements)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 0.07,
+        time: SHOOT.growth_time,
+    }))
+    .tropism((
+        Gravitropism {
+            sensitivity: SHOOT.beta,
+            perception,
+        }
+        .remembered(memory),
+        Proprioception {
+            sensitivity: SHOOT.eta,
+        }
+        .remembered(memory),
+    ))
+    .load((
+        Weight {
+            density: SHOOT.density,
+        },
+        pulse(Vector3::new(2.0, 1.0, 0.0), 0.0),
+        pulse(Vector3::new(1.0, -2.0, 0.0), ACROSS),
+    ))
+    .build()
 }
 
 /// Samples of the shoot at intervals of [`INTERVAL`].
@@ -141,12 +180,24 @@ impl Record {
         self.times.push(shoot.time());
         self.tips.push(rod.tip());
         let places = [0.0, rod.length()].into_iter().filter_map(|s| rod.at(s));
-        let directors =
-            places.map(|(place, frame)| [place, frame * Vector3::x(), frame * Vector3::y()].map(Into::into)).collect();
+        let directors = places
+            .map(|(place, frame)| {
+                [place, frame * Vector3::x(), frame * Vector3::y()].map(Into::into)
+            })
+            .collect();
         let line = rod.centre_line_at(41).into_iter().map(Into::into).collect();
-        self.shapes.push(FramedShape { hours: shoot.time() / HOUR, line, directors });
+        self.shapes.push(FramedShape {
+            hours: shoot.time() / HOUR,
+            line,
+            directors,
+        });
         let profile = shoot.profile().sample(21);
-        self.twist.push(profile.iter().map(|place| place.strain.z.abs()).fold(0.0, f64::max));
+        self.twist.push(
+            profile
+                .iter()
+                .map(|place| place.strain.z.abs())
+                .fold(0.0, f64::max),
+        );
     }
 
     /// Returns the oscillations in a part of the horizontal track, or `None` if the second pulse
@@ -156,12 +207,19 @@ impl Record {
         if disturbed || from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
             return None;
         }
-        track.between(from - 1.0, to + 1.0).oscillations(&Search::default()).ok()
+        track
+            .between(from - 1.0, to + 1.0)
+            .oscillations(&Search::default())
+            .ok()
     }
 
     /// Returns times (h) and horizontal positions (m) between two times (s).
     fn between(&self, from: f64, to: f64) -> morphorod_plot::TimedPath {
-        let both = self.times.iter().zip(&self.tips).filter(|(t, _)| (from..=to).contains(*t));
+        let both = self
+            .times
+            .iter()
+            .zip(&self.tips)
+            .filter(|(t, _)| (from..=to).contains(*t));
         both.map(|(t, tip)| (t / HOUR, [tip.x, tip.y])).collect()
     }
 
@@ -177,11 +235,20 @@ impl Record {
         let at = |k: u32| (end - period * f64::from(8 - k) / 8.0) / HOUR;
         let nearest = |hours: f64| {
             let distance = |shape: &&FramedShape| (shape.hours - hours).abs();
-            self.shapes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).cloned()
+            self.shapes
+                .iter()
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                .cloned()
         };
         let shapes = (1..=8).filter_map(|k| nearest(at(k).max(0.0)));
-        // Times are relative to the beginning of the period, so that equal phases have equal colours.
-        shapes.map(|shape| FramedShape { hours: shape.hours - at(0).max(0.0), ..shape }).collect()
+        // Times are relative to the beginning of the period, so that equal phases have equal
+        // colours.
+        shapes
+            .map(|shape| FramedShape {
+                hours: shape.hours - at(0).max(0.0),
+                ..shape
+            })
+            .collect()
     }
 }
 
@@ -193,36 +260,66 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("hours", "H", "120", "time to simulate, h"),
             Opt::value("step", "S", "120", "longest time step, s"),
             Opt::value("elements", "N", "4", "elements"),
-            Opt::flag("settled", "statoliths without avalanche dynamics; the circular orbit is then known exactly"),
-            Opt::value("modulus", "PA", "", "shear modulus, Pa; by default E/3, where E = 1e7 Pa is Young's modulus"),
-            Opt::flag("film", "also write film.html, an animation in space for the browser"),
+            Opt::flag(
+                "settled",
+                "statoliths without avalanche dynamics; the circular orbit is then known exactly",
+            ),
+            Opt::value(
+                "modulus",
+                "PA",
+                "",
+                "shear modulus, Pa; by default E/3, where E = 1e7 Pa is Young's modulus",
+            ),
+            Opt::flag(
+                "film",
+                "also write film.html, an animation in space for the browser",
+            ),
         ],
     );
     let end = HOUR * options.positive("hours");
     let settled = options.flag("settled");
     let incompressible = SHOOT.youngs_modulus / 3.0;
-    let shear_modulus = if options.flag("modulus") { options.positive("modulus") } else { incompressible };
-    let perception: Box<dyn Perception<Signal = [f64; 2]>> =
-        if settled { Box::new(SettledStatoliths) } else { Box::new(Statoliths { avalanche_time: 2.0 * MINUTE }) };
+    let shear_modulus = if options.flag("modulus") {
+        options.positive("modulus")
+    } else {
+        incompressible
+    };
+    let perception: Box<dyn Perception<Signal = [f64; 2]>> = if settled {
+        Box::new(SettledStatoliths)
+    } else {
+        Box::new(Statoliths {
+            avalanche_time: 2.0 * MINUTE,
+        })
+    };
     let mut shoot = pulsed_shoot(shear_modulus, options.get("elements"), perception)?;
     let mut integrator = MethodOfSteps::new(options.positive("step"));
     let out = options.out_dir();
-    let statoliths = if settled { "settled, without dynamics" } else { "avalanche dynamics, time constant 2 min" };
+    let statoliths = if settled {
+        "settled, without dynamics"
+    } else {
+        "avalanche dynamics, time constant 2 min"
+    };
     println!("statoliths: {statoliths}");
 
     let progress = Progress::new("limit cycles");
     let mut record = Record::default();
-    let mut film = options.flag("film").then(|| Film::new("From a pendular to a circular oscillation", ABOUT, 2.0));
+    let mut film = options
+        .flag("film")
+        .then(|| Film::new("From a pendular to a circular oscillation", ABOUT, 2.0));
     for k in 0..=(end / INTERVAL).ceil() as u32 {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
         record.add(&shoot);
         // Settled statoliths have no variables.
-        film.iter_mut().for_each(|film| film.push(Frame::of(&shoot, (!settled).then_some(0))));
+        film.iter_mut()
+            .for_each(|film| film.push(Frame::of(&shoot, (!settled).then_some(0))));
         progress.set(shoot.time() / end);
     }
     progress.finish();
 
-    let mut table = Table::create(out.join("tip.csv"), &["t_s", "x_m", "y_m", "z_m", "largest_twist_per_m"])?;
+    let mut table = Table::create(
+        out.join("tip.csv"),
+        &["t_s", "x_m", "y_m", "z_m", "largest_twist_per_m"],
+    )?;
     for ((t, tip), twist) in record.times.iter().zip(&record.tips).zip(&record.twist) {
         table.row(&[*t, tip.x, tip.y, tip.z, *twist])?;
     }
@@ -239,7 +336,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         film.write(out.join("film.html"))?;
         println!("wrote film.html for the browser");
     }
-    println!("wrote tip.csv, tip.svg, shapes.svg, cycle.csv and, for longer runs, cycle.svg to {}", out.display());
+    println!(
+        "wrote tip.csv, tip.svg, shapes.svg, cycle.csv and, for longer runs, cycle.svg to {}",
+        out.display()
+    );
     Ok(())
 }
 

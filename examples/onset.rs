@@ -1,24 +1,27 @@
 //! Characteristic roots of an upright shoot against its length, and the onset of oscillations.
 //!
-//! A small tilt of the upright shoot is a sum of modes exp(λt), whose λ are the roots of the characteristic matrix.
-//! Re λ is the growth rate of a mode, and 2π/Im λ its period. Gravitropism and proprioception act with a delay. With
-//! increasing length, the weight amplifies the delayed response, until one mode grows. The length at which the
-//! rightmost root crosses the imaginary axis is the critical length of the model of Agostinelli, DeSimone and Noselli
-//! (2021), Front. Plant Sci. 12:608005. It is 6.56 cm for the default parameters.
+//! A small tilt of the upright shoot is a sum of modes exp(λt), whose λ are the roots of the
+//! characteristic matrix. Re λ is the growth rate of a mode, and 2π/Im λ its period. Gravitropism
+//! and proprioception act with a delay. With increasing length, the weight amplifies the delayed
+//! response, until one mode grows. The length at which the rightmost root crosses the imaginary
+//! axis is the critical length of the model of Agostinelli, DeSimone and Noselli (2021), Front.
+//! Plant Sci. 12:608005. It is 6.56 cm for the default parameters.
 //!
 //! # Results
-//! One root crosses the imaginary axis at the critical length, and all other roots stay to the left of it. Beyond the
-//! critical length, the growth rate increases steeply and the period decreases. Infinitely many roots accumulate at the
-//! essential spectrum, which depends neither on the weight nor on the length. Roots close to it have wavelengths that
-//! no mesh resolves. Roots are therefore computed only to the right of a line between the essential spectrum and the
-//! axis. Triangles mark the points at which a root crosses this line.
+//! One root crosses the imaginary axis at the critical length, and all other roots stay to the left
+//! of it. Beyond the critical length, the growth rate increases steeply and the period decreases.
+//! Infinitely many roots accumulate at the essential spectrum, which depends neither on the weight
+//! nor on the length. Roots close to it have wavelengths that no mesh resolves. Roots are therefore
+//! computed only to the right of a line between the essential spectrum and the axis. Triangles mark
+//! the points at which a root crosses this line.
 //!
 //! # Options
-//! - `--statoliths`: avalanche dynamics of the statoliths with a time constant of 2 min. This additional delay reduces
-//!   the critical length and increases the period.
-//! - `--eta 0`, a shoot without proprioception, and `--tau-g 40`, half the growth rate: larger critical lengths.
-//! - `--tau-g 3`: the essential spectrum is unstable at every length, because of proprioception alone. There is no
-//!   onset, and the program ends with an error message that states the reason.
+//! - `--statoliths`: avalanche dynamics of the statoliths with a time constant of 2 min. This
+//!   additional delay reduces the critical length and increases the period.
+//! - `--eta 0`, a shoot without proprioception, and `--tau-g 40`, half the growth rate: larger
+//!   critical lengths.
+//! - `--tau-g 3`: the essential spectrum is unstable at every length, because of proprioception
+//!   alone. There is no onset, and the program ends with an error message that states the reason.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -31,21 +34,27 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Root, StabilityError, onset};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::Complex;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const CM: f64 = 0.01;
-const MEMORY: Memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
+const MEMORY: Memory = Memory {
+    time: 12.0 * MINUTE,
+    delay: 12.0 * MINUTE,
+};
 /// Shortest and longest shoot, m.
 const LENGTHS: [f64; 2] = [0.03, 0.0785];
 /// Self-buckling length of the upright shoot (Greenhill 1881), m.
 const BUCKLING: f64 = 0.079_334;
 /// Number of intervals between the shortest and the longest shoot.
 const STEPS: usize = 99;
-/// Real part of the line to the right of which roots are computed, divided by that of the essential spectrum.
+/// Real part of the line to the right of which roots are computed, divided by that of the essential
+/// spectrum.
 const LINE: f64 = 0.6;
 
 /// Parameters of a family of shoots that differ in length.
@@ -60,28 +69,53 @@ struct Kind {
 impl Kind {
     /// Linearisation about the upright shoot.
     fn at(&self, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
-        let shoot = Shoot::builder(LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 })
-            .length(length)
-            .radius(0.5e-3)
-            .elements(elements)
-            // Differential growth acts on the whole shoot, and the length is constant.
-            .growth(Ongoing(UniformGrowth { zone_length: 2.0 * LENGTHS[1], time: self.growth_time }))
-            .load(Weight { density: 1000.0 });
-        let bending = Proprioception { sensitivity: self.proprioception }.remembered(MEMORY);
+        let shoot = Shoot::builder(LinearElastic {
+            youngs_modulus: 10e6,
+            poissons_ratio: 0.5,
+        })
+        .length(length)
+        .radius(0.5e-3)
+        .elements(elements)
+        // Differential growth acts on the whole shoot, and the length is constant.
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 2.0 * LENGTHS[1],
+            time: self.growth_time,
+        }))
+        .load(Weight { density: 1000.0 });
+        let bending = Proprioception {
+            sensitivity: self.proprioception,
+        }
+        .remembered(MEMORY);
         let sensitivity = self.gravitropism;
         // The upright shoot is a steady state. A tilted one would need solve_steady_state.
         if self.statoliths {
-            let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
+            let statoliths = Statoliths {
+                avalanche_time: 2.0 * MINUTE,
+            };
             Linearisation::about(
                 &shoot
-                    .tropism((Gravitropism { sensitivity, perception: statoliths }.remembered(MEMORY), bending))
+                    .tropism((
+                        Gravitropism {
+                            sensitivity,
+                            perception: statoliths,
+                        }
+                        .remembered(MEMORY),
+                        bending,
+                    ))
                     .build()?,
             )
         } else {
             let statoliths = SettledStatoliths;
             Linearisation::about(
                 &shoot
-                    .tropism((Gravitropism { sensitivity, perception: statoliths }.remembered(MEMORY), bending))
+                    .tropism((
+                        Gravitropism {
+                            sensitivity,
+                            perception: statoliths,
+                        }
+                        .remembered(MEMORY),
+                        bending,
+                    ))
                     .build()?,
             )
         }
@@ -89,15 +123,23 @@ impl Kind {
 
     /// Real part of the essential spectrum, 1/s, or `None` without proprioception.
     fn essential(&self) -> Result<Option<f64>, StabilityError> {
-        Ok(self.at(LENGTHS[0], self.elements)?.essential_spectrum()?.first().map(|root| root.re))
+        Ok(self
+            .at(LENGTHS[0], self.elements)?
+            .essential_spectrum()?
+            .first()
+            .map(|root| root.re))
     }
 
-    /// Roots to the right of the line, or `None` if neither of two meshes resolves their wavelengths.
+    /// Roots to the right of the line, or `None` if neither of two meshes resolves their
+    /// wavelengths.
     fn roots(&self, length: f64) -> Result<Option<Vec<Root>>, StabilityError> {
         for elements in [self.elements, 2 * self.elements] {
             let linear = self.at(length, elements)?;
             // Without proprioception, roots accumulate at zero.
-            let line = linear.essential_spectrum()?.first().map_or(0.002 / MEMORY.time, |root| LINE * root.re);
+            let line = linear
+                .essential_spectrum()?
+                .first()
+                .map_or(0.002 / MEMORY.time, |root| LINE * root.re);
             match linear.roots(line) {
                 Err(StabilityError::UnderResolved { .. }) => {}
                 other => return other.map(Some),
@@ -124,9 +166,18 @@ fn follow_roots(kind: &Kind, file: &Path) -> Result<Vec<Curve>, Box<dyn Error>> 
         // A root continues the curve whose last value is closest.
         let mut free: Vec<usize> = (0..curves.len()).collect();
         for root in roots {
-            let distance = |k: &usize| curves[*k].last().map_or(f64::MAX, |(_, z)| (z - root.value).norm());
-            let nearest = free.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            let curve = match nearest.filter(|k| distance(k) < 0.1 / MEMORY.time + 0.2 * root.value.norm()) {
+            let distance = |k: &usize| {
+                curves[*k]
+                    .last()
+                    .map_or(f64::MAX, |(_, z)| (z - root.value).norm())
+            };
+            let nearest = free
+                .iter()
+                .copied()
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let curve = match nearest
+                .filter(|k| distance(k) < 0.1 / MEMORY.time + 0.2 * root.value.norm())
+            {
                 Some(curve) => curve,
                 None => {
                     curves.push(Vec::new());
@@ -140,50 +191,105 @@ fn follow_roots(kind: &Kind, file: &Path) -> Result<Vec<Curve>, Box<dyn Error>> 
     }
     table.finish()?;
     if unresolved > 0 {
-        println!("{unresolved} of {} lengths are not resolved by the mesh; increase --elements", STEPS + 1);
+        println!(
+            "{unresolved} of {} lengths are not resolved by the mesh; increase --elements",
+            STEPS + 1
+        );
     }
     Ok(curves)
 }
 
 /// Series of a quantity along all curves, with the point at the onset.
-fn series_of(curves: &[Curve], quantity: impl Fn(Complex<f64>) -> f64, onset: (f64, f64)) -> Vec<Series> {
+fn series_of(
+    curves: &[Curve],
+    quantity: impl Fn(Complex<f64>) -> f64,
+    onset: (f64, f64),
+) -> Vec<Series> {
     let (mut series, mut badges, mut ends) = (Vec::new(), Vec::new(), Vec::new());
     for (k, curve) in curves.iter().enumerate() {
-        let line: Vec<(f64, f64)> = curve.iter().map(|(length, z)| (length / CM, quantity(*z))).collect();
+        let line: Vec<(f64, f64)> = curve
+            .iter()
+            .map(|(length, z)| (length / CM, quantity(*z)))
+            .collect();
         let name = (k + 1).to_string();
         badges.push(Series::text(&name, line[line.len() / 2], Style::Badge, k));
         let inside = |at: &f64| *at > 1.0001 * LENGTHS[0] / CM && *at < 0.9999 * LENGTHS[1] / CM;
-        ends.extend([line[0], line[line.len() - 1]].into_iter().filter(|(length, _)| inside(length)));
+        ends.extend(
+            [line[0], line[line.len() - 1]]
+                .into_iter()
+                .filter(|(length, _)| inside(length)),
+        );
         series.push(Series::new(format!("root {name}"), line, Style::Line, k).with_badge(name));
     }
     series.extend(badges);
-    series.push(Series::new("onset of oscillations", vec![onset], Style::Points, 3));
+    series.push(Series::new(
+        "onset of oscillations",
+        vec![onset],
+        Style::Points,
+        3,
+    ));
     let label = "limit of the computed roots: roots accumulate at the essential spectrum and are not computed near it";
-    series.push(Series::new(if ends.is_empty() { "" } else { label }, ends, Style::Points, 6));
+    series.push(Series::new(
+        if ends.is_empty() { "" } else { label },
+        ends,
+        Style::Points,
+        6,
+    ));
     series
 }
 
 /// Draws growth rates, with zero, the essential spectrum (1/s) and the self-buckling length.
-fn draw_growth_rates(file: &Path, curves: &[Curve], critical: f64, essential: Option<f64>) -> io::Result<()> {
+fn draw_growth_rates(
+    file: &Path,
+    curves: &[Curve],
+    critical: f64,
+    essential: Option<f64>,
+) -> io::Result<()> {
     let lengths = curves.iter().flatten().map(|(length, _)| length / CM);
     let (shortest, buckling) = (lengths.fold(critical / CM, f64::min), BUCKLING / CM);
     let level = |rate: f64| vec![(shortest, rate), (buckling, rate)];
     let rates = || curves.iter().flatten().map(|(_, z)| HOUR * z.re);
     let (least, most) = (rates().fold(0.0, f64::min), rates().fold(0.0, f64::max));
     let lowest = essential.map_or(least, |rate| HOUR * rate);
-    let mut series = vec![Series::new("stability limit, Re λ = 0", level(0.0), Style::Line, 6)];
+    let mut series = vec![Series::new(
+        "stability limit, Re λ = 0",
+        level(0.0),
+        Style::Line,
+        6,
+    )];
     if essential.is_some() {
-        series.push(Series::new("essential spectrum", level(lowest), Style::Dashed, 6));
+        series.push(Series::new(
+            "essential spectrum",
+            level(lowest),
+            Style::Dashed,
+            6,
+        ));
     }
     let wall = vec![(buckling, lowest), (buckling, most)];
-    series.push(Series::new("self-buckling length (Greenhill)", wall, Style::Dashed, 4));
+    series.push(Series::new(
+        "self-buckling length (Greenhill)",
+        wall,
+        Style::Dashed,
+        4,
+    ));
     series.extend(series_of(curves, |z| HOUR * z.re, (critical / CM, 0.0)));
     let title = "Growth rates of the characteristic roots of an upright shoot";
-    Figure::new(file, title).lines("length (cm)", "growth rate Re λ (1/h)", &series, Axes::Linear)
+    Figure::new(file, title).lines(
+        "length (cm)",
+        "growth rate Re λ (1/h)",
+        &series,
+        Axes::Linear,
+    )
 }
 
 fn draw_periods(file: &Path, curves: &[Curve], critical: (f64, f64)) -> io::Result<()> {
-    let period = |z: Complex<f64>| if z.im > 0.0 { TAU / z.im / MINUTE } else { f64::NAN };
+    let period = |z: Complex<f64>| {
+        if z.im > 0.0 {
+            TAU / z.im / MINUTE
+        } else {
+            f64::NAN
+        }
+    };
     let series = series_of(curves, period, (critical.0 / CM, critical.1 / MINUTE));
     let title = "Periods of the characteristic roots of an upright shoot";
     Figure::new(file, title).lines("length (cm)", "period 2π/Im λ (min)", &series, Axes::Linear)
@@ -198,7 +304,10 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
             Opt::value("eta", "E", "20", "proprioceptive sensitivity"),
             Opt::value("elements", "N", "6", "elements; fast growth requires more"),
-            Opt::flag("statoliths", "statoliths with avalanche dynamics, with a time constant of 2 min"),
+            Opt::flag(
+                "statoliths",
+                "statoliths with avalanche dynamics, with a time constant of 2 min",
+            ),
         ],
     );
     let kind = Kind {
@@ -216,13 +325,31 @@ fn run() -> Result<(), Box<dyn Error>> {
         kind.at(length, kind.elements)
     };
     let critical = onset(family, LENGTHS[0], LENGTHS[1])?;
-    println!("critical length           {:.8} cm", critical.parameters[0] / CM);
-    println!("period at this length     {:.6} min", critical.period() / MINUTE);
+    println!(
+        "critical length           {:.8} cm",
+        critical.parameters[0] / CM
+    );
+    println!(
+        "period at this length     {:.6} min",
+        critical.period() / MINUTE
+    );
     println!("number of linearisations  {linearisations}");
     let curves = follow_roots(&kind, &out.join("roots.csv"))?;
-    draw_growth_rates(&out.join("growth_rate.svg"), &curves, critical.parameters[0], kind.essential()?)?;
-    draw_periods(&out.join("period.svg"), &curves, (critical.parameters[0], critical.period()))?;
-    println!("wrote roots.csv, growth_rate.svg and period.svg to {}", out.display());
+    draw_growth_rates(
+        &out.join("growth_rate.svg"),
+        &curves,
+        critical.parameters[0],
+        kind.essential()?,
+    )?;
+    draw_periods(
+        &out.join("period.svg"),
+        &curves,
+        (critical.parameters[0], critical.period()),
+    )?;
+    println!(
+        "wrote roots.csv, growth_rate.svg and period.svg to {}",
+        out.display()
+    );
     Ok(())
 }
 

@@ -1,16 +1,19 @@
-//! Two solvers of equilibria that are written outside the library: dynamic relaxation, and a continuation through
-//! folds.
+//! Two solvers of equilibria that are written outside the library: dynamic relaxation, and a
+//! continuation through folds.
 //!
-//! They use the public interface for solvers: `RodEnergy` returns the energy, the unbalanced couples and the tangent of
-//! a rod at its frames, and `Rod::set_shape` sets the frames. The chapter `docs/own-methods.md` explains it.
+//! They use the public interface for solvers: `RodEnergy` returns the energy, the unbalanced
+//! couples and the tangent of a rod at its frames, and `Rod::set_shape` sets the frames. The
+//! chapter `docs/own-methods.md` explains it.
 //!
-//! 1. **Dynamic relaxation** (`own_solver/relaxation.rs`) implements `EquilibriumSolver`. It finds the shape of a
-//!    horizontal shoot under its weight, and then serves the integrator of a shoot that rights itself.
-//! 2. **Pseudo-arclength continuation** (`own_solver/arc_length.rs`). A flat upright rod carries a weight on its apex
-//!    that is larger than Euler's, so that it leans to one side. A lateral force pushes it to the other side. At a fold
-//!    the leaning shape ceases to exist, and the solver of the library, which finds stable equilibria, jumps to the
-//!    other side. The continuation passes the fold, follows the unstable shapes back, and reaches the other side
-//!    through a second fold. The force at the fold is compared with elliptic integrals.
+//! 1. **Dynamic relaxation** (`own_solver/relaxation.rs`) implements `EquilibriumSolver`. It finds
+//!    the shape of a horizontal shoot under its weight, and then serves the integrator of a shoot
+//!    that rights itself.
+//! 2. **Pseudo-arclength continuation** (`own_solver/arc_length.rs`). A flat upright rod carries a
+//!    weight on its apex that is larger than Euler's, so that it leans to one side. A lateral force
+//!    pushes it to the other side. At a fold the leaning shape ceases to exist, and the solver of
+//!    the library, which finds stable equilibria, jumps to the other side. The continuation passes
+//!    the fold, follows the unstable shapes back, and reaches the other side through a second fold.
+//!    The force at the fold is compared with elliptic integrals.
 //!
 //! # Options
 //! - `--weight 3`: closer to Euler's load (2.467), the folds move together.
@@ -42,7 +45,10 @@ use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 use relaxation::DynamicRelaxation;
 
-const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+const TISSUE: LinearElastic = LinearElastic {
+    youngs_modulus: 1e7,
+    poissons_ratio: 0.5,
+};
 const HOUR: f64 = 3600.0;
 
 /// Compares dynamic relaxation with Newton's method, for a rod and in a run of a shoot.
@@ -51,23 +57,47 @@ fn relax() -> Result<(), Box<dyn Error>> {
     let (now, weight) = (scene.environment(0.0), Weight { density: 1000.0 });
     let rod = || Rod::uniform(0.0659, 0.5e-3, scene.base, 8, Order::Eight);
     let (mut relaxed, mut exact) = (rod()?, rod()?);
-    let mut solver = DynamicRelaxation { tolerance: 1e-10, max_steps: 100_000 };
+    let mut solver = DynamicRelaxation {
+        tolerance: 1e-10,
+        max_steps: 100_000,
+    };
     let found = solver.solve(&mut relaxed, &TISSUE, &weight, &now)?;
     let newton = NewtonSolver::default().solve(&mut exact, &TISSUE, &weight, &now)?;
     println!("a horizontal rod of 6.59 cm under its weight");
-    println!("  dynamic relaxation: {:5} evaluations, tip {:.10} m", found.evaluations, relaxed.tip().z);
-    println!("  Newton's method:    {:5} iterations,  tip {:.10} m", newton.iterations, exact.tip().z);
-    println!("  distance of the tips {:.1e} m", (relaxed.tip() - exact.tip()).norm());
+    println!(
+        "  dynamic relaxation: {:5} evaluations, tip {:.10} m",
+        found.evaluations,
+        relaxed.tip().z
+    );
+    println!(
+        "  Newton's method:    {:5} iterations,  tip {:.10} m",
+        newton.iterations,
+        exact.tip().z
+    );
+    println!(
+        "  distance of the tips {:.1e} m",
+        (relaxed.tip() - exact.tip()).norm()
+    );
 
-    let memory = Memory { time: 720.0, delay: 720.0 };
+    let memory = Memory {
+        time: 720.0,
+        delay: 720.0,
+    };
     let shoot = || {
         Shoot::builder(TISSUE)
             .length(0.05)
             .radius(0.5e-3)
             .elements(4)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 0.07,
+                time: 20.0 * HOUR,
+            }))
             .tropism((
-                Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+                Gravitropism {
+                    sensitivity: 0.8,
+                    perception: SettledStatoliths,
+                }
+                .remembered(memory),
                 Proprioception { sensitivity: 20.0 }.remembered(memory),
             ))
             .load(weight)
@@ -83,7 +113,10 @@ fn relax() -> Result<(), Box<dyn Error>> {
         own.work() as f64 / own.equilibria as f64,
         newton.work() as f64 / newton.equilibria as f64
     );
-    println!("  distance of the tips {:.1e} m", (relaxed.tip() - exact.tip()).norm());
+    println!(
+        "  distance of the tips {:.1e} m",
+        (relaxed.tip() - exact.tip()).norm()
+    );
     Ok(())
 }
 
@@ -91,15 +124,26 @@ fn relax() -> Result<(), Box<dyn Error>> {
 const FLAT: (f64, f64) = (0.5e-3, 1e-3);
 const LENGTH: f64 = 0.1;
 
-/// Follows the branch of shapes of a rod with a weight on its apex, and compares it with the library.
+/// Follows the branch of shapes of a rod with a weight on its apex, and compares it with the
+/// library.
 fn pass_folds(weight: f64, elements: usize, out: &Path) -> Result<(), Box<dyn Error>> {
     let section = Section::ellipse(FLAT.0, FLAT.1);
     let nodes = Rod::equal_nodes(LENGTH, elements);
-    let straight = Rod::straight(&nodes, |_| section, UnitQuaternion::identity(), Order::Eight)?;
+    let straight = Rod::straight(
+        &nodes,
+        |_| section,
+        UnitQuaternion::identity(),
+        Order::Eight,
+    )?;
     let unit = TISSUE.stiffness(section).y / (LENGTH * LENGTH);
     let load = |force: f64| ApicalForce(move |_: f64| Vector3::new(force, 0.0, -weight) * unit);
     let now = Still::weightless().environment(0.0);
-    let family = Family { material: &TISSUE, load, environment: now, scale: 10.0 };
+    let family = Family {
+        material: &TISSUE,
+        load,
+        environment: now,
+        scale: 10.0,
+    };
 
     // The branch begins at a force to the left, where the rod leans to the left.
     let (least, step) = (-2.0, 0.03);
@@ -115,11 +159,18 @@ fn pass_folds(weight: f64, elements: usize, out: &Path) -> Result<(), Box<dyn Er
         }
         branch.push(next);
     }
-    println!("a rod with a weight of {weight} E I/ℓ² on its apex: {} points, {} folds", branch.len(), folds.len());
+    println!(
+        "a rod with a weight of {weight} E I/ℓ² on its apex: {} points, {} folds",
+        branch.len(),
+        folds.len()
+    );
     let exact = fold_force(weight);
     for fold in &folds {
         let found = fold.parameter;
-        println!("  fold at the force {found:+.10} E I/ℓ², {:+.1e} from the elliptic integrals", found.abs() - exact);
+        println!(
+            "  fold at the force {found:+.10} E I/ℓ², {:+.1e} from the elliptic integrals",
+            found.abs() - exact
+        );
     }
 
     // The library, with the last shape as initial guess, for increasing and for decreasing forces.
@@ -130,7 +181,10 @@ fn pass_folds(weight: f64, elements: usize, out: &Path) -> Result<(), Box<dyn Er
             let force = sign * 0.05 * f64::from(k);
             let found = newton.solve(&mut rod, &TISSUE, &load(force), &now)?;
             if let Some(jump) = found.jump.filter(|_| k > -40) {
-                println!("  the library jumps by {:.2} ℓ at the force {force:+.2} E I/ℓ²", jump / LENGTH);
+                println!(
+                    "  the library jumps by {:.2} ℓ at the force {force:+.2} E I/ℓ²",
+                    jump / LENGTH
+                );
             }
             path.push((force, rod.tip().x / LENGTH));
             largest = largest.max(off_branch(&family, &branch, &rod, force)?);
@@ -138,7 +192,10 @@ fn pass_folds(weight: f64, elements: usize, out: &Path) -> Result<(), Box<dyn Er
         paths.push(path);
     }
     println!("  largest distance of the tips of the library from the branch {largest:.1e} m");
-    let mut table = Table::create(out.join("branch.csv"), &["force_over_bl2", "tip_x_m", "negative"])?;
+    let mut table = Table::create(
+        out.join("branch.csv"),
+        &["force_over_bl2", "tip_x_m", "negative"],
+    )?;
     for point in &branch {
         table.row(&[point.parameter, point.rod.tip().x, point.negative as f64])?;
     }
@@ -147,8 +204,8 @@ fn pass_folds(weight: f64, elements: usize, out: &Path) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-/// Distance of the tip of a rod from that of the branch at the same force, m: Newton's method from the closest stable
-/// point.
+/// Distance of the tip of a rod from that of the branch at the same force, m: Newton's method from
+/// the closest stable point.
 fn off_branch<L: morphorod::load::Load, F: Fn(f64) -> L>(
     family: &Family<'_, LinearElastic, F>,
     branch: &[Point],
@@ -157,12 +214,19 @@ fn off_branch<L: morphorod::load::Load, F: Fn(f64) -> L>(
 ) -> Result<f64, Box<dyn Error>> {
     let away = |point: &&Point| (point.rod.tip() - rod.tip()).norm();
     let stable = branch.iter().filter(|point| point.negative == 0);
-    let closest = stable.min_by(|a, b| away(a).total_cmp(&away(b))).ok_or("no stable point")?;
+    let closest = stable
+        .min_by(|a, b| away(a).total_cmp(&away(b)))
+        .ok_or("no stable point")?;
     let point = family.begin(&closest.rod, force)?;
     Ok((point.rod.tip() - rod.tip()).norm())
 }
 
-fn draw(branch: &[Point], folds: &[Point], paths: &[Vec<(f64, f64)>], out: &Path) -> std::io::Result<()> {
+fn draw(
+    branch: &[Point],
+    folds: &[Point],
+    paths: &[Vec<(f64, f64)>],
+    out: &Path,
+) -> std::io::Result<()> {
     let at = |point: &Point| (point.parameter, point.rod.tip().x / LENGTH);
     let mut series = Vec::new();
     // Pieces of the branch with the same stability, which share their ends.
@@ -175,18 +239,45 @@ fn draw(branch: &[Point], folds: &[Point], paths: &[Vec<(f64, f64)>], out: &Path
                 (false, 1) => "continuation, unstable",
                 _ => "",
             };
-            let (style, colour) = if stable { (Style::Line, 0) } else { (Style::Dashed, 1) };
-            series.push(Series::new(name, branch[from..=to].iter().map(at).collect(), style, colour));
+            let (style, colour) = if stable {
+                (Style::Line, 0)
+            } else {
+                (Style::Dashed, 1)
+            };
+            series.push(Series::new(
+                name,
+                branch[from..=to].iter().map(at).collect(),
+                style,
+                colour,
+            ));
             from = to;
         }
     }
     let names = ["library, force increases", "library, force decreases"];
     for (i, (path, name)) in paths.iter().zip(names).enumerate() {
-        series.push(Series::new(name, path.iter().copied().step_by(2).collect(), Style::Points, 2 + i));
+        series.push(Series::new(
+            name,
+            path.iter().copied().step_by(2).collect(),
+            Style::Points,
+            2 + i,
+        ));
     }
-    series.push(Series::new("folds", folds.iter().map(at).collect(), Style::Points, 5));
-    let (title, y) = ("A rod that snaps: lateral force and position of its apex", "position of the apex x/ℓ (1)");
-    Figure::new(out.join("branch.svg"), title).lines("lateral force (E I/ℓ²)", y, &series, Axes::Linear)
+    series.push(Series::new(
+        "folds",
+        folds.iter().map(at).collect(),
+        Style::Points,
+        5,
+    ));
+    let (title, y) = (
+        "A rod that snaps: lateral force and position of its apex",
+        "position of the apex x/ℓ (1)",
+    );
+    Figure::new(out.join("branch.svg"), title).lines(
+        "lateral force (E I/ℓ²)",
+        y,
+        &series,
+        Axes::Linear,
+    )
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -194,7 +285,12 @@ fn run() -> Result<(), Box<dyn Error>> {
         "own_solver",
         "solvers written outside the library: dynamic relaxation, and continuation through folds",
         &[
-            Opt::value("weight", "P", "4", "weight on the apex over E I/ℓ², above π²/4"),
+            Opt::value(
+                "weight",
+                "P",
+                "4",
+                "weight on the apex over E I/ℓ², above π²/4",
+            ),
             Opt::value("elements", "N", "8", "number of elements of the rod"),
         ],
     );

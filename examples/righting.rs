@@ -46,36 +46,57 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("hours", "H", "24", "time to simulate, h"),
             Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
             Opt::value("eta", "N", "20", "proprioceptive sensitivity"),
-            Opt::value("delay", "MIN", "12", "memory and reaction time of both responses, min"),
+            Opt::value(
+                "delay",
+                "MIN",
+                "12",
+                "memory and reaction time of both responses, min",
+            ),
             Opt::value("modulus", "PA", "1e7", "Young's modulus, Pa"),
             Opt::value("elements", "N", "8", "elements"),
             Opt::value("step", "S", "90", "time step, s"),
         ],
     );
     let end = HOUR * options.positive("hours");
-    let (beta, eta) = (options.get("beta"), options.get_if("eta", "different from 0", |eta| *eta != 0.0));
+    let (beta, eta) = (
+        options.get("beta"),
+        options.get_if("eta", "different from 0", |eta| *eta != 0.0),
+    );
     let delay = MINUTE * options.get::<f64>("delay");
     let out = options.out_dir();
 
     let memory = Memory { time: delay, delay };
-    let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: options.get("modulus"), poissons_ratio: 0.5 })
-        .length(LENGTH)
-        .radius(RADIUS)
-        .elements(options.get("elements"))
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
-        .tropism((
-            Gravitropism { sensitivity: beta, perception: SettledStatoliths }.remembered(memory),
-            Proprioception { sensitivity: eta }.remembered(memory),
-        ))
-        .load(Weight { density: 1000.0 })
-        .scene(Still::tilted(FRAC_PI_2))
-        .build()?;
+    let mut shoot = Shoot::builder(LinearElastic {
+        youngs_modulus: options.get("modulus"),
+        poissons_ratio: 0.5,
+    })
+    .length(LENGTH)
+    .radius(RADIUS)
+    .elements(options.get("elements"))
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 0.07,
+        time: 20.0 * HOUR,
+    }))
+    .tropism((
+        Gravitropism {
+            sensitivity: beta,
+            perception: SettledStatoliths,
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: eta }.remembered(memory),
+    ))
+    .load(Weight { density: 1000.0 })
+    .scene(Still::tilted(FRAC_PI_2))
+    .build()?;
     let mut integrator = MethodOfSteps::new(options.get("step"));
 
     // The tip is recorded at equal intervals, and the centre line at a few times, most of them at
     // the beginning.
     let shown = [0, 10, 20, 30, 50, 80, 480];
-    let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m"])?;
+    let mut table = Table::create(
+        out.join("tip.csv"),
+        &["t_s", "length_m", "x_m", "y_m", "z_m"],
+    )?;
     let (mut across, mut height, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
     let progress = Progress::new("righting");
     for row in 0..=480 {
@@ -89,9 +110,16 @@ fn run() -> Result<(), Box<dyn Error>> {
         }
         if let Some(index) = shown.iter().position(|shown| *shown == row) {
             let line = shoot.rod().centre_line_at(26).into_iter();
-            let style = if row == 480 { Style::Points } else { Style::Line };
+            let style = if row == 480 {
+                Style::Points
+            } else {
+                Style::Line
+            };
             let points = line.map(|p| (1e3 * p.x, 1e3 * p.z)).collect();
-            shapes.push(Series::new(format!("{} h", t / HOUR), points, style, 0).ordered(index, shown.len()));
+            shapes.push(
+                Series::new(format!("{} h", t / HOUR), points, style, 0)
+                    .ordered(index, shown.len()),
+            );
         }
         progress.set(t / end);
     }
@@ -99,12 +127,25 @@ fn run() -> Result<(), Box<dyn Error>> {
     table.finish()?;
 
     let k = beta / (eta * RADIUS);
-    let closed = |s: f64| (2.0 / k * (k * s / 2.0).tanh().atan(), (k * s).cosh().ln() / k);
+    let closed = |s: f64| {
+        (
+            2.0 / k * (k * s / 2.0).tanh().atan(),
+            (k * s).cosh().ln() / k,
+        )
+    };
     let (x, z) = closed(LENGTH);
     let tip = shoot.tip();
-    println!("tip after {} h:        x = {:.10} m, z = {:.10} m", end / HOUR, tip.x, tip.z);
+    println!(
+        "tip after {} h:        x = {:.10} m, z = {:.10} m",
+        end / HOUR,
+        tip.x,
+        tip.z
+    );
     println!("stationary shape:       x = {x:.10} m, z = {z:.10} m");
-    println!("distance between them:  {:.1e} m", (tip.x - x).hypot(tip.z - z));
+    println!(
+        "distance between them:  {:.1e} m",
+        (tip.x - x).hypot(tip.z - z)
+    );
 
     let stationary = |value: f64| vec![(0.0, 1e3 * value), (end / HOUR / 3.0, 1e3 * value)];
     let series = [
@@ -114,7 +155,12 @@ fn run() -> Result<(), Box<dyn Error>> {
         Series::new("", stationary(x), Style::Dotted, 6),
     ];
     let title = "Righting of a horizontal shoot: position of the tip";
-    Figure::new(out.join("tip.svg"), title).lines("time (h)", "position of the tip (mm)", &series, Axes::Linear)?;
+    Figure::new(out.join("tip.svg"), title).lines(
+        "time (h)",
+        "position of the tip (mm)",
+        &series,
+        Axes::Linear,
+    )?;
     let line = (0..=100).map(|i| closed(LENGTH * f64::from(i) / 100.0));
     shapes.push(Series::new(
         "stationary, closed form",
@@ -122,12 +168,11 @@ fn run() -> Result<(), Box<dyn Error>> {
         Style::Dashed,
         6,
     ));
-    Figure::new(out.join("shapes.svg"), "Righting of a horizontal shoot: centre lines").lines(
-        "x (mm)",
-        "z (mm)",
-        &shapes,
-        Axes::Equal,
-    )?;
+    Figure::new(
+        out.join("shapes.svg"),
+        "Righting of a horizontal shoot: centre lines",
+    )
+    .lines("x (mm)", "z (mm)", &shapes, Axes::Equal)?;
     println!("wrote tip.csv, tip.svg and shapes.svg to {}", out.display());
     Ok(())
 }

@@ -1,36 +1,39 @@
 //! Stability boundaries of an upright shoot in the plane of growth time and length.
 //!
-//! This example reproduces figure 4 of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front.
-//! Plant Sci. 12:608005. The upright shoot of the reduced model is a steady state: its length is constant, and
-//! differential growth acts everywhere. It is stable if all characteristic roots have negative real parts. On each
-//! curve of the map, one pair of roots lies on the imaginary axis. There are three kinds of shoot:
+//! This example reproduces figure 4 of Agostinelli, DeSimone and Noselli (2021), *Nutations in
+//! Plant Shoots*, Front. Plant Sci. 12:608005. The upright shoot of the reduced model is a steady
+//! state: its length is constant, and differential growth acts everywhere. It is stable if all
+//! characteristic roots have negative real parts. On each curve of the map, one pair of roots lies
+//! on the imaginary axis. There are three kinds of shoot:
 //!
 //! - *A: gravitropism alone*, without proprioception.
 //! - *B: microgravity*: proprioception alone, without weight.
 //! - *C: both responses*: gravitropism and proprioception, with weight.
 //!
 //! # Results
-//! The shoot is stable to the right of the solid curves and unstable in the grey area. Lengths are divided by the
-//! self-buckling length ℓc of Greenhill (1881). In A and C, oscillations begin below this length. The critical length
-//! increases with the growth time.
+//! The shoot is stable to the right of the solid curves and unstable in the grey area. Lengths are
+//! divided by the self-buckling length ℓc of Greenhill (1881). In A and C, oscillations begin below
+//! this length. The critical length increases with the growth time.
 //!
-//! - Curve 1 is the mode with the longest wavelength. Its period is 87.6 min at every point of the curve.
-//! - Curves 2 and 3 are modes of shorter wavelength. In A, curve 2 is the boundary for short shoots. There are
-//!   infinitely many further modes of this kind.
-//! - Curves f are modes with short periods (11.7, 6.0 and 4.0 min) close to ℓc. The phase lag of the delayed response
-//!   contains one, two or three additional full cycles.
-//! - Curve ∞ is the *essential spectrum*. In B, modes of all wavelengths become unstable at the same growth time,
-//!   independently of the length. In C, curves 1, 2, 3, … approach this line for short shoots, and infinitely many
-//!   roots are unstable to the left of it.
+//! - Curve 1 is the mode with the longest wavelength. Its period is 87.6 min at every point of the
+//!   curve.
+//! - Curves 2 and 3 are modes of shorter wavelength. In A, curve 2 is the boundary for short
+//!   shoots. There are infinitely many further modes of this kind.
+//! - Curves f are modes with short periods (11.7, 6.0 and 4.0 min) close to ℓc. The phase lag of
+//!   the delayed response contains one, two or three additional full cycles.
+//! - Curve ∞ is the *essential spectrum*. In B, modes of all wavelengths become unstable at the
+//!   same growth time, independently of the length. In C, curves 1, 2, 3, … approach this line for
+//!   short shoots, and infinitely many roots are unstable to the left of it.
 //!
-//! A curve is dashed where other roots are unstable. The markers are the three numbers that the paper states.
+//! A curve is dashed where other roots are unstable. The markers are the three numbers that the
+//! paper states.
 //!
 //! # Options
-//! `--tolerance 1e-4` computes the curves on coarser meshes in less time. Each curve is followed on a coarse mesh and
-//! corrected on finer meshes up to the tolerance. The column `mesh_error` is the estimated relative error of the length
-//! (in B, of the growth time). The column `others_unstable` is NaN where the mesh does not resolve the number of other
-//! unstable roots; the other curves then determine whether a curve is dashed. The example `onset` shows the roots for
-//! one growth time.
+//! `--tolerance 1e-4` computes the curves on coarser meshes in less time. Each curve is followed on
+//! a coarse mesh and corrected on finer meshes up to the tolerance. The column `mesh_error` is the
+//! estimated relative error of the length (in B, of the growth time). The column `others_unstable`
+//! is NaN where the mesh does not resolve the number of other unstable roots; the other curves then
+//! determine whether a curve is dashed. The example `onset` shows the roots for one growth time.
 
 #[path = "stability_map/curves.rs"]
 mod curves;
@@ -56,12 +59,17 @@ const SLOW: [(Mode, f64); 3] = [
     (("2", "second wavelength", 1), 0.8),
     (("3", "third wavelength", 2), 0.91),
 ];
-/// Modes with short periods, and the growth times, h, at which their names are placed so that they do not overlap.
-const FAST: (Mode, [f64; 3]) = (("f", "modes with periods of 12 min and less", 5), [2.6, 1.25, 1.8]);
+/// Modes with short periods, and the growth times, h, at which their names are placed so that they
+/// do not overlap.
+const FAST: (Mode, [f64; 3]) = (
+    ("f", "modes with periods of 12 min and less", 5),
+    [2.6, 1.25, 1.8],
+);
 /// Essential spectrum.
 const ESSENTIAL: (Mode, f64) = (("∞", "essential spectrum: all wavelengths", 6), 0.72);
 
-/// Returns one point on each curve of a panel, and the number of linearisations. `micro` is the onset in microgravity.
+/// Returns one point on each curve of a panel, and the number of linearisations. `micro` is the
+/// onset in microgravity.
 fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), StabilityError> {
     if kind.weightless {
         return Ok((vec![([micro.parameters[0], 0.6], micro.frequency)], 0));
@@ -78,9 +86,15 @@ fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), Stabil
     let fast = kind.crossings(|ratio, n| at(20.0, ratio, n), 0.99, 0.9995)?;
     let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
     let others = kind.crossings(|hours, n| at(hours, 0.985, n), quickest, 60.0)?;
-    starts.extend(fast.iter().map(|at| ([20.0, at.parameters[0]], at.frequency)));
+    starts.extend(
+        fast.iter()
+            .map(|at| ([20.0, at.parameters[0]], at.frequency)),
+    );
     // These modes cross the horizontal line, too. Their periods are constant along the curves.
-    let known = |at: &Crossing<1>| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
+    let known = |at: &Crossing<1>| {
+        fast.iter()
+            .any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01)
+    };
     let others: Vec<Crossing<1>> = others.into_iter().filter(|at| !known(at)).collect();
     let place = |at: &Crossing<1>| ([at.parameters[0], 0.985], at.frequency);
     starts.extend(others.iter().rev().map(place));
@@ -91,16 +105,26 @@ fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "stability_map",
         "stability boundaries of an upright shoot in the plane of growth time and length",
-        &[Opt::value("tolerance", "X", "3e-7", "largest relative error of growth time and length due to the mesh")],
+        &[Opt::value(
+            "tolerance",
+            "X",
+            "3e-7",
+            "largest relative error of growth time and length due to the mesh",
+        )],
     );
-    let tolerance = options.get_if("tolerance", "between 1e-9 and 1", |x: &f64| *x >= 1e-9 && *x < 1.0);
+    let tolerance = options.get_if("tolerance", "between 1e-9 and 1", |x: &f64| {
+        *x >= 1e-9 && *x < 1.0
+    });
     let refinement = Refinement::to(tolerance);
     let out = options.out_dir();
     let kind = |gravitropism, proprioception, weightless| Kind {
         gravitropism,
         proprioception,
         weightless,
-        memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
+        memory: Memory {
+            time: 12.0 * MINUTE,
+            delay: 12.0 * MINUTE,
+        },
         refinement,
     };
     let kinds = [
@@ -114,7 +138,10 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     // The three numbers that the paper states.
     let micro = refinement.onset(|hours, n| weightless.at(hours, 0.6, n), 2.0, 6.0)?;
-    println!("microgravity: critical growth time {:.8} h (paper: 3.5 h)", micro.parameters[0]);
+    println!(
+        "microgravity: critical growth time {:.8} h (paper: 3.5 h)",
+        micro.parameters[0]
+    );
     let mut stated = vec![(micro.parameters[0], 0.6)];
     for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
         let at = refinement.onset(|ratio, n| both.at(hours, ratio, n), 0.3, 0.99)?;
@@ -126,15 +153,27 @@ fn run() -> Result<(), Box<dyn Error>> {
         stated.push((hours, at.parameters[0]));
     }
 
-    let columns =
-        ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable", "mesh_error", "elements"];
+    let columns = [
+        "panel",
+        "branch",
+        "growth_time_s",
+        "length_m",
+        "period_s",
+        "others_unstable",
+        "mesh_error",
+        "elements",
+    ];
     let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
     let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
     // The panels are computed concurrently, so that all cores are used.
-    let found = ensemble::collect(kinds.len(), kinds.len(), |k| -> Result<(Vec<Curve>, usize), StabilityError> {
-        let (starts, linearisations) = starts(kinds[k].1, &micro)?;
-        Ok((curves_of(kinds[k].1, &starts)?, linearisations))
-    });
+    let found = ensemble::collect(
+        kinds.len(),
+        kinds.len(),
+        |k| -> Result<(Vec<Curve>, usize), StabilityError> {
+            let (starts, linearisations) = starts(kinds[k].1, &micro)?;
+            Ok((curves_of(kinds[k].1, &starts)?, linearisations))
+        },
+    );
     for (panel, ((name, kind), found)) in kinds.into_iter().zip(found).enumerate() {
         let mut series = Vec::new();
         let (mut swift, mut badges) = (Vec::new(), Vec::new());
@@ -146,23 +185,40 @@ fn run() -> Result<(), Box<dyn Error>> {
             cost.add(curve);
             let points = &curve.points;
             let mut pieces: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
-            for ((point, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors) {
+            for ((point, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors)
+            {
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
                     Some(number) => (*number, *number == 0.0),
                     // The mesh does not resolve the number. The other curves determine the style.
-                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point.parameters))),
+                    None => (
+                        f64::NAN,
+                        !curves
+                            .iter()
+                            .any(|other| is_right_of(other, point.parameters)),
+                    ),
                 };
                 let period = point.period();
                 let (length, elements) = (ratio * greenhill(), point.elements as f64);
-                table.row(&[panel as f64, branch as f64, HOUR * hours, length, period, others, *error, elements])?;
+                table.row(&[
+                    panel as f64,
+                    branch as f64,
+                    HOUR * hours,
+                    length,
+                    period,
+                    others,
+                    *error,
+                    elements,
+                ])?;
                 // Each point belongs to one of the two styles; NaN is a gap in the other.
                 pieces[usize::from(first)].push((hours, ratio));
                 pieces[usize::from(!first)].push((f64::NAN, f64::NAN));
                 edge.extend(first.then_some((hours, ratio)));
             }
             let periods: Vec<f64> = points.iter().map(|p| p.period() / MINUTE).collect();
-            let (least, most) = periods.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
+            let (least, most) = periods
+                .iter()
+                .fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
             let elements = points.iter().map(|p| p.elements).max().unwrap_or_default();
             let error = curve.errors.iter().copied().fold(0.0, f64::max);
             println!(
@@ -194,16 +250,26 @@ fn run() -> Result<(), Box<dyn Error>> {
             } else {
                 swift.extend(drawn)
             }
-            badges.extend(named.map(|p| Series::text(badge, p.parameters.into(), Style::Badge, colour)));
+            badges.extend(
+                named.map(|p| Series::text(badge, p.parameters.into(), Style::Badge, colour)),
+            );
         }
         series.extend(swift);
         series.extend(badges);
         // The unstable area extends to the left of the solid curves and above them.
         edge.sort_by(|a, b| a.1.total_cmp(&b.1));
         let [[left, bottom], [right, _]] = WINDOW;
-        let end = if kind.weightless { micro.parameters[0] } else { right };
+        let end = if kind.weightless {
+            micro.parameters[0]
+        } else {
+            right
+        };
         edge.extend([(end, 1.0), (left, 1.0), (left, bottom)]);
-        let area = if panel == 2 { "unstable: a small tilt grows" } else { "" };
+        let area = if panel == 2 {
+            "unstable: a small tilt grows"
+        } else {
+            ""
+        };
         series.push(Series::new(area, edge, Style::Area, 6));
         // The places are free of curves.
         if let Some(place) = [Some((2.6, 0.88)), None, Some((17.0, 0.95))][panel] {
@@ -224,19 +290,48 @@ fn run() -> Result<(), Box<dyn Error>> {
     // The essential spectrum in C is that in B.
     let ((badge, _, colour), at) = ESSENTIAL;
     let essential = panels[1].1[0].points.clone();
-    panels[2].1.push(Series::new("", essential, Style::Dashed, colour));
-    panels[2].1.push(Series::text(badge, (micro.parameters[0], at), Style::Badge, colour));
-    panels[2].1.push(Series::new("dashed: other roots are unstable", Vec::new(), Style::Dashed, 6));
-    panels[1].1.push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
-    panels[2].1.push(Series::new("values stated in the paper", stated[1..].to_vec(), Style::Points, 3));
-    let panels: Vec<(&str, &[Series])> = panels.iter().map(|(name, series)| (*name, series.as_slice())).collect();
-    Figure::new(out.join("stability_map.svg"), "Stability boundaries of an upright shoot").panels(
+    panels[2]
+        .1
+        .push(Series::new("", essential, Style::Dashed, colour));
+    panels[2].1.push(Series::text(
+        badge,
+        (micro.parameters[0], at),
+        Style::Badge,
+        colour,
+    ));
+    panels[2].1.push(Series::new(
+        "dashed: other roots are unstable",
+        Vec::new(),
+        Style::Dashed,
+        6,
+    ));
+    panels[1]
+        .1
+        .push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
+    panels[2].1.push(Series::new(
+        "values stated in the paper",
+        stated[1..].to_vec(),
+        Style::Points,
+        3,
+    ));
+    let panels: Vec<(&str, &[Series])> = panels
+        .iter()
+        .map(|(name, series)| (*name, series.as_slice()))
+        .collect();
+    Figure::new(
+        out.join("stability_map.svg"),
+        "Stability boundaries of an upright shoot",
+    )
+    .panels(
         "growth time τg (h)",
         "length / self-buckling length, ℓ/ℓc",
         &panels,
         Axes::LogX,
     )?;
-    println!("wrote stability_map.csv and stability_map.svg to {}", out.display());
+    println!(
+        "wrote stability_map.csv and stability_map.svg to {}",
+        out.display()
+    );
     Ok(())
 }
 

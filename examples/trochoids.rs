@@ -30,10 +30,13 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Weight, Whirl};
 use morphorod::tracking::{self, Oscillations, Search};
 use morphorod::tropism::{
-    Gravitropism, Handedness, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
+    Gravitropism, Handedness, Memory, Oscillator, Perception, Proprioception, Response,
+    SettledStatoliths, Statoliths,
 };
 use morphorod::{Model, ParameterError, Shoot};
-use morphorod_plot::{Figure, Film, Frame, Opt, Options, Orbit, Progress, Table, TimedPath, println};
+use morphorod_plot::{
+    Figure, Film, Frame, Opt, Options, Orbit, Progress, Table, TimedPath, println,
+};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
@@ -52,19 +55,39 @@ fn whirled_shoot(
     elements: usize,
     perception: Box<dyn Perception<Signal = [f64; 2]>>,
 ) -> Result<Shoot<impl Model>, ParameterError> {
-    let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
-    Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-        .length(0.06565)
-        .radius(0.5e-3)
-        .elements(elements)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
-        .tropism((
-            oscillator,
-            Gravitropism { sensitivity: 0.8, perception }.remembered(memory),
-            Proprioception { sensitivity: 20.0 }.remembered(memory),
-        ))
-        .load((Weight { density: 1000.0 }, Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 }))
-        .build()
+    let memory = Memory {
+        time: 12.0 * MINUTE,
+        delay: 12.0 * MINUTE,
+    };
+    Shoot::builder(LinearElastic {
+        youngs_modulus: 1e7,
+        poissons_ratio: 0.5,
+    })
+    .length(0.06565)
+    .radius(0.5e-3)
+    .elements(elements)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 0.07,
+        time: 20.0 * HOUR,
+    }))
+    .tropism((
+        oscillator,
+        Gravitropism {
+            sensitivity: 0.8,
+            perception,
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: 20.0 }.remembered(memory),
+    ))
+    .load((
+        Weight { density: 1000.0 },
+        Whirl {
+            force: 1e-5,
+            period: 93.0 * MINUTE,
+            turns: 2.0,
+        },
+    ))
+    .build()
 }
 
 /// Track of the tip.
@@ -89,14 +112,25 @@ impl Record {
         let track = path.between(SETTLED, f64::INFINITY);
         // The slow period is an hour and a half. A shorter track does not distinguish it from
         // drift.
-        let long = track.times().last().is_some_and(|last| last - SETTLED > 6.0 * HOUR);
-        Ok(if long { Some(track.oscillations(&Search::default())?) } else { None })
+        let long = track
+            .times()
+            .last()
+            .is_some_and(|last| last - SETTLED > 6.0 * HOUR);
+        Ok(if long {
+            Some(track.oscillations(&Search::default())?)
+        } else {
+            None
+        })
     }
 
     /// Times and horizontal positions in the last `duration` seconds.
     fn last(&self, duration: f64) -> TimedPath {
         let from = self.times.last().map_or(0.0, |last| last - duration);
-        let both = self.times.iter().zip(&self.tips).filter(|(t, _)| **t >= from);
+        let both = self
+            .times
+            .iter()
+            .zip(&self.tips)
+            .filter(|(t, _)| **t >= from);
         both.map(|(t, tip)| (t / HOUR, [tip.x, tip.y])).collect()
     }
 }
@@ -107,7 +141,12 @@ fn run() -> Result<(), Box<dyn Error>> {
         "tip tracks of two superposed oscillations with equal and with opposite sense",
         &[
             Opt::value("hours", "H", "40", "time to simulate, h"),
-            Opt::value("alpha", "A", "0.3", "sensitivity of the endogenous oscillator"),
+            Opt::value(
+                "alpha",
+                "A",
+                "0.3",
+                "sensitivity of the endogenous oscillator",
+            ),
             Opt::value("period", "MIN", "20", "period of the oscillator, min"),
             Opt::value("step", "S", "60", "longest time step, s"),
             Opt::value("elements", "N", "4", "elements"),
@@ -120,18 +159,43 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut integrator = MethodOfSteps::new(options.positive("step"));
     let (elements, settled) = (options.get("elements"), options.flag("settled"));
     let out = options.out_dir();
-    let statoliths = if settled { "settled, without dynamics" } else { "avalanche dynamics, time constant 2 min" };
+    let statoliths = if settled {
+        "settled, without dynamics"
+    } else {
+        "avalanche dynamics, time constant 2 min"
+    };
     println!("statoliths: {statoliths}");
 
     let mut orbits = Vec::new();
-    let mut table = Table::create(out.join("tip.csv"), &["same_sense", "t_s", "x_m", "y_m", "z_m"])?;
+    let mut table = Table::create(
+        out.join("tip.csv"),
+        &["same_sense", "t_s", "x_m", "y_m", "z_m"],
+    )?;
     for (name, handedness, pattern, about) in [
-        ("equal senses", Handedness::Counterclockwise, "epitrochoid", SAME),
-        ("opposite senses", Handedness::Clockwise, "hypotrochoid", OPPOSITE),
+        (
+            "equal senses",
+            Handedness::Counterclockwise,
+            "epitrochoid",
+            SAME,
+        ),
+        (
+            "opposite senses",
+            Handedness::Clockwise,
+            "hypotrochoid",
+            OPPOSITE,
+        ),
     ] {
-        let perception: Box<dyn Perception<Signal = [f64; 2]>> =
-            if settled { Box::new(SettledStatoliths) } else { Box::new(Statoliths { avalanche_time: 2.0 * MINUTE }) };
-        let oscillator = Oscillator { handedness, ..Oscillator::new(alpha, period) };
+        let perception: Box<dyn Perception<Signal = [f64; 2]>> = if settled {
+            Box::new(SettledStatoliths)
+        } else {
+            Box::new(Statoliths {
+                avalanche_time: 2.0 * MINUTE,
+            })
+        };
+        let oscillator = Oscillator {
+            handedness,
+            ..Oscillator::new(alpha, period)
+        };
         let mut shoot = whirled_shoot(oscillator, elements, perception)?;
         let progress = Progress::new(name);
         let mut record = Record::default();
@@ -141,7 +205,8 @@ fn run() -> Result<(), Box<dyn Error>> {
             integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
             record.add(&shoot);
             // The oscillator and settled statoliths have no variables.
-            film.iter_mut().for_each(|film| film.push(Frame::of(&shoot, (!settled).then_some(0))));
+            film.iter_mut()
+                .for_each(|film| film.push(Frame::of(&shoot, (!settled).then_some(0))));
             progress.set(shoot.time() / end);
         }
         progress.finish();
@@ -157,13 +222,23 @@ fn run() -> Result<(), Box<dyn Error>> {
             let periods = found.oscillations.iter().take(2).map(|wave| wave.period);
             periods.max_by(f64::total_cmp)
         });
-        println!("{name}: {}", found.map_or(TOO_SHORT.into(), |found| description(&found)));
+        println!(
+            "{name}: {}",
+            found.map_or(TOO_SHORT.into(), |found| description(&found))
+        );
         let path = record.last(slow.unwrap_or(SHOWN));
-        orbits.push(Orbit { name: format!("{pattern}, {name}"), path, behind: record.last(SHOWN) });
+        orbits.push(Orbit {
+            name: format!("{pattern}, {name}"),
+            path,
+            behind: record.last(SHOWN),
+        });
     }
     table.finish()?;
-    Figure::new(out.join("tip.svg"), "Tip tracks, top view: last revolution in colour, last 8 h in grey")
-        .orbits(&orbits)?;
+    Figure::new(
+        out.join("tip.svg"),
+        "Tip tracks, top view: last revolution in colour, last 8 h in grey",
+    )
+    .orbits(&orbits)?;
     if options.flag("film") {
         println!("wrote film-epitrochoid.html and film-hypotrochoid.html for the browser");
     }
@@ -183,8 +258,15 @@ const TOO_SHORT: &str = "no periods: they need a run of at least 26 h";
 /// Describes periods, amplitudes, senses and the pattern.
 fn description(found: &Oscillations) -> String {
     let wave = |wave: &tracking::Oscillation| {
-        let sense = wave.ellipse.sense.map_or("no definite sense".into(), |sense| sense.to_string());
-        format!("period {:.3} min, amplitude {:.3} mm, {sense}", wave.period / MINUTE, 1e3 * wave.ellipse.major)
+        let sense = wave
+            .ellipse
+            .sense
+            .map_or("no definite sense".into(), |sense| sense.to_string());
+        format!(
+            "period {:.3} min, amplitude {:.3} mm, {sense}",
+            wave.period / MINUTE,
+            1e3 * wave.ellipse.major
+        )
     };
     let waves: Vec<String> = found.oscillations.iter().take(2).map(wave).collect();
     format!("{}: {}", waves.join("; "), found.pattern())

@@ -1,8 +1,8 @@
 //! Implementation of the law traits for options, lists and tuples of laws.
 
-/// Implements a trait for `Option<T>`, `Vec<T>` and tuples of up to six types that implement it. The second argument is
-/// a macro that writes the methods of a composition: its arguments are `self`, and one or more iterators over the
-/// parts.
+/// Implements a trait for `Option<T>`, `Vec<T>` and tuples of up to six types that implement it.
+/// The second argument is a macro that writes the methods of a composition: its arguments are
+/// `self`, and one or more iterators over the parts.
 macro_rules! compositions {
     ($Trait:ident, $methods:ident) => {
         #[doc = concat!("A [`", stringify!($Trait), "`] that may be absent: `None` equals `()`.")]

@@ -1,12 +1,13 @@
-//! Ensembles: many independent shoots on several threads or processes, with results in order and memory that does not
-//! grow with their number.
+//! Ensembles: many independent shoots on several threads or processes, with results in order and
+//! memory that does not grow with their number.
 //!
-//! A member of an ensemble is a closure from an index to a result. It builds a shoot, runs it and reduces the run to a
-//! few numbers while it runs. [`run`] computes the members on threads and passes their results, in the order of the
-//! indices, to a second closure on the thread of the caller, which writes them or adds them up. The order does not
-//! depend on the number of threads, so that neither does what is written. A [`Shard`] is the part of one process, as
-//! in the job array of a cluster. A run that was interrupted is resumed with the indices whose results are missing:
-//! [recipes](crate::guide::recipes) has a program.
+//! A member of an ensemble is a closure from an index to a result. It builds a shoot, runs it and
+//! reduces the run to a few numbers while it runs. [`run`] computes the members on threads and
+//! passes their results, in the order of the indices, to a second closure on the thread of the
+//! caller, which writes them or adds them up. The order does not depend on the number of threads,
+//! so that neither does what is written. A [`Shard`] is the part of one process, as in the job
+//! array of a cluster. A run that was interrupted is resumed with the indices whose results are
+//! missing: [recipes](crate::guide::recipes) has a program.
 //!
 //! ```
 //! use morphorod::constitutive::LinearElastic;
@@ -55,11 +56,12 @@ use std::thread;
 
 use crate::error::ParameterError;
 
-/// Largest number of results for each thread that wait for that of an earlier member. Until then a member that takes
-/// longer than others does not delay them.
+/// Largest number of results for each thread that wait for that of an earlier member. Until then a
+/// member that takes longer than others does not delay them.
 const WAITING: usize = 256;
 
-/// Part of an ensemble for one of several processes: member `number` − 1 and every `of`-th one after it.
+/// Part of an ensemble for one of several processes: member `number` − 1 and every `of`-th one
+/// after it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
     number: usize,
@@ -77,7 +79,12 @@ impl Shard {
     pub fn new(number: usize, of: usize) -> Result<Self, ParameterError> {
         ParameterError::unless(of > 0, "number of shards", of as f64, "at least 1")?;
         let inside = (1..=of).contains(&number);
-        ParameterError::unless(inside, "number of a shard", number as f64, "from 1 to the number of shards")?;
+        ParameterError::unless(
+            inside,
+            "number of a shard",
+            number as f64,
+            "from 1 to the number of shards",
+        )?;
         Ok(Self { number, of })
     }
 
@@ -91,13 +98,22 @@ impl Shard {
 impl FromStr for Shard {
     type Err = ParameterError;
 
-    /// Reads `number/of`, for example `2/8`. Text that is not a whole number counts as a missing one.
+    /// Reads `number/of`, for example `2/8`. Text that is not a whole number counts as a missing
+    /// one.
     fn from_str(text: &str) -> Result<Self, ParameterError> {
         let read = |text: &str| text.parse::<usize>().ok();
-        let parts = text.split_once('/').and_then(|(number, of)| read(number).zip(read(of)));
-        let malformed =
-            || ParameterError::missing("number of a shard", "whole, and followed by that of all shards, as in 2/8");
-        parts.ok_or_else(malformed).and_then(|(number, of)| Self::new(number, of))
+        let parts = text
+            .split_once('/')
+            .and_then(|(number, of)| read(number).zip(read(of)));
+        let malformed = || {
+            ParameterError::missing(
+                "number of a shard",
+                "whole, and followed by that of all shards, as in 2/8",
+            )
+        };
+        parts
+            .ok_or_else(malformed)
+            .and_then(|(number, of)| Self::new(number, of))
     }
 }
 
@@ -107,14 +123,17 @@ pub fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Computes members on a number of threads, and passes each index and result to `take` in the order of `members`, on
-/// the thread of the caller. With less than two threads the members are computed there, too.
+/// Computes members on a number of threads, and passes each index and result to `take` in the order
+/// of `members`, on the thread of the caller. With less than two threads the members are computed
+/// there, too.
 ///
-/// Threads start members in order. At most 256 results for each thread wait for that of an earlier member: memory does
-/// not grow with the number of members. A member that fails returns its error as result, and the others continue.
+/// Threads start members in order. At most 256 results for each thread wait for that of an earlier
+/// member: memory does not grow with the number of members. A member that fails returns its error
+/// as result, and the others continue.
 ///
 /// # Errors
-/// The first error of `take`. No member is started after it, and results of started ones are dropped.
+/// The first error of `take`. No member is started after it, and results of started ones are
+/// dropped.
 ///
 /// # Panics
 /// If a member panics.
@@ -143,7 +162,8 @@ pub fn run<T: Send, E>(
         }
         drop(queue);
         for (index, result) in started {
-            // A member that panics does not send a result, and the panic continues when its thread is joined.
+            // A member that panics does not send a result, and the panic continues when its thread
+            // is joined.
             let Ok(result) = result.recv() else { break };
             take(index, result)?;
         }
@@ -151,13 +171,13 @@ pub fn run<T: Send, E>(
     })
 }
 
-/// Members that are not started, and the place to which the started ones are sent in order: the index of each with the
-/// receiver of its result.
+/// Members that are not started, and the place to which the started ones are sent in order: the
+/// index of each with the receiver of its result.
 type Queue<I, T> = Mutex<(I, SyncSender<(usize, Receiver<T>)>)>;
 
-/// Starts the next member. Waits as long as too many results are not taken. Returns the index of the member and the
-/// sender of its result, or `None` after the last one, after an error of the caller, and after a panic of the members'
-/// iterator.
+/// Starts the next member. Waits as long as too many results are not taken. Returns the index of
+/// the member and the sender of its result, or `None` after the last one, after an error of the
+/// caller, and after a panic of the members' iterator.
 fn start<T>(queue: &Queue<impl Iterator<Item = usize>, T>) -> Option<(usize, Sender<T>)> {
     let (sender, receiver) = mpsc::channel();
     let mut queue = queue.lock().ok()?;
@@ -170,7 +190,11 @@ fn start<T>(queue: &Queue<impl Iterator<Item = usize>, T>) -> Option<(usize, Sen
 ///
 /// # Panics
 /// If a member panics.
-pub fn collect<T: Send>(count: usize, threads: usize, member: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub fn collect<T: Send>(
+    count: usize,
+    threads: usize,
+    member: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
     let mut results = Vec::with_capacity(count);
     let Ok(()) = run(0..count, threads.min(count), member, |_, result| {
         results.push(result);
@@ -201,8 +225,15 @@ mod tests {
                 seen.push(index);
                 Ok(())
             });
-            assert_eq!((end, seen), (Ok(()), members.collect()), "{threads} threads");
-            assert_eq!(collect(20, threads, uneven), (0..20).map(|index| 3 * index).collect::<Vec<_>>());
+            assert_eq!(
+                (end, seen),
+                (Ok(()), members.collect()),
+                "{threads} threads"
+            );
+            assert_eq!(
+                collect(20, threads, uneven),
+                (0..20).map(|index| 3 * index).collect::<Vec<_>>()
+            );
         }
     }
 
@@ -225,9 +256,14 @@ mod tests {
                 started.fetch_add(1, Ordering::Relaxed);
                 index
             };
-            let end = run(0..1_000_000, threads, member, |index, _| if index == 5 { Err("five") } else { Ok(()) });
+            let end = run(0..1_000_000, threads, member, |index, _| {
+                if index == 5 { Err("five") } else { Ok(()) }
+            });
             assert_eq!(end, Err("five"));
-            assert!(started.into_inner() <= 6 + threads * WAITING, "{threads} threads");
+            assert!(
+                started.into_inner() <= 6 + threads * WAITING,
+                "{threads} threads"
+            );
         }
     }
 
@@ -251,25 +287,40 @@ mod tests {
     #[test]
     fn panic_of_a_member_or_of_the_caller_reaches_the_caller() {
         let member = |index| assert!(index != 300, "member 300");
-        let caught = std::panic::catch_unwind(|| run(0..10_000, 2, member, |_, ()| Ok::<(), ()>(())));
+        let caught =
+            std::panic::catch_unwind(|| run(0..10_000, 2, member, |_, ()| Ok::<(), ()>(())));
         assert!(caught.is_err());
-        let take = |index, ()| -> Result<(), ()> { if index == 300 { panic!("caller") } else { Ok(()) } };
+        let take = |index, ()| -> Result<(), ()> {
+            if index == 300 {
+                panic!("caller")
+            } else {
+                Ok(())
+            }
+        };
         assert!(std::panic::catch_unwind(|| run(0..10_000, 2, |_| (), take)).is_err());
     }
 
     #[test]
     fn every_member_belongs_to_exactly_one_shard() {
         for of in 1..6 {
-            let shards: Vec<Shard> = (1..=of).map(|number| Shard::new(number, of).unwrap()).collect();
+            let shards: Vec<Shard> = (1..=of)
+                .map(|number| Shard::new(number, of).unwrap())
+                .collect();
             for index in 0..20 {
-                assert_eq!(shards.iter().filter(|shard| shard.contains(index)).count(), 1, "{index} of {of}");
+                assert_eq!(
+                    shards.iter().filter(|shard| shard.contains(index)).count(),
+                    1,
+                    "{index} of {of}"
+                );
             }
         }
     }
 
     #[test]
     fn invalid_shards_are_refused() {
-        for text in ["0/4", "5/4", "a/b", "1/0", "0/0", "3", "1/2/3", "-1/4", "", "/", "1.5/4"] {
+        for text in [
+            "0/4", "5/4", "a/b", "1/0", "0/0", "3", "1/2/3", "-1/4", "", "/", "1.5/4",
+        ] {
             assert!(text.parse::<Shard>().is_err(), "{text}");
         }
         assert_eq!("4/4".parse::<Shard>().unwrap(), Shard::new(4, 4).unwrap());

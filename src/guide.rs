@@ -1,14 +1,20 @@
-//! Chapters: recipes, laws and methods of your own, and the method with its accuracy, run time and limits.
+//! Chapters: recipes, laws and methods of your own, and the method with its accuracy, run time and
+//! limits.
 
-// The chapters end with definitions of their links for readers of the files. Of several definitions of a label the
-// first counts, so that those of `links.md` lead to the pages of the documentation. `tests/project/links.rs` checks
-// both.
+// The chapters end with definitions of their links for readers of the files. Of several definitions
+// of a label the first counts, so that those of `links.md` lead to the pages of the documentation.
+// `tests/project/links.rs` checks both.
 
-/// Text of a chapter after the definitions of links in `links.md`: first those of chapters, then those of items, which
-/// are code.
+/// Text of a chapter after the definitions of links in `links.md`: first those of chapters, then
+/// those of items, which are code.
 macro_rules! chapter {
     ($file:literal) => {
-        concat!("\n\n", include_str!("links.md"), "\n", include_str!(concat!("../", $file)))
+        concat!(
+            "\n\n",
+            include_str!("links.md"),
+            "\n",
+            include_str!(concat!("../", $file))
+        )
     };
 }
 
@@ -42,7 +48,8 @@ pub mod saving {}
 #[doc = picture!("sensing_touch")]
 pub mod laws {}
 
-/// Experiments on gravitropism and circumnutation, with published results and closed forms; waves of roots.
+/// Experiments on gravitropism and circumnutation, with published results and closed forms; waves
+/// of roots.
 #[doc = chapter!("docs/experiments.md")]
 #[doc = picture!("experiments")]
 #[doc = picture!("roots_waves")]
@@ -67,7 +74,8 @@ pub mod method {}
 #[doc = chapter!("docs/supports.md")]
 pub mod supports {}
 
-/// Parameters of a shoot from data: identifiability, experimental design, and the test for an oscillator.
+/// Parameters of a shoot from data: identifiability, experimental design, and the test for an
+/// oscillator.
 #[doc = chapter!("docs/fit.md")]
 pub mod fit {}
 
@@ -81,7 +89,8 @@ pub mod stability {}
 #[doc = picture!("bifurcation")]
 pub mod cycles {}
 
-/// Meaning of the tolerances, reliability of the error estimates, and tables of error against run time.
+/// Meaning of the tolerances, reliability of the error estimates, and tables of error against run
+/// time.
 #[doc = chapter!("docs/accuracy.md")]
 #[doc = picture!("work_precision")]
 pub mod accuracy {}

@@ -1,16 +1,17 @@
-//! Growing (morphoelastic) rods in three dimensions: plant shoots that elongate, bend by delayed responses to
-//! gravity and to their own curvature, stiffen with age, sag under their weight and nutate.
+//! Growing (morphoelastic) rods in three dimensions: plant shoots that elongate, bend by delayed
+//! responses to gravity and to their own curvature, stiffen with age, sag under their weight and
+//! nutate.
 //!
-//! The model is that of Agostinelli, DeSimone and Noselli, *Nutations in Plant Shoots: Endogenous and Exogenous
-//! Factors in the Presence of Mechanical Deformations*, Front. Plant Sci. 12:608005 (2021), doi
-//! 10.3389/fpls.2021.608005. Equation numbers refer to this paper. Each part of the model is a law behind a
-//! small trait. A shoot combines six laws, provided by the crate or written by you: growth, tropism,
-//! elasticity, load, scene and support.
+//! The model is that of Agostinelli, DeSimone and Noselli, *Nutations in Plant Shoots: Endogenous
+//! and Exogenous Factors in the Presence of Mechanical Deformations*, Front. Plant Sci. 12:608005
+//! (2021), doi 10.3389/fpls.2021.608005. Equation numbers refer to this paper. Each part of the
+//! model is a law behind a small trait. A shoot combines six laws, provided by the crate or written
+//! by you: growth, tropism, elasticity, load, scene and support.
 //!
 //! # A shoot that rights itself
 //!
-//! A shoot of constant length with a horizontal base bends upwards by gravitropism. Proprioception limits its
-//! curvature.
+//! A shoot of constant length with a horizontal base bends upwards by gravitropism. Proprioception
+//! limits its curvature.
 //!
 //! ```
 //! use morphorod::constitutive::LinearElastic;
@@ -83,23 +84,24 @@
 //! | | [light, touch, memory kernels](guide::laws), [own laws](guide::own_laws) and |
 //! | | [own methods](guide::own_methods) |
 //!
-//! A [`Shoot`] has a state and a [`Model`], its six laws as one type; [`Laws`] is the usual one. A [`Scene`]
-//! is gravity and the base as functions of time.
+//! A [`Shoot`] has a state and a [`Model`], its six laws as one type; [`Laws`] is the usual one. A
+//! [`Scene`] is gravity and the base as functions of time.
 //!
 //! # Features
 //!
-//! With the feature `serde`, which is off by default, [`State`], [`Rod`](rod::Rod) and the laws, loads and
-//! scenes of the crate implement `Serialize` and `Deserialize`, and there is a module `checkpoint`.
+//! With the feature `serde`, which is off by default, [`State`], [`Rod`](rod::Rod) and the laws,
+//! loads and scenes of the crate implement `Serialize` and `Deserialize`, and there is a module
+//! `checkpoint`.
 //!
-//! A [`State`] that is written and read is equal bit for bit if the format keeps every bit of a number, as binary
-//! formats do. `serde_json` requires its feature `float_roundtrip` for this.
+//! A [`State`] that is written and read is equal bit for bit if the format keeps every bit of a
+//! number, as binary formats do. `serde_json` requires its feature `float_roundtrip` for this.
 //!
 //! # Units and axes
 //!
-//! All quantities are in SI units, and angles in radians. Vectors are in a fixed frame {e1, e2, e3} unless
-//! stated as "along the directors". e3 points up, and an upright base has d1 = e1, d2 = e2, d3 = e3. The
-//! director d3 is the tangent, from base to apex. Strains are right-handed: positive u2 bends the rod towards
-//! d1, negative u1 towards d2, and positive u3 twists d1 towards d2.
+//! All quantities are in SI units, and angles in radians. Vectors are in a fixed frame {e1, e2, e3}
+//! unless stated as "along the directors". e3 points up, and an upright base has d1 = e1, d2 = e2,
+//! d3 = e3. The director d3 is the tangent, from base to apex. Strains are right-handed: positive
+//! u2 bends the rod towards d1, negative u1 towards d2, and positive u3 twists d1 towards d2.
 
 #![forbid(unsafe_code)]
 

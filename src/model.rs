@@ -14,9 +14,9 @@ pub(crate) use crate::{scene::Scene, support::Support, tropism::TropismLaw};
 
 /// The laws of a shoot: growth, tropism, elasticity, load, scene and support.
 ///
-/// [`Laws`] is the usual model. A type of your own can be a model as well, for example to store further data
-/// beside the laws. A function that accepts any shoot has the signature `fn follow(shoot: &mut Shoot<impl
-/// Model>)`.
+/// [`Laws`] is the usual model. A type of your own can be a model as well, for example to store
+/// further data beside the laws. A function that accepts any shoot has the signature `fn
+/// follow(shoot: &mut Shoot<impl Model>)`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "laws together are a model: `morphorod::Laws {{ constitutive, growth, tropism, load, scene, support }}`"
@@ -49,32 +49,59 @@ pub trait Model {
     fn support(&self) -> &Self::Support;
 }
 
-/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite
-/// without one.
+/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity;
+/// infinite without one.
 ///
 /// # Errors
 /// A law that returns a time that is not later than `t`, or NaN.
 pub(crate) fn next_discontinuity(model: &impl Model, t: f64) -> Result<f64, ParameterError> {
     let announced = [
-        ("next discontinuity of the growth law", model.growth().next_discontinuity(t)),
-        ("next discontinuity of the load", model.load().next_discontinuity(t)),
-        ("next discontinuity of the scene", model.scene().next_discontinuity(t)),
-        ("next discontinuity of the tropism laws", model.tropism().next_discontinuity(t)),
-        ("next discontinuity of the support", model.support().next_discontinuity(t)),
+        (
+            "next discontinuity of the growth law",
+            model.growth().next_discontinuity(t),
+        ),
+        (
+            "next discontinuity of the load",
+            model.load().next_discontinuity(t),
+        ),
+        (
+            "next discontinuity of the scene",
+            model.scene().next_discontinuity(t),
+        ),
+        (
+            "next discontinuity of the tropism laws",
+            model.tropism().next_discontinuity(t),
+        ),
+        (
+            "next discontinuity of the support",
+            model.support().next_discontinuity(t),
+        ),
     ];
-    announced.into_iter().try_fold(f64::INFINITY, |first, (name, time)| {
-        ParameterError::unless(time > t, name, time, "later than the time for which it is requested (s)")?;
-        Ok(first.min(time))
-    })
+    announced
+        .into_iter()
+        .try_fold(f64::INFINITY, |first, (name, time)| {
+            ParameterError::unless(
+                time > t,
+                name,
+                time,
+                "later than the time for which it is requested (s)",
+            )?;
+            Ok(first.min(time))
+        })
 }
 
-/// Returns an error for a shoot with a support, whose shape cannot rotate about the tangent of the base in general.
+/// Returns an error for a shoot with a support, whose shape cannot rotate about the tangent of the
+/// base in general.
 pub(crate) fn check_unsupported(model: &impl Model) -> Result<(), ParameterError> {
-    let (name, requirement) = ("number of supports", "zero for rotating waves and orbits that return rotated");
+    let (name, requirement) = (
+        "number of supports",
+        "zero for rotating waves and orbits that return rotated",
+    );
     ParameterError::unless(model.support().is_absent(), name, 1.0, requirement)
 }
 
-/// Returns an error for the first parameter that is out of range for a shoot of the given initial length (m).
+/// Returns an error for the first parameter that is out of range for a shoot of the given initial
+/// length (m).
 pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterError> {
     model.growth().check(length)?;
     check_speed(model.growth(), length)?;
@@ -83,25 +110,38 @@ pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterErro
     declaration.check()?;
     let different = 1 + usize::from(Declaration::of(model.tropism()) != declaration);
     let requirement = "since `declare` is called repeatedly";
-    ParameterError::count("number of declarations of the tropism laws", [different, 1], requirement)?;
+    ParameterError::count(
+        "number of declarations of the tropism laws",
+        [different, 1],
+        requirement,
+    )?;
     model.constitutive().check()?;
     model.load().check()?;
     model.scene().check()?;
     check_support(model.support())?;
     let zone = model.growth().zone_length();
-    ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")
+    ParameterError::unless(
+        zone > 0.0,
+        "length of the growth zone",
+        zone,
+        "positive (m)",
+    )
 }
 
-/// Returns an error for a parameter out of range, and for a support that is absent and has conditions, which would have
-/// no effect.
+/// Returns an error for a parameter out of range, and for a support that is absent and has
+/// conditions, which would have no effect.
 fn check_support(support: &impl Support) -> Result<(), ParameterError> {
     support.check()?;
     if !support.is_absent() {
         return Ok(());
     }
-    let conditions = support.holds(0.0).len() + support.potentials().len() + support.contacts().len();
+    let conditions =
+        support.holds(0.0).len() + support.potentials().len() + support.contacts().len();
     let ignored = conditions + usize::from(support.base().is_some());
-    let (name, requirement) = ("number of conditions of a support that `is_absent`", "since they have no effect");
+    let (name, requirement) = (
+        "number of conditions of a support that `is_absent`",
+        "since they have no effect",
+    );
     ParameterError::count(name, [ignored, 0], requirement)
 }
 
@@ -142,38 +182,122 @@ pub struct Laws<C, G = (), T = (), L = (), S = Still, U = ()> {
 impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {
     /// Replaces the elastic law.
     pub fn with_constitutive<N: Constitutive>(self, constitutive: N) -> Laws<N, G, T, L, S, U> {
-        let Self { growth, tropism, load, scene, support, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene, support }
+        let Self {
+            growth,
+            tropism,
+            load,
+            scene,
+            support,
+            ..
+        } = self;
+        Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+            support,
+        }
     }
 
     /// Replaces the growth law.
     pub fn with_growth<N: GrowthLaw>(self, growth: N) -> Laws<C, N, T, L, S, U> {
-        let Self { constitutive, tropism, load, scene, support, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene, support }
+        let Self {
+            constitutive,
+            tropism,
+            load,
+            scene,
+            support,
+            ..
+        } = self;
+        Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+            support,
+        }
     }
 
     /// Replaces the tropism law by a law or a tuple of laws.
     pub fn with_tropism<N: TropismLaw>(self, tropism: N) -> Laws<C, G, N, L, S, U> {
-        let Self { constitutive, growth, load, scene, support, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene, support }
+        let Self {
+            constitutive,
+            growth,
+            load,
+            scene,
+            support,
+            ..
+        } = self;
+        Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+            support,
+        }
     }
 
     /// Replaces the load by a load or a tuple of loads.
     pub fn with_load<N: Load>(self, load: N) -> Laws<C, G, T, N, S, U> {
-        let Self { constitutive, growth, tropism, scene, support, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene, support }
+        let Self {
+            constitutive,
+            growth,
+            tropism,
+            scene,
+            support,
+            ..
+        } = self;
+        Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+            support,
+        }
     }
 
     /// Replaces the scene.
     pub fn with_scene<N: Scene>(self, scene: N) -> Laws<C, G, T, L, N, U> {
-        let Self { constitutive, growth, tropism, load, support, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene, support }
+        let Self {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            support,
+            ..
+        } = self;
+        Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+            support,
+        }
     }
 
     /// Replaces the support by a support or a tuple of supports.
     pub fn with_support<N: Support>(self, support: N) -> Laws<C, G, T, L, S, N> {
-        let Self { constitutive, growth, tropism, load, scene, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene, support }
+        let Self {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+            ..
+        } = self;
+        Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+            support,
+        }
     }
 }
 
@@ -212,7 +336,8 @@ where
     S: Scene + Send + Sync + 'static,
     U: Support + Send + Sync + 'static,
 {
-    /// Converts the laws to the common type [`DynLaws`], for collections of shoots with different laws.
+    /// Converts the laws to the common type [`DynLaws`], for collections of shoots with different
+    /// laws.
     pub fn into_dyn(self) -> DynLaws {
         Laws {
             constitutive: Arc::new(self.constitutive),
@@ -238,7 +363,9 @@ macro_rules! debug_by_name {
 
 debug_by_name!(Constitutive, GrowthLaw, TropismLaw, Load, Scene, Support);
 
-impl<C: Constitutive, G: GrowthLaw, T: TropismLaw, L: Load, S: Scene, U: Support> Model for Laws<C, G, T, L, S, U> {
+impl<C: Constitutive, G: GrowthLaw, T: TropismLaw, L: Load, S: Scene, U: Support> Model
+    for Laws<C, G, T, L, S, U>
+{
     type Growth = G;
     type Tropism = T;
     type Constitutive = C;

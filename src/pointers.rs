@@ -1,7 +1,8 @@
-//! Implementation of the law traits for boxed, shared and borrowed laws, and by forwarding to a part.
+//! Implementation of the law traits for boxed, shared and borrowed laws, and by forwarding to a
+//! part.
 
-/// Implements methods of a trait by forwarding to a part of `self`, which implements the same or another trait:
-/// `forward_methods!(self, Trait of part => methods)`.
+/// Implements methods of a trait by forwarding to a part of `self`, which implements the same or
+/// another trait: `forward_methods!(self, Trait of part => methods)`.
 macro_rules! forward_methods {
     ($self:ident, $Trait:ident of $part:expr => $(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $answer:ty)?;)*) => {
         $(
@@ -13,8 +14,9 @@ macro_rules! forward_methods {
     };
 }
 
-/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by forwarding to `T`. The arguments are the associated
-/// types and then the methods of the trait. A macro that forwards further methods may precede them.
+/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by forwarding to `T`. The arguments are the
+/// associated types and then the methods of the trait. A macro that forwards further methods may
+/// precede them.
 macro_rules! forward_pointers {
     (@ $Trait:ident $($more:ident)?, $Pointer:ty, {
         $(type $Type:ident;)*

@@ -8,7 +8,8 @@ use crate::load::{Cut, InternalForce, Load};
 use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, weighted};
 use crate::scene::Environment;
 
-/// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
+/// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3
+/// of the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Place {
@@ -22,11 +23,11 @@ pub struct Place {
     pub position: Vector3<f64>,
     /// The frame, which rotates e1, e2, e3 into the directors.
     pub frame: UnitQuaternion<f64>,
-    /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m. Positive u2 bends
-    /// towards d1, negative u1 towards d2, positive u3 twists d1 towards d2.
+    /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m.
+    /// Positive u2 bends towards d1, negative u1 towards d2, positive u3 twists d1 towards d2.
     pub strain: Vector3<f64>,
-    /// The strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) for an
-    /// elastic law without them.
+    /// The strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0,
+    /// 0, 1) for an elastic law without them.
     pub line_strain: Vector3<f64>,
     /// The intrinsic strain u*, along the directors, 1/m.
     pub intrinsic: Vector3<f64>,
@@ -36,16 +37,16 @@ pub struct Place {
     pub force: Vector3<f64>,
     /// The elastic energy of bending, twist, shear and stretch per unstretched length, J/m.
     pub elastic_energy: f64,
-    /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of constant
-    /// length it is the rate of the ongoing differential growth.
+    /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of
+    /// constant length it is the rate of the ongoing differential growth.
     pub regr: f64,
     /// The speed ds/dt at which growth moves the tissue away from the base, along the shoot, m/s.
     pub speed: f64,
 }
 
 impl Place {
-    /// The curvature √(u1² + u2²), 1/m: the rotation of the section per unstretched length, which is the curvature
-    /// of the centre line without shear and stretch.
+    /// The curvature √(u1² + u2²), 1/m: the rotation of the section per unstretched length, which
+    /// is the curvature of the centre line without shear and stretch.
     #[must_use]
     pub fn curvature(&self) -> f64 {
         self.strain.xy().norm()
@@ -87,15 +88,16 @@ impl Place {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Between the material points, position, frame, force and couple are at least as accurate as at them: of order
-/// p + 2 in the length of the element, with [p points](crate::Order::points) in an element, and of order 2 with
-/// one point. The intrinsic strain is the polynomial through its values at the points, of order p. Age and
-/// visible strain then have this order as well. Merging smooths the intrinsic strain of mature tissue
-/// ([`guide::method`](crate::guide::method)). In a rod that is not in equilibrium, the couple is that required
-/// by the load and the [reactions](Rod::reactions). At the ends of elements, also at the base, the force is
-/// exactly the sum of the load and the reactions beyond. Inside an element with a reaction it is a polynomial.
-/// A shoot whose laws were [exchanged](crate::Shoot::with_model) reaches equilibrium when an integrator advances
-/// it to the present time.
+/// Between the material points, position, frame, force and couple are at least as accurate as at
+/// them: of order p + 2 in the length of the element, with [p points](crate::Order::points) in an
+/// element, and of order 2 with one point. The intrinsic strain is the polynomial through its
+/// values at the points, of order p. Age and visible strain then have this order as well. Merging
+/// smooths the intrinsic strain of mature tissue ([`guide::method`](crate::guide::method)). In a
+/// rod that is not in equilibrium, the couple is that required by the load and the
+/// [reactions](Rod::reactions). At the ends of elements, also at the base, the force is exactly the
+/// sum of the load and the reactions beyond. Inside an element with a reaction it is a polynomial.
+/// A shoot whose laws were [exchanged](crate::Shoot::with_model) reaches equilibrium when an
+/// integrator advances it to the present time.
 #[derive(Debug)]
 pub struct Profile<'a, C, L, G = ()> {
     rod: &'a Rod,
@@ -107,8 +109,8 @@ pub struct Profile<'a, C, L, G = ()> {
     length: f64,
     /// Quantities at the ends of the elements, from base to apex.
     ends: Vec<Beyond>,
-    /// Force of the reactions of a support in each element, N: at its first end, at its material points, and at its
-    /// last end; empty without a support.
+    /// Force of the reactions of a support in each element, N: at its first end, at its material
+    /// points, and at its last end; empty without a support.
     reactions: Vec<Vector3<f64>>,
 }
 
@@ -128,9 +130,10 @@ struct Beyond {
 }
 
 impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
-    /// The profile of a rod in equilibrium with a material under a load, for the time and gravity of an environment.
-    /// The forces and couples of supports in the last equilibrium, [`Rod::reactions`], are included. There is no
-    /// growth law: [`regr`](Place::regr) and [`speed`](Place::speed) are zero.
+    /// The profile of a rod in equilibrium with a material under a load, for the time and gravity
+    /// of an environment. The forces and couples of supports in the last equilibrium,
+    /// [`Rod::reactions`], are included. There is no growth law: [`regr`](Place::regr) and
+    /// [`speed`](Place::speed) are zero.
     #[must_use]
     pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
         Profile::growing(rod, (material, load, &()), *environment)
@@ -145,46 +148,73 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         environment: Environment,
     ) -> Self {
         let (zero, elements) = (Vector3::zeros(), rod.elements());
-        let apex = Beyond { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
+        let apex = Beyond {
+            length: 0.0,
+            volume: 0.0,
+            distributed: zero,
+            couple: zero,
+            position: rod.tip(),
+        };
         let (length, ends) = (rod.length(), vec![apex; elements + 1]);
         let mut force = InternalForce::of(rod, load, &environment);
         force.react(rod, rod.reactions());
         let reactions = force.reactions_in_elements(rod);
-        let mut profile = Self { rod, material, load, growth, environment, length, ends, reactions };
+        let mut profile = Self {
+            rod,
+            material,
+            load,
+            growth,
+            environment,
+            length,
+            ends,
+            reactions,
+        };
         for e in (0..=elements).rev() {
             if e < elements {
                 profile.ends[e] = profile.beyond(e, 0.0);
             }
-            force.couples_at(e).for_each(|couple| profile.ends[e].couple += couple);
+            force
+                .couples_at(e)
+                .for_each(|couple| profile.ends[e].couple += couple);
         }
         profile
     }
 
-    /// The place at an arc length `s` (m). `None` for NaN and for a place beyond the ends; up to rounding it is at the
-    /// end. At a jump of the force the load determines the side, up to the rounding of `s`; a
-    /// [`PointForce`](crate::load::PointForce) and a reaction act only below their point.
+    /// The place at an arc length `s` (m). `None` for NaN and for a place beyond the ends; up to
+    /// rounding it is at the end. At a jump of the force the load determines the side, up to the
+    /// rounding of `s`; a [`PointForce`](crate::load::PointForce) and a reaction act only below
+    /// their point.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
         let (e, x) = self.rod.locate_on(s)?;
-        Some(Place { arc_length: s.clamp(0.0, self.length), ..self.within(e, x) })
+        Some(Place {
+            arc_length: s.clamp(0.0, self.length),
+            ..self.within(e, x)
+        })
     }
 
-    /// `count` places at equal distances from base to apex, including both. A single place is the base.
+    /// `count` places at equal distances from base to apex, including both. A single place is the
+    /// base.
     #[must_use]
     pub fn sample(&self, count: usize) -> Vec<Place> {
         let last = count.saturating_sub(1).max(1);
-        (0..count).filter_map(|i| self.at(self.length * (i as f64 / last as f64))).collect()
+        (0..count)
+            .filter_map(|i| self.at(self.length * (i as f64 / last as f64)))
+            .collect()
     }
 
-    /// Integrals over the rod beyond the coordinate `x` of element `e`, and the position there. The part in the
-    /// element is integrated by its Gauss rule on [x, 1].
+    /// Integrals over the rod beyond the coordinate `x` of element `e`, and the position there. The
+    /// part in the element is integrated by its Gauss rule on [x, 1].
     fn beyond(&self, e: usize, x: f64) -> Beyond {
         let reference = self.rod.reference();
         let mut sum = self.lengths_beyond(e, x);
         for (y, w) in reference.points.iter().zip(&reference.weights) {
             let y = x + (1.0 - x) * y;
             let (point, frame) = (self.rod.point_within(e, y), self.rod.frame_within(e, y));
-            let (tissue, force) = (self.tissue(&point), self.force((e, y), &point, &self.lengths_beyond(e, y)));
+            let (tissue, force) = (
+                self.tissue(&point),
+                self.force((e, y), &point, &self.lengths_beyond(e, y)),
+            );
             let tangent = frame * line_strain_under(self.material, &tissue, &frame, &force);
             let part = w * (1.0 - x) * point.jacobian;
             sum.couple += tangent.cross(&force) * part;
@@ -193,8 +223,8 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         sum
     }
 
-    /// The integrals of length, volume and distributed force beyond the coordinate `x` of element `e`. Couple
-    /// and position are those at the last end of the element.
+    /// The integrals of length, volume and distributed force beyond the coordinate `x` of element
+    /// `e`. Couple and position are those at the last end of the element.
     fn lengths_beyond(&self, e: usize, x: f64) -> Beyond {
         let reference = self.rod.reference();
         let mut sum = self.ends[e + 1];
@@ -219,7 +249,8 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         }
         let p = self.rod.order().points();
         let within = &self.reactions[e * (p + 2)..(e + 1) * (p + 2)];
-        // At the material points the force of a reaction inside the element is distributed over them.
+        // At the material points the force of a reaction inside the element is distributed over
+        // them.
         load + if x <= 0.0 {
             within[0]
         } else if x >= 1.0 {
@@ -236,19 +267,33 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     /// The place at coordinate `x` of element `e`.
     fn within(&self, e: usize, x: f64) -> Place {
         let (rod, time) = (self.rod, self.environment.time);
-        let (beyond, point, frame) = (self.beyond(e, x), rod.point_within(e, x), rod.frame_within(e, x));
+        let (beyond, point, frame) = (
+            self.beyond(e, x),
+            rod.point_within(e, x),
+            rod.frame_within(e, x),
+        );
         let (tissue, intrinsic) = (self.tissue(&point), point.intrinsic);
         let couple = frame.inverse_transform_vector(&beyond.couple);
         let force = self.force((e, x), &point, &beyond);
-        // The strain follows from the couple. For a law that is not linear the differentiated strain is the guess.
+        // The strain follows from the couple. For a law that is not linear the differentiated
+        // strain is the guess.
         let near = || rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);
         let zone = self.growth.zone_length();
         let (in_zone, elongates) = (e >= rod.first_growing, self.growth.elongates());
-        let speed = |sigma: f64| if elongates { self.growth.apical_speed(sigma.min(zone), time) } else { 0.0 };
+        let speed = |sigma: f64| {
+            if elongates {
+                self.growth.apical_speed(sigma.min(zone), time)
+            } else {
+                0.0
+            }
+        };
         let elastic = strain_near(self.material, &tissue, near, &couple);
-        let line = self.material.line_response(&tissue, &frame.inverse_transform_vector(&force));
-        let energy = self.material.respond(&tissue, &elastic).energy + line.map_or(0.0, |line| line.energy);
+        let line = self
+            .material
+            .line_response(&tissue, &frame.inverse_transform_vector(&force));
+        let energy =
+            self.material.respond(&tissue, &elastic).energy + line.map_or(0.0, |line| line.energy);
         Place {
             arc_length: length - sigma,
             apex_distance: sigma,
@@ -261,8 +306,16 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
             couple,
             force,
             elastic_energy: energy,
-            regr: if in_zone { self.growth.regr(sigma, time) } else { 0.0 },
-            speed: if in_zone { speed(length) - speed(sigma) } else { 0.0 },
+            regr: if in_zone {
+                self.growth.regr(sigma, time)
+            } else {
+                0.0
+            },
+            speed: if in_zone {
+                speed(length) - speed(sigma)
+            } else {
+                0.0
+            },
         }
     }
 }

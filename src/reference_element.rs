@@ -1,11 +1,14 @@
-//! The reference element: the material is at Gauss points, the rotations are at Gauss–Lobatto nodes.
+//! The reference element: the material is at Gauss points, the rotations are at Gauss–Lobatto
+//! nodes.
 
 use std::sync::OnceLock;
 
 use nalgebra::Vector3;
 use simba::simd::{SimdValue, WideF64x4};
 
-use crate::numerics::interpolation::{lagrange_denominator, lagrange_derivatives, lagrange_over, lagrange_powers};
+use crate::numerics::interpolation::{
+    lagrange_denominator, lagrange_derivatives, lagrange_over, lagrange_powers,
+};
 use crate::numerics::quadrature::{gauss, lobatto};
 
 /// The largest number of Gauss points in an element.
@@ -14,7 +17,8 @@ pub(crate) const MAX_POINTS: usize = 4;
 /// A number at each Gauss point of an element, with lanes for the largest number of points.
 pub(crate) type AtPoints = WideF64x4;
 
-/// Order of accuracy of the shape: with p Gauss points in an element of length h, the error of the tip is O(h²ᵖ).
+/// Order of accuracy of the shape: with p Gauss points in an element of length h, the error of the
+/// tip is O(h²ᵖ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Order {
@@ -24,8 +28,8 @@ pub enum Order {
     Four,
     /// Three Gauss points in an element.
     Six,
-    /// Four Gauss points in an element. The run time is within a factor of two of the best order for a wide range of
-    /// accuracies.
+    /// Four Gauss points in an element. The run time is within a factor of two of the best order
+    /// for a wide range of accuracies.
     #[default]
     Eight,
 }
@@ -70,17 +74,19 @@ pub(crate) struct ReferenceElement {
     pub slope_at_points: [AtPoints; MAX_POINTS],
     /// The weights of the Gauss points.
     pub weights_at_points: AtPoints,
-    /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is one at point j.
+    /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is
+    /// one at point j.
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
-    /// `point_powers[j][k]`: coefficient of xᵏ in the polynomial through the Gauss points that is one at point j.
+    /// `point_powers[j][k]`: coefficient of xᵏ in the polynomial through the Gauss points that is
+    /// one at point j.
     pub point_powers: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `node_powers[j][k]`: coefficient of xᵏ in the polynomial of node j + 1.
     pub node_powers: [[f64; MAX_POINTS + 1]; MAX_POINTS],
-    /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through the Gauss points
-    /// that is one at point j.
+    /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through
+    /// the Gauss points that is one at point j.
     integrals: [[f64; MAX_POINTS]; MAX_POINTS],
-    /// Stations, at which a distributed contact acts. There is one fewer than rotations, so that bending energy
-    /// determines the shape.
+    /// Stations, at which a distributed contact acts. There is one fewer than rotations, so that
+    /// bending energy determines the shape.
     pub stations: Vec<Station>,
 }
 
@@ -109,14 +115,16 @@ impl ReferenceElement {
     /// The reference element of an order, computed once.
     #[inline]
     pub fn of(order: Order) -> &'static Self {
-        static ELEMENTS: [OnceLock<ReferenceElement>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
+        static ELEMENTS: [OnceLock<ReferenceElement>; MAX_POINTS] =
+            [const { OnceLock::new() }; MAX_POINTS];
         ELEMENTS[order.points() - 1].get_or_init(|| Self::new(order.points()))
     }
 
     fn new(p: usize) -> Self {
         let (points, weights) = gauss(p);
         let nodes = lobatto(p);
-        let denominators = |of: &[f64]| (0..of.len()).map(|k| lagrange_denominator(of, k)).collect();
+        let denominators =
+            |of: &[f64]| (0..of.len()).map(|k| lagrange_denominator(of, k)).collect();
         let mut reference = Self {
             p,
             denominators: (denominators(&points), denominators(&nodes)),
@@ -145,9 +153,17 @@ impl ReferenceElement {
                 reference.integrals[j][k] = reference.point_powers[j][k] / (k + 1) as f64;
             }
         }
-        let stations = if p < 2 { vec![1.0] } else { lobatto(p - 1)[1..].to_vec() };
+        let stations = if p < 2 {
+            vec![1.0]
+        } else {
+            lobatto(p - 1)[1..].to_vec()
+        };
         let chord = |x: f64| (0..p).map(|k| reference.chord_point(k, x)).collect();
-        let station = |x: f64| Station { x, upto: reference.within(x), chord: chord(x) };
+        let station = |x: f64| Station {
+            x,
+            upto: reference.within(x),
+            chord: chord(x),
+        };
         reference.stations = stations.into_iter().map(station).collect();
         reference
     }
@@ -169,10 +185,15 @@ impl ReferenceElement {
     /// Point k of the Gauss rule from the start of the element to `x`.
     pub fn chord_point(&self, k: usize, x: f64) -> ChordPoint {
         let at = x * self.points[k];
-        ChordPoint { weight: x * self.weights[k], points: self.at_points(at), nodes: self.at_nodes(at) }
+        ChordPoint {
+            weight: x * self.weights[k],
+            points: self.at_points(at),
+            nodes: self.at_nodes(at),
+        }
     }
 
-    /// The weights of `integral_upto` for `x` up to 1, by powers of x. At 1 they are exactly those of the Gauss points.
+    /// The weights of `integral_upto` for `x` up to 1, by powers of x. At 1 they are exactly those
+    /// of the Gauss points.
     pub fn within(&self, x: f64) -> [f64; MAX_POINTS] {
         let mut weights = [0.0; MAX_POINTS];
         if x < 1.0 {
@@ -185,11 +206,14 @@ impl ReferenceElement {
         weights
     }
 
-    /// Coefficients of xᵏ⁺¹ in the integral from 0 to x of the polynomial through values at the Gauss points.
+    /// Coefficients of xᵏ⁺¹ in the integral from 0 to x of the polynomial through values at the
+    /// Gauss points.
     pub fn integral_powers(&self, values: impl Iterator<Item = f64>) -> [f64; MAX_POINTS] {
         values
             .zip(&self.integrals)
-            .fold([0.0; MAX_POINTS], |sum, (value, powers)| std::array::from_fn(|k| sum[k] + value * powers[k]))
+            .fold([0.0; MAX_POINTS], |sum, (value, powers)| {
+                std::array::from_fn(|k| sum[k] + value * powers[k])
+            })
     }
 
     /// Weights that integrate a polynomial through the Gauss points from 0 to `x`.
@@ -206,11 +230,14 @@ impl ReferenceElement {
     }
 }
 
-/// The polynomial through vectors at the nodes 1 … p, given the values of the nodal polynomials at the points.
+/// The polynomial through vectors at the nodes 1 … p, given the values of the nodal polynomials at
+/// the points.
 #[inline]
 pub(crate) fn interpolated(vectors: &[Vector3<f64>], shape: &[AtPoints]) -> Vector3<AtPoints> {
     let each = vectors.iter().zip(shape);
-    each.fold(Vector3::zeros(), |sum, (vector, shape)| sum + vector.map(AtPoints::splat) * *shape)
+    each.fold(Vector3::zeros(), |sum, (vector, shape)| {
+        sum + vector.map(AtPoints::splat) * *shape
+    })
 }
 
 /// The sum over the points.
@@ -231,7 +258,9 @@ mod tests {
             let reference = ReferenceElement::of(order);
             for x in [0.0, 0.1, 0.37, 0.5, 0.99] {
                 // The coefficients are of the order of ten, and the error is rounding.
-                for (power, quadrature) in reference.within(x).iter().zip(reference.integral_upto(x)) {
+                for (power, quadrature) in
+                    reference.within(x).iter().zip(reference.integral_upto(x))
+                {
                     assert_abs_diff_eq!(*power, quadrature, epsilon = 1e-14);
                 }
             }

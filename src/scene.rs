@@ -10,7 +10,8 @@ use crate::pointers::{forward_methods, forward_pointers};
 pub struct Environment {
     /// Time, s.
     pub time: f64,
-    /// Acceleration of gravity in the fixed frame, m/s²; it points down. It acts on weight and statoliths.
+    /// Acceleration of gravity in the fixed frame, m/s²; it points down. It acts on weight and
+    /// statoliths.
     pub gravity: Vector3<f64>,
 }
 
@@ -20,11 +21,16 @@ impl Environment {
     #[inline]
     pub fn up(&self) -> Vector3<f64> {
         let g = self.gravity.norm();
-        if g > 0.0 { -self.gravity / g } else { Vector3::zeros() }
+        if g > 0.0 {
+            -self.gravity / g
+        } else {
+            Vector3::zeros()
+        }
     }
 }
 
-/// Gravity and the base as functions of time, for example a clinostat, with time steps of at most 1/20 of a rotation:
+/// Gravity and the base as functions of time, for example a clinostat, with time steps of at most
+/// 1/20 of a rotation:
 ///
 /// ```
 /// use morphorod::Scene;
@@ -51,19 +57,22 @@ pub trait Scene {
     /// The acceleration of gravity at time `t` (s) in the fixed frame, m/s².
     fn gravity(&self, t: f64) -> Vector3<f64>;
 
-    /// The frame of the clamped base at time `t` (s), which rotates e1, e2, e3 into the directors d1, d2, d3.
+    /// The frame of the clamped base at time `t` (s), which rotates e1, e2, e3 into the directors
+    /// d1, d2, d3.
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
-    /// The position of the base at time `t` (s) in the fixed frame, m; the origin by default. A shoot without supports
-    /// moves along without a change of its shape, since inertia is neglected. Positions have the rounding of their
-    /// distance from the origin. Choose the origin within some tens of lengths of the shoot.
+    /// The position of the base at time `t` (s) in the fixed frame, m; the origin by default. A
+    /// shoot without supports moves along without a change of its shape, since inertia is
+    /// neglected. Positions have the rounding of their distance from the origin. Choose the origin
+    /// within some tens of lengths of the shoot.
     fn position(&self, _t: f64) -> Vector3<f64> {
         Vector3::zeros()
     }
 
-    /// The first time after `t` (s) at which gravity, frame or position of the base, or a first derivative of them, is
-    /// discontinuous; infinite without one. Integrators end a step there and evaluate the scene a few units of rounding
-    /// before and after, so the value at the discontinuity itself does not matter.
+    /// The first time after `t` (s) at which gravity, frame or position of the base, or a first
+    /// derivative of them, is discontinuous; infinite without one. Integrators end a step there and
+    /// evaluate the scene a few units of rounding before and after, so the value at the
+    /// discontinuity itself does not matter.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -78,7 +87,10 @@ pub trait Scene {
 
     /// Time and gravity at time `t` (s).
     fn environment(&self, t: f64) -> Environment {
-        Environment { time: t, gravity: self.gravity(t) }
+        Environment {
+            time: t,
+            gravity: self.gravity(t),
+        }
     }
 }
 
@@ -96,9 +108,9 @@ pub(crate) fn earlier(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
-/// Distance from a discontinuity at which laws are evaluated before and after it, in units of rounding of the
-/// time. It makes laws written with `<` and `<=` equivalent, and exceeds the rounding of expressions such as `t
-/// − from < duration`.
+/// Distance from a discontinuity at which laws are evaluated before and after it, in units of
+/// rounding of the time. It makes laws written with `<` and `<=` equivalent, and exceeds the
+/// rounding of expressions such as `t − from < duration`.
 const MARGIN: f64 = 4.0;
 
 /// A time just before a discontinuity.
@@ -125,18 +137,27 @@ pub struct Still {
 impl Still {
     /// Gravity of 9.81 m/s² along −e3, as in the paper of the model, and an upright base: dj = ej.
     pub fn upright() -> Self {
-        Self { gravity: Vector3::new(0.0, 0.0, -9.81), base: UnitQuaternion::identity() }
+        Self {
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            base: UnitQuaternion::identity(),
+        }
     }
 
     /// An upright base rotated by `angle` (rad) about e2, so that its tangent d3 leans towards +e1.
     /// At π/2 the base is horizontal: d1 = −e3, d2 = e2, d3 = e1.
     pub fn tilted(angle: f64) -> Self {
-        Self { base: UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle), ..Self::upright() }
+        Self {
+            base: UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle),
+            ..Self::upright()
+        }
     }
 
     /// An upright base without gravity.
     pub fn weightless() -> Self {
-        Self { gravity: Vector3::zeros(), base: UnitQuaternion::identity() }
+        Self {
+            gravity: Vector3::zeros(),
+            base: UnitQuaternion::identity(),
+        }
     }
 }
 
@@ -152,11 +173,15 @@ impl Scene for Still {
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::finite("gravity", self.gravity.sum(), "m/s²")?;
         ParameterError::finite("tilt or frame of the base", self.base.coords.sum(), "")?;
-        ParameterError::unit("norm of the base frame's quaternion", self.base.coords.norm())
+        ParameterError::unit(
+            "norm of the base frame's quaternion",
+            self.base.coords.norm(),
+        )
     }
 }
 
-/// A scene whose base is rotated during an interval of time: a pot that is laid on its side and put up again.
+/// A scene whose base is rotated during an interval of time: a pot that is laid on its side and put
+/// up again.
 ///
 /// ```
 /// use morphorod::{Scene, Turned};
@@ -172,8 +197,8 @@ impl Scene for Still {
 pub struct Turned<S = Still> {
     /// The scene outside the interval.
     pub scene: S,
-    /// Rotation in the fixed frame that follows the frame of the base in `scene`: for `from` ≤ t < `until` the base is
-    /// `turn` · `scene.base(t)`. Gravity is that of `scene`.
+    /// Rotation in the fixed frame that follows the frame of the base in `scene`: for `from` ≤ t <
+    /// `until` the base is `turn` · `scene.base(t)`. Gravity is that of `scene`.
     pub turn: UnitQuaternion<f64>,
     /// Start of the interval, s; finite.
     pub from: f64,
@@ -182,10 +207,16 @@ pub struct Turned<S = Still> {
 }
 
 impl Turned {
-    /// An upright base that leans towards +e1 by `angle` (rad), as in [`Still::tilted`], between two times (s).
+    /// An upright base that leans towards +e1 by `angle` (rad), as in [`Still::tilted`], between
+    /// two times (s).
     #[must_use]
     pub fn tilted(angle: f64, from: f64, until: f64) -> Self {
-        Self { scene: Still::upright(), turn: Still::tilted(angle).base, from, until }
+        Self {
+            scene: Still::upright(),
+            turn: Still::tilted(angle).base,
+            from,
+            until,
+        }
     }
 }
 
@@ -197,7 +228,11 @@ impl<S: Scene> Scene for Turned<S> {
 
     fn base(&self, t: f64) -> UnitQuaternion<f64> {
         let base = self.scene.base(t);
-        if t >= self.from && t < self.until { self.turn * base } else { base }
+        if t >= self.from && t < self.until {
+            self.turn * base
+        } else {
+            base
+        }
     }
 
     fn next_discontinuity(&self, t: f64) -> f64 {
@@ -214,7 +249,8 @@ impl<S: Scene> Scene for Turned<S> {
     }
 }
 
-/// A scene whose base moves along a path: a pot that is carried, or that is not on the axis of a turntable.
+/// A scene whose base moves along a path: a pot that is carried, or that is not on the axis of a
+/// turntable.
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
@@ -227,9 +263,9 @@ impl<S: Scene> Scene for Turned<S> {
 pub struct Along<P, S = Still> {
     /// Gravity and the frame of the base.
     pub scene: S,
-    /// Displacement of the base in the fixed frame, m, as a function of time (s), which is added to the position in
-    /// `scene`. The function and its first derivative must be continuous; a path with kinks needs a [`Scene`] that
-    /// announces them.
+    /// Displacement of the base in the fixed frame, m, as a function of time (s), which is added to
+    /// the position in `scene`. The function and its first derivative must be continuous; a path
+    /// with kinks needs a [`Scene`] that announces them.
     pub path: P,
 }
 
@@ -246,6 +282,10 @@ impl<P: Fn(f64) -> Vector3<f64>, S: Scene> Scene for Along<P, S> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.scene.check()?;
-        ParameterError::finite("position of the base at t = 0", self.position(0.0).sum(), "m")
+        ParameterError::finite(
+            "position of the base at t = 0",
+            self.position(0.0).sum(),
+            "m",
+        )
     }
 }

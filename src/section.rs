@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use crate::error::ParameterError;
 
-/// An elliptic cross section whose axes lie along the directors d1 and d2; a circle if both are equal.
+/// An elliptic cross section whose axes lie along the directors d1 and d2; a circle if both are
+/// equal.
 ///
 /// ```
 /// use morphorod::Section;
@@ -39,7 +40,11 @@ impl Section {
     #[inline]
     pub fn radius(&self) -> f64 {
         // The square root would round the radius of a circle.
-        if self.along_d1 == self.along_d2 { self.along_d1 } else { (self.along_d1 * self.along_d2).sqrt() }
+        if self.along_d1 == self.along_d2 {
+            self.along_d1
+        } else {
+            (self.along_d1 * self.along_d2).sqrt()
+        }
     }
 
     /// The area A = π a1 a2, m².
@@ -49,7 +54,8 @@ impl Section {
         PI * self.along_d1 * self.along_d2
     }
 
-    /// The second moments of area for bending about d1 and about d2, I1 = π a1 a2³/4 and I2 = π a1³ a2/4, m⁴.
+    /// The second moments of area for bending about d1 and about d2, I1 = π a1 a2³/4 and I2 = π a1³
+    /// a2/4, m⁴.
     #[must_use]
     #[inline]
     pub fn second_moments(&self) -> [f64; 2] {
@@ -70,10 +76,21 @@ impl Section {
     /// Returns an error for a semi-axis that is not between 0 and `most` (m), both excluded.
     pub(crate) fn check(&self, most: f64, requirement: &'static str) -> Result<(), ParameterError> {
         let circle = self.along_d1.to_bits() == self.along_d2.to_bits();
-        let name = if circle { "radius" } else { "semi-axis of the section" };
-        [self.along_d1, self.along_d2].into_iter().try_for_each(|semi_axis| {
-            ParameterError::unless(semi_axis > 0.0 && semi_axis < most, name, semi_axis, requirement)
-        })
+        let name = if circle {
+            "radius"
+        } else {
+            "semi-axis of the section"
+        };
+        [self.along_d1, self.along_d2]
+            .into_iter()
+            .try_for_each(|semi_axis| {
+                ParameterError::unless(
+                    semi_axis > 0.0 && semi_axis < most,
+                    name,
+                    semi_axis,
+                    requirement,
+                )
+            })
     }
 }
 

@@ -1,7 +1,8 @@
-//! Rotations: the exponential map of SO(3), its inverse, and the derivatives that an energy of rotations needs.
+//! Rotations: the exponential map of SO(3), its inverse, and the derivatives that an energy of
+//! rotations needs.
 //!
-//! A rotation vector θ stands for the rotation exp(θ̂) about θ by |θ| radians. Every function of θ that occurs
-//! here is *one* expression with two coefficients that depend on x = |θ|² alone,
+//! A rotation vector θ stands for the rotation exp(θ̂) about θ by |θ| radians. Every function of θ
+//! that occurs here is *one* expression with two coefficients that depend on x = |θ|² alone,
 //!
 //! ```text
 //! F(θ) y = y + c1(x) θ × y + c2(x) θ × (θ × y),
@@ -13,9 +14,10 @@
 //! | Jr(θ), which maps θ' to the Darboux vector in the moving frame | −S2 | S3 |
 //! | Jr(θ)⁻¹ | ½ | (1 − S1/(2 S2))/x |
 //!
-//! with Sn(x) = Σk (−x)^k / (2k + n)!, entire functions of x: S0 = cos |θ|, S1 = sin |θ| / |θ|, and so on. They
-//! need no trigonometry near zero and no special case at zero, and their derivatives are dSn/dx = −½ (Sn+1 − n
-//! Sn+2). [`Form`] differentiates the expression once and twice for any coefficients.
+//! with Sn(x) = Σk (−x)^k / (2k + n)!, entire functions of x: S0 = cos |θ|, S1 = sin |θ| / |θ|, and
+//! so on. They need no trigonometry near zero and no special case at zero, and their derivatives
+//! are dSn/dx = −½ (Sn+1 − n Sn+2). [`Form`] differentiates the expression once and twice for any
+//! coefficients.
 
 use nalgebra::{Matrix3, Quaternion, SimdRealField, UnitQuaternion, Vector3};
 
@@ -37,12 +39,14 @@ impl<T: SimdRealField<Element = f64> + Copy> Real for T {}
 
 /// Sn(x) = Σk (−x)^k / (2k + n)! for n = 0 … 7, at x = |θ|² ≥ 0.
 ///
-/// Accurate to a few units of rounding for |θ| up to π, inside which the rotation vectors of an element lie.
+/// Accurate to a few units of rounding for |θ| up to π, inside which the rotation vectors of an
+/// element lie.
 #[inline]
 pub(crate) fn s_functions<T: Real>(x: T) -> [T; 8] {
-    // Two series at the top, then Sn = 1/n! − x Sn+2 downwards. For large n the series converges in a few terms and
-    // the recurrence multiplies rounding by x/((n + 1)(n + 2)), which stays small up to |θ| = π.
-    // The first term left out is below 2e-17 of the first at the upper end of each range.
+    // Two series at the top, then Sn = 1/n! − x Sn+2 downwards. For large n the series converges in
+    // a few terms and the recurrence multiplies rounding by x/((n + 1)(n + 2)), which stays small
+    // up to |θ| = π. The first term left out is below 2e-17 of the first at the upper end of each
+    // range.
     let terms = match x.simd_horizontal_max() {
         x if x < 0.02 => 4,
         x if x < 1.0 => 7,
@@ -60,7 +64,8 @@ pub(crate) fn s_functions<T: Real>(x: T) -> [T; 8] {
     s
 }
 
-/// The coefficients c1, c2 of a map F(θ) (see the module's head) with their first two derivatives in x = |θ|².
+/// The coefficients c1, c2 of a map F(θ) (see the module's head) with their first two derivatives
+/// in x = |θ|².
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Form<T = f64> {
     c1: [T; 3],
@@ -71,16 +76,25 @@ impl<T: Real> Form<T> {
     /// exp(θ̂), from the values of [`s_functions`].
     #[inline]
     pub(crate) fn exp(s: &[T; 8]) -> Self {
-        Self { c1: derivatives(s, 1), c2: derivatives(s, 2) }
+        Self {
+            c1: derivatives(s, 1),
+            c2: derivatives(s, 2),
+        }
     }
 
-    /// The right Jacobian Jr(θ): for R = R₀ exp(θ̂) the Darboux vector in the moving frame is u = Jr(θ) θ'.
+    /// The right Jacobian Jr(θ): for R = R₀ exp(θ̂) the Darboux vector in the moving frame is u =
+    /// Jr(θ) θ'.
     #[inline]
     pub(crate) fn right_jacobian(s: &[T; 8]) -> Self {
-        Self { c1: derivatives(s, 2), c2: derivatives(s, 3) }.transpose()
+        Self {
+            c1: derivatives(s, 2),
+            c2: derivatives(s, 3),
+        }
+        .transpose()
     }
 
-    /// Jr(θ)⁻¹; its transpose is the inverse of the left Jacobian. The second derivative is not provided (zero).
+    /// Jr(θ)⁻¹; its transpose is the inverse of the left Jacobian. The second derivative is not
+    /// provided (zero).
     #[inline]
     pub(crate) fn inverse_right_jacobian(s: &[T; 8]) -> Self {
         // c2 = (1 − S1/(2 S2))/x = (2 S2 − S1)/(2 x S2), and 2 S2 − S1 = x (S3 − 2 S4).
@@ -91,14 +105,20 @@ impl<T: Real> Form<T> {
         let s4d = -half * (s[5] - four * s[6]);
         let c2 = half * numerator / s[2];
         let c2d = half * (s3d - twice(s4d)) / s[2] - c2 * s2d / s[2];
-        Self { c1: [half, T::zero(), T::zero()], c2: [c2, c2d, T::zero()] }
+        Self {
+            c1: [half, T::zero(), T::zero()],
+            c2: [c2, c2d, T::zero()],
+        }
     }
 
     /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ =
     /// ∂(F(θ)ᵀ g)/∂θ.
     #[inline]
     pub(crate) fn transpose(&self) -> Self {
-        Self { c1: self.c1.map(|c| -c), c2: self.c2 }
+        Self {
+            c1: self.c1.map(|c| -c),
+            c2: self.c2,
+        }
     }
 
     /// F(θ) as a matrix.
@@ -125,9 +145,11 @@ impl<T: Real> Form<T> {
     pub(crate) fn jacobian(&self, theta: &Vector3<T>, y: &Vector3<T>) -> Matrix3<T> {
         let x = theta.dot(theta);
         let ty = theta.dot(y);
-        let radial = theta.cross(y) * self.c1[1] + (theta * ty - y * x) * self.c2[1] - y * self.c2[0];
+        let radial =
+            theta.cross(y) * self.c1[1] + (theta * ty - y * x) * self.c2[1] - y * self.c2[0];
         let along = radial.map(twice);
-        let mut m = along * theta.transpose() + theta * (y * self.c2[0]).transpose() - y.cross_matrix() * self.c1[0];
+        let mut m = along * theta.transpose() + theta * (y * self.c2[0]).transpose()
+            - y.cross_matrix() * self.c1[0];
         for i in 0..3 {
             m[(i, i)] += self.c2[0] * ty;
         }
@@ -136,11 +158,17 @@ impl<T: Real> Form<T> {
 
     /// ∂(g · F(θ) y)/∂θ.
     #[inline]
-    pub(crate) fn gradient(&self, theta: &Vector3<T>, g: &Vector3<T>, y: &Vector3<T>) -> Vector3<T> {
+    pub(crate) fn gradient(
+        &self,
+        theta: &Vector3<T>,
+        g: &Vector3<T>,
+        y: &Vector3<T>,
+    ) -> Vector3<T> {
         let x = theta.dot(theta);
         let (gt, ty, gy) = (g.dot(theta), theta.dot(y), g.dot(y));
         let r = y.cross(g);
-        let radial = twice(self.c1[1] * theta.dot(&r) + self.c2[1] * (gt * ty - x * gy) - self.c2[0] * gy);
+        let radial =
+            twice(self.c1[1] * theta.dot(&r) + self.c2[1] * (gt * ty - x * gy) - self.c2[0] * gy);
         r * self.c1[0] + g * (self.c2[0] * ty) + y * (self.c2[0] * gt) + theta * radial
     }
 
@@ -154,7 +182,8 @@ impl<T: Real> Form<T> {
         let q = gt * ty - x * gy;
         let z = g * ty + y * gt - theta * twice(gy);
         // Half of each symmetric pair θ aᵀ + a θᵀ, with the isotropic and the radial part.
-        let a = (r * self.c1[1] + z * self.c2[1] + theta * (self.c1[2] * t + self.c2[2] * q)).map(twice);
+        let a = (r * self.c1[1] + z * self.c2[1] + theta * (self.c1[2] * t + self.c2[2] * q))
+            .map(twice);
         let b = y * self.c2[0];
         let isotropic = twice(self.c1[1] * t + self.c2[1] * q - self.c2[0] * gy);
         let mut m = Matrix3::zeros();

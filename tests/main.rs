@@ -1,4 +1,5 @@
-//! All tests of `morphorod` in one program. Shared code is compiled once, and slow tests run in parallel.
+//! All tests of `morphorod` in one program. Shared code is compiled once, and slow tests run in
+//! parallel.
 
 mod cycle;
 mod fit;

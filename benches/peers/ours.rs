@@ -25,9 +25,15 @@ pub fn candidates(load: f64) -> Vec<Candidate> {
 pub fn candidate(load: f64, order: Order, elements: usize) -> Candidate {
     let scene = Still::tilted(FRAC_PI_2);
     let environment = scene.environment(0.0);
-    let tissue = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: POISSON };
-    let weight = Weight { density: DENSITY * load / load_of(DENSITY) };
-    let straight = Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).expect("valid parameters");
+    let tissue = LinearElastic {
+        youngs_modulus: MODULUS,
+        poissons_ratio: POISSON,
+    };
+    let weight = Weight {
+        density: DENSITY * load / load_of(DENSITY),
+    };
+    let straight =
+        Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).expect("valid parameters");
     let mut solver = NewtonSolver::default();
     let solve = move || {
         let mut rod = straight.clone();
@@ -35,5 +41,9 @@ pub fn candidate(load: f64, order: Order, elements: usize) -> Candidate {
         found.is_ok().then(|| rod.tip() / LENGTH)
     };
     let setting = format!("order {}, elements {elements}", order.exponent());
-    Candidate { peer: NAME.into(), setting, solve: Box::new(solve) }
+    Candidate {
+        peer: NAME.into(),
+        setting,
+        solve: Box::new(solve),
+    }
 }

@@ -1,5 +1,5 @@
-//! Benchmark problem: a rod with a clamped horizontal base that bends under its own weight, in three
-//! dimensions.
+//! Benchmark problem: a rod with a clamped horizontal base that bends under its own weight, in
+//! three dimensions.
 
 use std::time::Instant;
 
@@ -18,7 +18,8 @@ pub const GRAVITY: f64 = 9.81;
 /// Density of the shoots in the paper, kg/m³.
 pub const DENSITY: f64 = 1000.0;
 
-/// Dimensionless load q̂ = q ℓ³/(E I) for a density, kg/m³. It determines the shape relative to the length.
+/// Dimensionless load q̂ = q ℓ³/(E I) for a density, kg/m³. It determines the shape relative to the
+/// length.
 pub fn load_of(density: f64) -> f64 {
     // q/(E I) = ρ g π r² / (E π r⁴/4).
     4.0 * density * GRAVITY / (MODULUS * RADIUS * RADIUS) * LENGTH.powi(3)
@@ -31,8 +32,8 @@ pub fn exact_tip() -> Vector3<f64> {
 }
 
 /// Program with one setting. `solve` returns the tip divided by the length, from a straight initial
-/// guess, or `None` if it does not converge. Preparations that are independent of the rod are made in
-/// advance.
+/// guess, or `None` if it does not converge. Preparations that are independent of the rod are made
+/// in advance.
 pub struct Candidate {
     pub peer: String,
     pub setting: String,
@@ -43,15 +44,15 @@ pub struct Candidate {
 pub struct Run {
     pub peer: String,
     pub setting: String,
-    /// Distance of the tip from the exact position, divided by the length. NaN if the candidate does not
-    /// converge.
+    /// Distance of the tip from the exact position, divided by the length. NaN if the candidate
+    /// does not converge.
     pub error: f64,
     /// Shortest run time, s.
     pub seconds: f64,
 }
 
-/// Measures the candidates in alternation, so that other programs affect all of them equally, and keeps
-/// the shortest run times.
+/// Measures the candidates in alternation, so that other programs affect all of them equally, and
+/// keeps the shortest run times.
 pub fn race(candidates: &mut [Candidate], rounds: usize, exact: Vector3<f64>) -> Vec<Run> {
     let mut seconds = vec![f64::INFINITY; candidates.len()];
     let mut errors = vec![f64::NAN; candidates.len()];
@@ -64,6 +65,16 @@ pub fn race(candidates: &mut [Candidate], rounds: usize, exact: Vector3<f64>) ->
         }
     }
     let numbers = errors.into_iter().zip(seconds);
-    let named = candidates.iter().map(|one| (one.peer.clone(), one.setting.clone()));
-    named.zip(numbers).map(|((peer, setting), (error, seconds))| Run { peer, setting, error, seconds }).collect()
+    let named = candidates
+        .iter()
+        .map(|one| (one.peer.clone(), one.setting.clone()));
+    named
+        .zip(numbers)
+        .map(|((peer, setting), (error, seconds))| Run {
+            peer,
+            setting,
+            error,
+            seconds,
+        })
+        .collect()
 }

@@ -38,13 +38,14 @@ impl Event {
         self.height + self.arm
     }
 
-    /// Horizontal stiffness of the support at its lower end, N/m. It is a uniform pendulum for small angles.
+    /// Horizontal stiffness of the support at its lower end, N/m. It is a uniform pendulum for
+    /// small angles.
     pub fn stiffness(&self) -> f64 {
         self.mass * GRAVITY / (2.0 * self.support)
     }
 
-    /// Half of the angular frequency of circumnutation, rad/s: the frequency of the chord of the circle on which the
-    /// free place of contact moves.
+    /// Half of the angular frequency of circumnutation, rad/s: the frequency of the chord of the
+    /// circle on which the free place of contact moves.
     pub fn half_frequency(&self) -> f64 {
         0.5 * TAU / self.period
     }
@@ -55,9 +56,9 @@ impl Event {
     }
 }
 
-/// Young's modulus (Pa) at a distance (m) from the tip. All tabulated moduli at places of contact, up to 7.2 cm from
-/// the tip, are on this parabola to 0.002 MPa. Beyond it is an extrapolation: means of the measured segments at 12.5
-/// and 17.5 cm are larger by 17 % and 6 %.
+/// Young's modulus (Pa) at a distance (m) from the tip. All tabulated moduli at places of contact,
+/// up to 7.2 cm from the tip, are on this parabola to 0.002 MPa. Beyond it is an extrapolation:
+/// means of the measured segments at 12.5 and 17.5 cm are larger by 17 % and 6 %.
 pub fn modulus(from_tip: f64) -> f64 {
     1e6 * (0.19398 + 0.31973 * (100.0 * from_tip).powi(2))
 }
@@ -69,15 +70,21 @@ pub fn radius(from_tip: f64) -> f64 {
 
 /// Reads the events.
 pub fn events() -> Result<Vec<Event>, Box<dyn Error>> {
-    let mut lines = include_str!("bean_events.csv").lines().filter(|line| !line.starts_with('#'));
+    let mut lines = include_str!("bean_events.csv")
+        .lines()
+        .filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
     lines
         .map(|line| {
             let cells: Vec<&str> = line.split(',').collect();
             let get = |name: &str| -> Result<f64, Box<dyn Error>> {
-                let column = header.iter().position(|head| *head == name).ok_or(format!("no column {name}"))?;
+                let column = header
+                    .iter()
+                    .position(|head| *head == name)
+                    .ok_or(format!("no column {name}"))?;
                 let cell = cells.get(column).ok_or(format!("no {name} in '{line}'"))?;
-                cell.parse().map_err(|_| format!("{name} is '{cell}' in '{line}'").into())
+                cell.parse()
+                    .map_err(|_| format!("{name} is '{cell}' in '{line}'").into())
             };
             Ok(Event {
                 number: get("event")?,

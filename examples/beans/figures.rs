@@ -13,8 +13,8 @@ fn equality(low: f64, high: f64) -> Series {
     Series::new("equal", vec![(low, low), (high, high)], Style::Dashed, 6)
 }
 
-/// Draws all figures, for the whole stem and for one with a rigid upright part. The first two grips are the bounds of
-/// the force.
+/// Draws all figures, for the whole stem and for one with a rigid upright part. The first two grips
+/// are the bounds of the force.
 pub fn draw(
     events: &[Event],
     names: &[String],
@@ -26,13 +26,22 @@ pub fn draw(
         let mut series = vec![equality(0.05, 2.0)];
         for (k, name) in names.iter().enumerate().take(2) {
             let both = events.iter().zip(&grips[k]);
-            let points =
-                both.filter_map(|(event, outcome)| Some((1e3 * event.force, 1e3 * outcome.as_ref().ok()?.peak)));
-            series.push(Series::new(name.as_str(), points.collect(), Style::Points, k));
+            let points = both.filter_map(|(event, outcome)| {
+                Some((1e3 * event.force, 1e3 * outcome.as_ref().ok()?.peak))
+            });
+            series.push(Series::new(
+                name.as_str(),
+                points.collect(),
+                Style::Points,
+                k,
+            ));
         }
         series
     });
-    let panels = [("whole stem", &panels[0][..]), ("rigid upright part", &panels[1][..])];
+    let panels = [
+        ("whole stem", &panels[0][..]),
+        ("rigid upright part", &panels[1][..]),
+    ];
     Figure::new(out.join("force.svg"), "Force of beans on a hanging support").panels(
         "measured peak force (mN)",
         "predicted peak force (mN)",
@@ -42,16 +51,29 @@ pub fn draw(
 
     let mut series = Vec::new();
     for (k, name) in names.iter().enumerate() {
-        let mut shares: Vec<f64> = grips[k].iter().flatten().map(|force| force.contact).collect();
+        let mut shares: Vec<f64> = grips[k]
+            .iter()
+            .flatten()
+            .map(|force| force.contact)
+            .collect();
         let one = cumulative(name, &mut shares, Style::Line);
         // The first case has no slip, and the others are ordered by their friction.
         series.push(match k {
-            0 => Series { style: Style::Dotted, ..one },
+            0 => Series {
+                style: Style::Dotted,
+                ..one
+            },
             _ => one.ordered(k - 1, names.len() - 1),
         });
     }
-    let mut measured: Vec<f64> = events.iter().map(|event| event.fitted / event.period).collect();
-    series.push(Series { colour: 6, ..cumulative("measured", &mut measured, Style::Dashed) });
+    let mut measured: Vec<f64> = events
+        .iter()
+        .map(|event| event.fitted / event.period)
+        .collect();
+    series.push(Series {
+        colour: 6,
+        ..cumulative("measured", &mut measured, Style::Dashed)
+    });
     Figure::new(out.join("contact.svg"), "Time in contact with the support").lines(
         "time in contact over the period (1)",
         "share of events with less (1)",
@@ -60,11 +82,23 @@ pub fn draw(
     )?;
 
     let ratio = |reaches: bool| {
-        let chosen = events.iter().filter(move |event| event.reaches_maximum() == reaches);
-        chosen.map(|event| (event.fitted / event.period, event.frequency / event.half_frequency())).collect()
+        let chosen = events
+            .iter()
+            .filter(move |event| event.reaches_maximum() == reaches);
+        chosen
+            .map(|event| {
+                (
+                    event.fitted / event.period,
+                    event.frequency / event.half_frequency(),
+                )
+            })
+            .collect()
     };
     let predicted = events.iter().zip(&grips[0]).filter_map(|(event, outcome)| {
-        Some((event.fitted / event.period, outcome.as_ref().ok()?.frequency / event.half_frequency()))
+        Some((
+            event.fitted / event.period,
+            outcome.as_ref().ok()?.frequency / event.half_frequency(),
+        ))
     });
     let series = [
         Series::new("measured", ratio(true), Style::Points, 0),
@@ -81,7 +115,14 @@ pub fn draw(
     let sags: Vec<[f64; 2]> = events.iter().map(sag).collect();
     let series = [
         equality(8.0, 60.0),
-        Series::new("events", sags.iter().map(|[measured, weight]| (*measured, *weight)).collect(), Style::Points, 0),
+        Series::new(
+            "events",
+            sags.iter()
+                .map(|[measured, weight]| (*measured, *weight))
+                .collect(),
+            Style::Points,
+            0,
+        ),
     ];
     Figure::new(out.join("sag.svg"), "Curvature at the base of the arm").lines(
         "measured curvature (1/m)",
@@ -96,6 +137,10 @@ pub fn draw(
 fn cumulative(name: &str, values: &mut [f64], style: Style) -> Series {
     values.sort_by(f64::total_cmp);
     let number = values.len() as f64;
-    let points = values.iter().enumerate().map(|(i, value)| (*value, (i as f64 + 0.5) / number)).collect();
+    let points = values
+        .iter()
+        .enumerate()
+        .map(|(i, value)| (*value, (i as f64 + 0.5) / number))
+        .collect();
     Series::new(name, points, style, 0)
 }

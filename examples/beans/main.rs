@@ -1,33 +1,40 @@
-//! Forces of beans that touch a hanging support, predicted from their measured geometry and stiffness.
+//! Forces of beans that touch a hanging support, predicted from their measured geometry and
+//! stiffness.
 //!
-//! Ohad, Porat and Meroz (2026, bioRxiv 2026.03.16.712031) measured the force of circumnutating beans on a light straw
-//! that hangs like a pendulum. The table `bean_events.csv` has 71 contacts. The model of an event is an upright stem
-//! with an overhanging arm. It is an elastic rod of varying stiffness without weight. Its intrinsic curvature bends the
-//! arm by a right angle and rotates with the measured period. The prediction has no fitted number. The support is a
-//! pendulum of the measured mass and length. Its displacement is small, hence it acts as a spring. Two bounds of the
-//! grip are simulated: the place of contact is fixed to the support, or slides on it without friction. Runs with
-//! coefficients of friction of 0.3, 1 and 3 are between them.
+//! Ohad, Porat and Meroz (2026, bioRxiv 2026.03.16.712031) measured the force of circumnutating
+//! beans on a light straw that hangs like a pendulum. The table `bean_events.csv` has 71 contacts.
+//! The model of an event is an upright stem with an overhanging arm. It is an elastic rod of
+//! varying stiffness without weight. Its intrinsic curvature bends the arm by a right angle and
+//! rotates with the measured period. The prediction has no fitted number. The support is a pendulum
+//! of the measured mass and length. Its displacement is small, hence it acts as a spring. Two
+//! bounds of the grip are simulated: the place of contact is fixed to the support, or slides on it
+//! without friction. Runs with coefficients of friction of 0.3, 1 and 3 are between them.
 //!
-//! The place of contact would move on a circle if there were no support. Its displacement since the first contact is a
-//! chord of this circle. Without slip the force is therefore close to a sine of half of the angular frequency ω of
-//! circumnutation.
+//! The place of contact would move on a circle if there were no support. Its displacement since the
+//! first contact is a chord of this circle. Without slip the force is therefore close to a sine of
+//! half of the angular frequency ω of circumnutation.
 //!
 //! # Agreement with the measurements
-//! - The time scale. Without slip the frequency of the force is 0.99 ω/2. The measured one is 0.94 ω/2, with a scatter
-//!   of 20 % in the 46 events whose fit reaches the maximum of the force.
-//! - The independence of the mass of the support. A support of ten times the mass changes the force by less than 1 %,
-//!   because the arm is softer than the pendulum. Measured force and mass have a rank correlation of 0.1.
-//! - The need for grip. With a coefficient of friction of 1 the stem slips off after 0.16 (rigid upright part) or 0.51
-//!   (whole stem) of a period. The fits of beans that twine span 0.75 of a period (median), which is their limit.
+//! - The time scale. Without slip the frequency of the force is 0.99 ω/2. The measured one is 0.94
+//!   ω/2, with a scatter of 20 % in the 46 events whose fit reaches the maximum of the force.
+//! - The independence of the mass of the support. A support of ten times the mass changes the force
+//!   by less than 1 %, because the arm is softer than the pendulum. Measured force and mass have a
+//!   rank correlation of 0.1.
+//! - The need for grip. With a coefficient of friction of 1 the stem slips off after 0.16 (rigid
+//!   upright part) or 0.51 (whole stem) of a period. The fits of beans that twine span 0.75 of a
+//!   period (median), which is their limit.
 //!
 //! # Differences from the measurements
-//! - The amplitude of single events. Without slip the peak force is 0.6 of the measured one (median) if the whole
-//!   stem bends and twists, and 2.3 if the upright part is rigid; other readings of the geometry give 0.3 to 0.9.
-//!   The scatter is a factor of 2 to 2.5, and the rank correlation with measured forces is between −0.3 and 0.1. The
-//!   modulus is measured near the tip and extrapolated along most stems.
-//! - Weight. At a density of 1000 kg/m³ the weight of the arm alone would cause 0.67 (median) of the curvature that it
-//!   has at its base if it is curved over half of its length (`sag.svg`), and 1.3 if it is curved over all of it.
-//! - Some fits of the measured force end before the maximum. The figure of the frequencies marks them.
+//! - The amplitude of single events. Without slip the peak force is 0.6 of the measured one
+//!   (median) if the whole stem bends and twists, and 2.3 if the upright part is rigid; other
+//!   readings of the geometry give 0.3 to 0.9. The scatter is a factor of 2 to 2.5, and the rank
+//!   correlation with measured forces is between −0.3 and 0.1. The modulus is measured near the tip
+//!   and extrapolated along most stems.
+//! - Weight. At a density of 1000 kg/m³ the weight of the arm alone would cause 0.67 (median) of
+//!   the curvature that it has at its base if it is curved over half of its length (`sag.svg`), and
+//!   1.3 if it is curved over all of it.
+//! - Some fits of the measured force end before the maximum. The figure of the frequencies marks
+//!   them.
 
 mod data;
 mod figures;
@@ -46,8 +53,13 @@ use statistics::{median, rank_correlation, scatter};
 use stem::{CLAMPED, Force, Grip, MAIN, OTHERS, Reading, simulate};
 
 /// Grips of the first two readings. The first two grips are the bounds.
-const GRIPS: [Grip; 5] =
-    [Grip::NoSlip, Grip::Friction(0.0), Grip::Friction(0.3), Grip::Friction(1.0), Grip::Friction(3.0)];
+const GRIPS: [Grip; 5] = [
+    Grip::NoSlip,
+    Grip::Friction(0.0),
+    Grip::Friction(0.3),
+    Grip::Friction(1.0),
+    Grip::Friction(3.0),
+];
 /// Factor of the mass of the support that tests its effect.
 const HEAVIER: f64 = 10.0;
 
@@ -68,13 +80,17 @@ fn all(events: &[Event], reading: &Reading, grip: Grip) -> Result<Vec<Outcome>, 
 /// Predicted and measured peak force (N) of the simulated events.
 fn forces(events: &[Event], outcomes: &[Outcome]) -> Vec<(f64, f64)> {
     let both = events.iter().zip(outcomes);
-    both.filter_map(|(event, outcome)| Some((outcome.as_ref().ok()?.peak, event.force))).collect()
+    both.filter_map(|(event, outcome)| Some((outcome.as_ref().ok()?.peak, event.force)))
+        .collect()
 }
 
 /// Prints how predicted and measured forces compare.
 fn compare(name: &str, events: &[Event], outcomes: &[Outcome]) {
     let forces = forces(events, outcomes);
-    let ratios: Vec<f64> = forces.iter().map(|(predicted, measured)| predicted / measured).collect();
+    let ratios: Vec<f64> = forces
+        .iter()
+        .map(|(predicted, measured)| predicted / measured)
+        .collect();
     let frequencies = events.iter().zip(outcomes).filter_map(|(event, outcome)| {
         let force = outcome.as_ref().ok()?;
         Some(force.frequency / event.half_frequency())
@@ -91,8 +107,8 @@ fn compare(name: &str, events: &[Event], outcomes: &[Outcome]) {
     );
 }
 
-/// Curvature (1/m) of the arm at its base, as measured and as its weight alone would bend it there if it were straight
-/// and horizontal.
+/// Curvature (1/m) of the arm at its base, as measured and as its weight alone would bend it there
+/// if it were straight and horizontal.
 fn sag(event: &Event) -> [f64; 2] {
     let number = 1000;
     let spacing = event.arm / f64::from(number);
@@ -102,7 +118,10 @@ fn sag(event: &Event) -> [f64; 2] {
         1000.0 * GRAVITY * PI * radius(from_tip).powi(2) * (event.arm - from_tip) * spacing
     });
     let stiffness = modulus(event.arm) * 0.25 * PI * radius(event.arm).powi(4);
-    [FRAC_PI_2 / (MAIN.curved * event.arm), couple.sum::<f64>() / stiffness]
+    [
+        FRAC_PI_2 / (MAIN.curved * event.arm),
+        couple.sum::<f64>() / stiffness,
+    ]
 }
 
 fn name(grip: Grip) -> String {
@@ -113,7 +132,11 @@ fn name(grip: Grip) -> String {
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse("beans", "forces of beans on a hanging support, predicted and measured", &[]);
+    let options = Options::parse(
+        "beans",
+        "forces of beans on a hanging support, predicted and measured",
+        &[],
+    );
     let out = options.out_dir();
     let events = data::events()?;
     let clock = Instant::now();
@@ -136,10 +159,20 @@ fn run() -> Result<(), Box<dyn Error>> {
     for reading in &OTHERS {
         others.push(simulated(reading, Grip::NoSlip, &events)?);
     }
-    let heavier: Vec<Event> = events.iter().map(|event| Event { mass: HEAVIER * event.mass, ..*event }).collect();
+    let heavier: Vec<Event> = events
+        .iter()
+        .map(|event| Event {
+            mass: HEAVIER * event.mass,
+            ..*event
+        })
+        .collect();
     let heavier = simulated(&MAIN, Grip::NoSlip, &heavier)?;
     progress.finish();
-    println!("{} events, run time {:.1} s", events.len(), clock.elapsed().as_secs_f64());
+    println!(
+        "{} events, run time {:.1} s",
+        events.len(),
+        clock.elapsed().as_secs_f64()
+    );
     println!(
         "medians: peak force over the measured one, its scatter (log10) and rank correlation, frequency over ω/2,"
     );
@@ -166,49 +199,92 @@ fn run() -> Result<(), Box<dyn Error>> {
     report(&events, &whole[0], &heavier);
     write(&events, &whole, &out)?;
     figures::draw(&events, &GRIPS.map(name), [&whole, &clamped], &out)?;
-    println!("wrote events.csv, force.svg, contact.svg, frequency.svg and sag.svg to {}", out.display());
+    println!(
+        "wrote events.csv, force.svg, contact.svg, frequency.svg and sag.svg to {}",
+        out.display()
+    );
     Ok(())
 }
 
-/// Prints the comparison with one fitted number, the measured time scales, the effect of the mass, and the sag.
+/// Prints the comparison with one fitted number, the measured time scales, the effect of the mass,
+/// and the sag.
 fn report(events: &[Event], bound: &[Outcome], heavier: &[Outcome]) {
     let forces = forces(events, bound);
-    let factor = 1.0 / median(forces.iter().map(|(predicted, measured)| predicted / measured));
-    let within =
-        forces.iter().filter(|(predicted, measured)| (factor * predicted / measured).log10().abs() < 2f64.log10());
+    let factor = 1.0
+        / median(
+            forces
+                .iter()
+                .map(|(predicted, measured)| predicted / measured),
+        );
+    let within = forces.iter().filter(|(predicted, measured)| {
+        (factor * predicted / measured).log10().abs() < 2f64.log10()
+    });
     println!(
         "one fitted number, the factor {factor:.3} of the modulus: {} of {} forces within a factor of 2",
         within.count(),
         forces.len()
     );
     let measured = |chosen: &dyn Fn(&&Event) -> bool| {
-        let ratios: Vec<f64> =
-            events.iter().filter(chosen).map(|event| event.frequency / event.half_frequency()).collect();
-        (ratios.len(), median(ratios.iter().copied()), scatter(&ratios))
+        let ratios: Vec<f64> = events
+            .iter()
+            .filter(chosen)
+            .map(|event| event.frequency / event.half_frequency())
+            .collect();
+        (
+            ratios.len(),
+            median(ratios.iter().copied()),
+            scatter(&ratios),
+        )
     };
     let (number, ratio, spread) = measured(&|event| event.reaches_maximum());
-    println!("measured frequency over ω/2: {ratio:.2}, scatter {spread:.2}, in {number} events with a maximum;");
+    println!(
+        "measured frequency over ω/2: {ratio:.2}, scatter {spread:.2}, in {number} events with a maximum;"
+    );
     let (number, ratio, spread) = measured(&|event| !event.reaches_maximum());
     println!("  {ratio:.2}, scatter {spread:.2}, in {number} events whose fit ends before it");
     for twined in [true, false] {
-        let fits = events.iter().filter(|event| event.twined == twined).map(|event| event.fitted / event.period);
+        let fits = events
+            .iter()
+            .filter(|event| event.twined == twined)
+            .map(|event| event.fitted / event.period);
         println!(
             "measured contact over the period, {}: {:.2}",
             if twined { "twined" } else { "slipped" },
             median(fits)
         );
     }
-    let changes =
-        bound.iter().zip(heavier).filter_map(|(one, ten)| Some(ten.as_ref().ok()?.peak / one.as_ref().ok()?.peak));
-    println!("peak force on a support of {HEAVIER} times the mass: {:.3} of that", median(changes));
-    let masses: Vec<_> = events.iter().map(|event| (event.mass, event.force)).collect();
-    println!("rank correlation of measured force and mass: {:.2}", rank_correlation(&masses));
-    let sags = events.iter().map(sag).map(|[measured, weight]| weight / measured);
-    println!("curvature by weight at the base of the arm over the measured one: {:.2}", median(sags));
+    let changes = bound
+        .iter()
+        .zip(heavier)
+        .filter_map(|(one, ten)| Some(ten.as_ref().ok()?.peak / one.as_ref().ok()?.peak));
+    println!(
+        "peak force on a support of {HEAVIER} times the mass: {:.3} of that",
+        median(changes)
+    );
+    let masses: Vec<_> = events
+        .iter()
+        .map(|event| (event.mass, event.force))
+        .collect();
+    println!(
+        "rank correlation of measured force and mass: {:.2}",
+        rank_correlation(&masses)
+    );
+    let sags = events
+        .iter()
+        .map(sag)
+        .map(|[measured, weight]| weight / measured);
+    println!(
+        "curvature by weight at the base of the arm over the measured one: {:.2}",
+        median(sags)
+    );
 }
 
 /// Writes the table of events.
-fn write(events: &[Event], grips: &[Vec<Outcome>], out: &std::path::Path) -> Result<(), Box<dyn Error>> {
+fn write(
+    events: &[Event],
+    grips: &[Vec<Outcome>],
+    out: &std::path::Path,
+) -> Result<(), Box<dyn Error>> {
     let columns = [
         "event",
         "measured_n",
@@ -222,7 +298,8 @@ fn write(events: &[Event], grips: &[Vec<Outcome>], out: &std::path::Path) -> Res
     ];
     let mut table = Table::create(out.join("events.csv"), &columns)?;
     for (i, event) in events.iter().enumerate() {
-        let get = |grip: usize, value: fn(&Force) -> f64| grips[grip][i].as_ref().map_or(f64::NAN, value);
+        let get =
+            |grip: usize, value: fn(&Force) -> f64| grips[grip][i].as_ref().map_or(f64::NAN, value);
         table.row(&[
             event.number,
             event.force,

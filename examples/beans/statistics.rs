@@ -31,6 +31,11 @@ pub fn rank_correlation(pairs: &[(f64, f64)]) -> f64 {
     };
     let (a, b) = (ranks(|pair| pair.0), ranks(|pair| pair.1));
     let mean = 0.5 * (pairs.len() as f64 - 1.0);
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - mean) * (y - mean)).sum::<f64>();
+    let product = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .map(|(x, y)| (x - mean) * (y - mean))
+            .sum::<f64>()
+    };
     product(&a, &b) / (product(&a, &a) * product(&b, &b)).sqrt()
 }

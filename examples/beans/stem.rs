@@ -36,17 +36,42 @@ pub struct Reading {
 }
 
 /// The whole stem bends and twists.
-pub const MAIN: Reading = Reading { name: "whole stem", curved: 0.5, upright_yields: true, graded: true };
+pub const MAIN: Reading = Reading {
+    name: "whole stem",
+    curved: 0.5,
+    upright_yields: true,
+    graded: true,
+};
 
 /// The upright part is rigid, as on a stake.
-pub const CLAMPED: Reading = Reading { name: "rigid upright part", upright_yields: false, ..MAIN };
+pub const CLAMPED: Reading = Reading {
+    name: "rigid upright part",
+    upright_yields: false,
+    ..MAIN
+};
 
 /// Other readings, which are compared without slip.
 pub const OTHERS: [Reading; 4] = [
-    Reading { name: "curved over a tenth of the arm", curved: 0.1, ..MAIN },
-    Reading { name: "curved over the whole arm", curved: 1.0, ..MAIN },
-    Reading { name: "rigid, curved over the whole arm", curved: 1.0, ..CLAMPED },
-    Reading { name: "modulus of the place of contact", graded: false, ..MAIN },
+    Reading {
+        name: "curved over a tenth of the arm",
+        curved: 0.1,
+        ..MAIN
+    },
+    Reading {
+        name: "curved over the whole arm",
+        curved: 1.0,
+        ..MAIN
+    },
+    Reading {
+        name: "rigid, curved over the whole arm",
+        curved: 1.0,
+        ..CLAMPED
+    },
+    Reading {
+        name: "modulus of the place of contact",
+        graded: false,
+        ..MAIN
+    },
 ];
 
 /// Curvature of the arm whose direction rotates about the stem with the period of circumnutation.
@@ -94,7 +119,11 @@ impl Obstacle for Straw {
         let norm = from.norm().max(f64::MIN_POSITIVE);
         let normal = from / norm;
         let curvature = (across - normal * normal.transpose()) / norm;
-        Distance { value: norm - STRAW, normal, curvature }
+        Distance {
+            value: norm - STRAW,
+            normal,
+            curvature,
+        }
     }
 
     fn compliance(&self) -> Matrix3<f64> {
@@ -116,18 +145,23 @@ pub enum Grip {
 pub struct Force {
     /// Maximum of the horizontal force, N.
     pub peak: f64,
-    /// Angular frequency of the sine from the beginning of the contact that fits the force best, rad/s.
+    /// Angular frequency of the sine from the beginning of the contact that fits the force best,
+    /// rad/s.
     pub frequency: f64,
     /// Time in contact over the period, at most [`SHARE`].
     pub contact: f64,
 }
 
 /// Simulates an event.
-pub fn simulate(event: &Event, reading: &Reading, grip: Grip) -> Result<Force, Box<dyn std::error::Error>> {
+pub fn simulate(
+    event: &Event,
+    reading: &Reading,
+    grip: Grip,
+) -> Result<Force, Box<dyn std::error::Error>> {
     let curved = event.arm * reading.curved;
     let angle = |s: f64| FRAC_PI_2 * (s / curved).min(1.0);
-    // Distance of the place of contact from the vertical through the upright part, and its height: integrals over an
-    // arc and a straight part.
+    // Distance of the place of contact from the vertical through the upright part, and its height:
+    // integrals over an arc and a straight part.
     let s = event.arm - event.contact;
     let (sin, cos) = angle(s).sin_cos();
     let rho = curved / FRAC_PI_2;
@@ -138,21 +172,44 @@ pub fn simulate(event: &Event, reading: &Reading, grip: Grip) -> Result<Force, B
             let k = event.stiffness();
             // The support does not stretch: vertically it is much stiffer than a pendulum.
             let stiffness = Matrix3::from_diagonal(&Vector3::new(k, k, 1e3 * k));
-            run(event, reading, Hold::place(event.contact).spring(place, stiffness))
+            run(
+                event,
+                reading,
+                Hold::place(event.contact).spring(place, stiffness),
+            )
         }
         Grip::Friction(friction) => {
             let shoot = radius(event.contact);
             let through = place + Vector3::y() * (STRAW + shoot);
-            let obstacle = Straw { through, compliance: 1.0 / event.stiffness() };
-            run(event, reading, Contact { obstacle, radius: shoot, friction })
+            let obstacle = Straw {
+                through,
+                compliance: 1.0 / event.stiffness(),
+            };
+            run(
+                event,
+                reading,
+                Contact {
+                    obstacle,
+                    radius: shoot,
+                    friction,
+                },
+            )
         }
     }
 }
 
-fn run(event: &Event, reading: &Reading, support: impl Support) -> Result<Force, Box<dyn std::error::Error>> {
+fn run(
+    event: &Event,
+    reading: &Reading,
+    support: impl Support,
+) -> Result<Force, Box<dyn std::error::Error>> {
     let (length, arm, contact) = (event.length(), event.arm, event.contact);
     let curved = arm * reading.curved;
-    let law = Rotating { part: [arm - curved, arm], curvature: FRAC_PI_2 / curved, frequency: TAU / event.period };
+    let law = Rotating {
+        part: [arm - curved, arm],
+        curvature: FRAC_PI_2 / curved,
+        frequency: TAU / event.period,
+    };
     let (graded, yields) = (reading.graded, reading.upright_yields);
     let factor = move |tissue: &Tissue| {
         let from_tip = tissue.initial_apex_distance;
@@ -168,19 +225,31 @@ fn run(event: &Event, reading: &Reading, support: impl Support) -> Result<Force,
     nodes.push(length - contact);
     nodes.sort_by(f64::total_cmp);
     nodes.dedup_by(|b, a| *b - *a < 1e-9 * length);
-    let mut shoot = Shoot::builder(Graded { law: LinearElastic { youngs_modulus: 1.0, poissons_ratio: 0.5 }, factor })
-        .length(length)
-        .nodes(&nodes)
-        .section(move |s: f64| radius((length - s).max(0.0)))
-        .order(Order::Four)
-        .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: GROWTH_TIME }))
-        .tropism(law)
-        .scene(Still::weightless())
-        .support(support)
-        .build()?;
+    let mut shoot = Shoot::builder(Graded {
+        law: LinearElastic {
+            youngs_modulus: 1.0,
+            poissons_ratio: 0.5,
+        },
+        factor,
+    })
+    .length(length)
+    .nodes(&nodes)
+    .section(move |s: f64| radius((length - s).max(0.0)))
+    .order(Order::Four)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 2.0 * length,
+        time: GROWTH_TIME,
+    }))
+    .tropism(law)
+    .scene(Still::weightless())
+    .support(support)
+    .build()?;
     shoot.set_intrinsic(|point| law.strain(point.initial_apex_distance, 0.0));
     let step = event.period / f64::from(STEPS);
-    let mut integrator = MethodOfSteps { retries: 10, ..MethodOfSteps::new(step) };
+    let mut integrator = MethodOfSteps {
+        retries: 10,
+        ..MethodOfSteps::new(step)
+    };
     // Times since the contact began, s, and horizontal forces, N.
     let mut forces: Vec<[f64; 2]> = Vec::new();
     let steps = (SHARE * f64::from(STEPS)).round() as u32;
@@ -189,7 +258,10 @@ fn run(event: &Event, reading: &Reading, support: impl Support) -> Result<Force,
         integrator.advance(&mut shoot, time)?;
         let reactions = shoot.reactions();
         if !reactions.is_empty() {
-            let force = reactions.iter().map(|reaction| reaction.force).sum::<Vector3<f64>>();
+            let force = reactions
+                .iter()
+                .map(|reaction| reaction.force)
+                .sum::<Vector3<f64>>();
             forces.push([time - BEFORE / TAU * event.period, force.xy().norm()]);
         } else if !forces.is_empty() {
             break;
@@ -197,19 +269,27 @@ fn run(event: &Event, reading: &Reading, support: impl Support) -> Result<Force,
     }
     let last = forces.last().ok_or("the stem does not reach the support")?[0];
     let peak = forces.iter().map(|[_, force]| *force).fold(0.0, f64::max);
-    Ok(Force { peak, frequency: frequency(&forces, event.half_frequency()), contact: last / event.period })
+    Ok(Force {
+        peak,
+        frequency: frequency(&forces, event.half_frequency()),
+        contact: last / event.period,
+    })
 }
 
-/// Angular frequency w (rad/s) of the sine A sin(w t) with the least square deviation from forces over time. It is
-/// between a quarter and eight times a given one.
+/// Angular frequency w (rad/s) of the sine A sin(w t) with the least square deviation from forces
+/// over time. It is between a quarter and eight times a given one.
 fn frequency(forces: &[[f64; 2]], near: f64) -> f64 {
     let deviation = |w: f64| {
         let sines = || forces.iter().map(|[time, force]| ((w * time).sin(), force));
-        let (square, product) = sines().fold((0.0, 0.0), |(a, b), (sine, force)| (a + sine * sine, b + sine * force));
+        let (square, product) = sines().fold((0.0, 0.0), |(a, b), (sine, force)| {
+            (a + sine * sine, b + sine * force)
+        });
         // The sum of squares of the forces is the same for all frequencies.
         -product * product / square.max(f64::MIN_POSITIVE)
     };
     // Ratios are 2^(i/100).
     let trials = (-200..=300).map(|i| near * (f64::from(i) / 100.0).exp2());
-    trials.min_by(|a, b| deviation(*a).total_cmp(&deviation(*b))).unwrap_or(near)
+    trials
+        .min_by(|a, b| deviation(*a).total_cmp(&deviation(*b)))
+        .unwrap_or(near)
 }

@@ -18,7 +18,10 @@ const LENGTH: f64 = 1.0;
 /// Radius, m.
 const RADIUS: f64 = 0.02;
 /// The shear modulus is E/3.
-const MATERIAL: LinearElastic = LinearElastic { youngs_modulus: 1e6, poissons_ratio: 0.5 };
+const MATERIAL: LinearElastic = LinearElastic {
+    youngs_modulus: 1e6,
+    poissons_ratio: 0.5,
+};
 /// Force downwards, N.
 const FORCE: f64 = 7.5e-3;
 /// Number of elements of the mesh whose error is neglected.
@@ -27,7 +30,10 @@ const FINE: usize = 32;
 /// Solves the experiment on several meshes.
 pub fn measured(quick: bool) -> Measured {
     let reference = FORCE * LENGTH.powi(3) / (3.0 * MATERIAL.stiffness(RADIUS).x);
-    let scene = Still { gravity: Vector3::zeros(), ..Still::tilted(FRAC_PI_2) };
+    let scene = Still {
+        gravity: Vector3::zeros(),
+        ..Still::tilted(FRAC_PI_2)
+    };
     let load = ApicalForce(|_t: f64| -Vector3::z() * FORCE);
     let mut solver = NewtonSolver::default();
     let mut deflection = |elements: usize| {
@@ -44,7 +50,15 @@ pub fn measured(quick: bool) -> Measured {
         let error = (found / reference - 1.0).abs();
         let discretisation = Some((found / exact - 1.0).abs());
         let program = Program::Morphorod;
-        Ok(Row { experiment: "cantilever", tension: None, program, elements, error, discretisation, seconds })
+        Ok(Row {
+            experiment: "cantilever",
+            tension: None,
+            program,
+            elements,
+            error,
+            discretisation,
+            seconds,
+        })
     };
     meshes.iter().map(row).collect()
 }

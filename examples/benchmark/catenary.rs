@@ -22,7 +22,10 @@ const SPAN: f64 = 0.8;
 /// Radius, m.
 const RADIUS: f64 = 0.005;
 /// The shear modulus is E/3.
-const MATERIAL: LinearElastic = LinearElastic { youngs_modulus: 1e6, poissons_ratio: 0.5 };
+const MATERIAL: LinearElastic = LinearElastic {
+    youngs_modulus: 1e6,
+    poissons_ratio: 0.5,
+};
 /// Density, kg/m³.
 const WEIGHT: Weight = Weight { density: 1000.0 };
 /// Number of elements of the mesh whose error is neglected.
@@ -44,9 +47,15 @@ impl Catenary {
     /// The catenary of the experiment, with gravity in m/s².
     fn of(gravity: f64) -> Self {
         let area = PI * RADIUS * RADIUS;
-        let with = |tension| Self { tension, weight: WEIGHT.density * area * gravity, stiffness: 1e6 * area };
+        let with = |tension| Self {
+            tension,
+            weight: WEIGHT.density * area * gravity,
+            stiffness: 1e6 * area,
+        };
         // The span increases with the tension.
-        with(bisected((1e-3, 1e3), |tension| with(tension).at(LENGTH).x > SPAN))
+        with(bisected((1e-3, 1e3), |tension| {
+            with(tension).at(LENGTH).x > SPAN
+        }))
     }
 
     /// Place of the tissue at a distance from the first pin along the cable without stretch, m.
@@ -56,12 +65,13 @@ impl Catenary {
         let here = self.weight * s - first;
         let hang = (here / self.tension).asinh() + (first / self.tension).asinh();
         let rise = self.tension.hypot(here) - self.tension.hypot(first);
-        let stretch = Vector3::new(self.tension * s, 0.0, 0.5 * self.weight * s * s - first * s) / self.stiffness;
+        let stretch = Vector3::new(self.tension * s, 0.0, 0.5 * self.weight * s * s - first * s)
+            / self.stiffness;
         Vector3::new(self.tension * hang, 0.0, rise) / self.weight + stretch
     }
 
-    /// Distance of a place from the curve, m. `s` is the distance of its tissue along the cable. The nearest place of
-    /// the curve is close to that of the same tissue.
+    /// Distance of a place from the curve, m. `s` is the distance of its tissue along the cable.
+    /// The nearest place of the curve is close to that of the same tissue.
     fn distance(&self, place: &Vector3<f64>, s: f64) -> f64 {
         let (mut nearest, step) = (s, 1e-6);
         for _ in 0..3 {
@@ -73,7 +83,10 @@ impl Catenary {
 }
 
 /// Places of the cable in equilibrium, m. The search begins with a circular arc.
-fn hanging(solver: &mut NewtonSolver, elements: usize) -> Result<Vec<Vector3<f64>>, Box<dyn Error>> {
+fn hanging(
+    solver: &mut NewtonSolver,
+    elements: usize,
+) -> Result<Vec<Vector3<f64>>, Box<dyn Error>> {
     let half = bisected((1e-3, PI), |half| half.sin() / half < SPAN / LENGTH);
     let scene = Still::tilted(FRAC_PI_2 + half);
     let environment = scene.environment(0.0);
@@ -96,12 +109,26 @@ pub fn measured(quick: bool) -> Measured {
     let row = |&elements: &usize| {
         let (places, seconds) = measure(quick, || hanging(&mut solver, elements))?;
         let tissue = |i: usize| LENGTH * i as f64 / (PLACES - 1) as f64;
-        let distances = places.iter().enumerate().map(|(i, place)| catenary.distance(place, tissue(i)));
+        let distances = places
+            .iter()
+            .enumerate()
+            .map(|(i, place)| catenary.distance(place, tissue(i)));
         let error = distances.fold(0.0, f64::max) / LENGTH;
-        let differences = places.iter().zip(&exact).map(|(place, exact)| (place - exact).norm());
+        let differences = places
+            .iter()
+            .zip(&exact)
+            .map(|(place, exact)| (place - exact).norm());
         let discretisation = Some(differences.fold(0.0, f64::max) / LENGTH);
         let program = Program::Morphorod;
-        Ok(Row { experiment: "catenary", tension: None, program, elements, error, discretisation, seconds })
+        Ok(Row {
+            experiment: "catenary",
+            tension: None,
+            program,
+            elements,
+            error,
+            discretisation,
+            seconds,
+        })
     };
     meshes.iter().map(row).collect()
 }

@@ -2,8 +2,8 @@
 
 use crate::report::{Program, Row};
 
-/// Experiment, dimensionless tension (zero without one), program, number of elements, error, and run time (s): results
-/// 0.2 of `cosseratbench`. MuJoCo cannot run the experiment `twist`.
+/// Experiment, dimensionless tension (zero without one), program, number of elements, error, and
+/// run time (s): results 0.2 of `cosseratbench`. MuJoCo cannot run the experiment `twist`.
 const RESULTS: [(&str, f64, Program, usize, f64, f64); 17] = [
     ("cantilever", 0.0, Program::PyElastica, 10, 1.443e-1, 0.221),
     ("cantilever", 0.0, Program::PyElastica, 20, 7.313e-2, 0.252),
@@ -26,10 +26,19 @@ const RESULTS: [(&str, f64, Program, usize, f64, f64); 17] = [
 
 /// The published results of an experiment.
 pub fn rows(experiment: &'static str) -> impl Iterator<Item = Row> {
-    RESULTS.into_iter().filter(move |row| row.0 == experiment).map(
-        |(experiment, tension, program, elements, error, seconds)| {
+    RESULTS
+        .into_iter()
+        .filter(move |row| row.0 == experiment)
+        .map(|(experiment, tension, program, elements, error, seconds)| {
             let tension = (tension > 0.0).then_some(tension);
-            Row { experiment, tension, program, elements, error, discretisation: None, seconds }
-        },
-    )
+            Row {
+                experiment,
+                tension,
+                program,
+                elements,
+                error,
+                discretisation: None,
+                seconds,
+            }
+        })
 }

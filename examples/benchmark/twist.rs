@@ -19,12 +19,17 @@ const LENGTH: f64 = 1.0;
 /// Radius, m.
 const RADIUS: f64 = 0.01;
 /// The shear modulus is E/3.
-const MATERIAL: LinearElastic = LinearElastic { youngs_modulus: 1e6, poissons_ratio: 0.5 };
+const MATERIAL: LinearElastic = LinearElastic {
+    youngs_modulus: 1e6,
+    poissons_ratio: 0.5,
+};
 
-/// Greenhill's critical couple M ℓ/B of a rod between clamps under the tension T, with `tension` = T ℓ²/B.
+/// Greenhill's critical couple M ℓ/B of a rod between clamps under the tension T, with `tension` =
+/// T ℓ²/B.
 ///
-/// The deflection w = x + i y satisfies B w'''' − i M w''' − T w'' = 0 and w = w' = 0 at both ends. With
-/// m = M ℓ/B, τ = T ℓ²/B and k = √(m²/4 − τ) there is a solution if 2 k (cos k − cos m/2) = τ sin k.
+/// The deflection w = x + i y satisfies B w'''' − i M w''' − T w'' = 0 and w = w' = 0 at both ends.
+/// With m = M ℓ/B, τ = T ℓ²/B and k = √(m²/4 − τ) there is a solution if 2 k (cos k − cos m/2) = τ
+/// sin k.
 fn critical_couple(tension: f64) -> f64 {
     let couple = |k: f64| 2.0 * (k * k + tension).sqrt();
     let condition = |k: f64| 2.0 * (k.cos() - (0.5 * couple(k)).cos()) - tension * k.sin() / k;
@@ -38,7 +43,11 @@ fn critical_couple(tension: f64) -> f64 {
 }
 
 /// Twist at which the straight rod loses stability, rad.
-fn critical_twist(solver: &mut NewtonSolver, tension: f64, elements: usize) -> Result<f64, Box<dyn Error>> {
+fn critical_twist(
+    solver: &mut NewtonSolver,
+    tension: f64,
+    elements: usize,
+) -> Result<f64, Box<dyn Error>> {
     let stiffness = MATERIAL.stiffness(RADIUS);
     let scene = Still::weightless();
     let environment = scene.environment(0.0);
@@ -57,10 +66,15 @@ fn critical_twist(solver: &mut NewtonSolver, tension: f64, elements: usize) -> R
     };
     // No rod, however long, buckles below the couple 2 √(B T).
     let least = 2.0 * tension.sqrt();
-    let [mut low, mut high] = [least, least + 10.0].map(|couple| couple * stiffness.x / stiffness.z);
+    let [mut low, mut high] =
+        [least, least + 10.0].map(|couple| couple * stiffness.x / stiffness.z);
     while high - low > 1e-10 * high {
         let middle = 0.5 * (low + high);
-        if stable(middle)? { low = middle } else { high = middle }
+        if stable(middle)? {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     Ok(0.5 * (low + high))
 }
@@ -68,17 +82,32 @@ fn critical_twist(solver: &mut NewtonSolver, tension: f64, elements: usize) -> R
 /// Solves the experiment on several meshes for each tension.
 pub fn measured(quick: bool) -> Measured {
     let stiffness = MATERIAL.stiffness(RADIUS);
-    let mut solver = NewtonSolver { stable_only: false, ..NewtonSolver::default() };
-    let (tensions, meshes): (&[f64], &[usize]) =
-        if quick { (&[10.0], &[12]) } else { (&[1.0, 10.0, 30.0], &[12, 24, 48]) };
+    let mut solver = NewtonSolver {
+        stable_only: false,
+        ..NewtonSolver::default()
+    };
+    let (tensions, meshes): (&[f64], &[usize]) = if quick {
+        (&[10.0], &[12])
+    } else {
+        (&[1.0, 10.0, 30.0], &[12, 24, 48])
+    };
     let mut rows = Vec::new();
     for &tension in tensions {
         let reference = critical_couple(tension) * stiffness.x / stiffness.z;
         for &elements in meshes {
-            let (found, seconds) = measure(quick, || critical_twist(&mut solver, tension, elements))?;
+            let (found, seconds) =
+                measure(quick, || critical_twist(&mut solver, tension, elements))?;
             let (error, program) = ((found / reference - 1.0).abs(), Program::Morphorod);
             let tension = Some(tension);
-            rows.push(Row { experiment: "twist", tension, program, elements, error, discretisation: None, seconds });
+            rows.push(Row {
+                experiment: "twist",
+                tension,
+                program,
+                elements,
+                error,
+                discretisation: None,
+                seconds,
+            });
         }
     }
     Ok(rows)

@@ -30,23 +30,32 @@ impl Scene for Clinostat {
     }
 
     fn base(&self, t: f64) -> UnitQuaternion<f64> {
-        Still::tilted(FRAC_PI_2).base * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.rate * t)
+        Still::tilted(FRAC_PI_2).base
+            * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.rate * t)
     }
 }
 
-/// Compares shoots with the closed form. Tissue rotates about the tangent t of a shape that is fixed in space, t' = k
-/// [(e3 − (t·e3) t) + W t × e3]/(1 + W²), with k = β/(ηr) and W = Ωτg/η for the rate Ω. The angle from the vertical and
-/// the azimuth obey θ' = −k sin θ/(1 + W²), φ' = −kW/(1 + W²).
+/// Compares shoots with the closed form. Tissue rotates about the tangent t of a shape that is
+/// fixed in space, t' = k [(e3 − (t·e3) t) + W t × e3]/(1 + W²), with k = β/(ηr) and W = Ωτg/η for
+/// the rate Ω. The angle from the vertical and the azimuth obey θ' = −k sin θ/(1 + W²), φ' = −kW/(1
+/// + W²).
 pub fn run() -> Result<Panel, Box<dyn Error>> {
     let k = BETA / (ETA * RADIUS);
-    let (mut bending, mut turning, mut rows, mut worst) = (Vec::new(), Vec::new(), Vec::new(), 0.0_f64);
+    let (mut bending, mut turning, mut rows, mut worst) =
+        (Vec::new(), Vec::new(), Vec::new(), 0.0_f64);
     for w in [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0] {
         let rate = w * ETA / GROWTH;
         let mut shoot = Shoot::builder(TISSUE)
             .length(LENGTH)
             .radius(RADIUS)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: GROWTH }))
-            .tropism(responses(Memory { time: 1e-3, delay: 0.0 }))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 0.1,
+                time: GROWTH,
+            }))
+            .tropism(responses(Memory {
+                time: 1e-3,
+                delay: 0.0,
+            }))
             .scene(Clinostat { rate })
             .build()?;
         let step = (TAU / rate / 80.0).min(0.05 * GROWTH / ETA);
@@ -56,13 +65,20 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
         let bend = -(0.5 * angle).tan().ln() / (k * LENGTH);
         let turn = -azimuth / (k * LENGTH);
         let expected = [1.0 / (1.0 + w * w), w / (1.0 + w * w)];
-        worst = worst.max((bend - expected[0]).abs()).max((turn - expected[1]).abs());
+        worst = worst
+            .max((bend - expected[0]).abs())
+            .max((turn - expected[1]).abs());
         bending.push((w, bend));
         turning.push((w, turn));
         rows.extend([[w, 0.0, bend, expected[0]], [w, 1.0, turn, expected[1]]]);
     }
     println!("2. clinostat: largest difference from the closed form {worst:.1e} k");
-    let line = |f: fn(f64) -> f64| (0..=120).map(|i| 0.05 * f64::from(i)).map(|w| (w, f(w) / (1.0 + w * w))).collect();
+    let line = |f: fn(f64) -> f64| {
+        (0..=120)
+            .map(|i| 0.05 * f64::from(i))
+            .map(|w| (w, f(w) / (1.0 + w * w)))
+            .collect()
+    };
     let series = vec![
         closed(line(|_| 1.0), 0),
         closed(line(|w| w), 1),
@@ -73,7 +89,10 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
     ];
     Ok(Panel {
         name: "2. Shape on a clinostat",
-        labels: ["rate of rotation × τg/η (1)", "rotation along the shoot / k (1)"],
+        labels: [
+            "rate of rotation × τg/η (1)",
+            "rotation along the shoot / k (1)",
+        ],
         series,
         rows,
     })

@@ -13,8 +13,12 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{HOUR, MINUTE, Panel, TISSUE, found, responses};
 
-/// Memory time and delay, for which the shoot oscillates with a period of 2.5 h, as hypocotyls of sunflower do.
-const MEMORY: Memory = Memory { time: 20.5 * MINUTE, delay: 20.5 * MINUTE };
+/// Memory time and delay, for which the shoot oscillates with a period of 2.5 h, as hypocotyls of
+/// sunflower do.
+const MEMORY: Memory = Memory {
+    time: 20.5 * MINUTE,
+    delay: 20.5 * MINUTE,
+};
 /// Growth time, s; in proportion to the memory time, so that oscillations begin at 6.56 cm.
 const GROWTH: f64 = 20.0 / 12.0 * 20.5 * HOUR;
 /// Length, m.
@@ -48,7 +52,10 @@ fn shoot(scene: Rocker) -> Result<Shoot<impl Model>, ParameterError> {
         .length(LENGTH)
         .radius(super::RADIUS)
         .elements(3)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: GROWTH }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.1,
+            time: GROWTH,
+        }))
         .tropism(responses(MEMORY))
         .load(Weight { density: 1000.0 })
         .scene(scene)
@@ -73,20 +80,33 @@ fn period(scene: Rocker) -> Result<[f64; 2], Box<dyn Error>> {
     }
     let periods: Vec<f64> = crossings.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mean = periods.iter().sum::<f64>() / periods.len() as f64;
-    let variance = periods.iter().map(|period| (period - mean).powi(2)).sum::<f64>() / periods.len() as f64;
+    let variance = periods
+        .iter()
+        .map(|period| (period - mean).powi(2))
+        .sum::<f64>()
+        / periods.len() as f64;
     Ok([mean, variance.sqrt()])
 }
 
 /// Tilts a shoot with several periods and two amplitudes.
 pub fn run() -> Result<Panel, Box<dyn Error>> {
-    let [natural, _] = period(Rocker { angle: 0.0, period: 150.0 * MINUTE })?;
-    println!("1. entrainment: period without tilts {:.2} min", natural / MINUTE);
+    let [natural, _] = period(Rocker {
+        angle: 0.0,
+        period: 150.0 * MINUTE,
+    })?;
+    println!(
+        "1. entrainment: period without tilts {:.2} min",
+        natural / MINUTE
+    );
     let (mut series, mut rows) = (Vec::new(), Vec::new());
     for (colour, degrees) in [2.0_f64, 4.0].into_iter().enumerate() {
         let (mut locked, mut points) = (Vec::new(), Vec::new());
         for k in 0..=24 {
             let tilt = natural * (0.64 + 0.03 * f64::from(k));
-            let [mean, deviation] = period(Rocker { angle: degrees.to_radians(), period: tilt })?;
+            let [mean, deviation] = period(Rocker {
+                angle: degrees.to_radians(),
+                period: tilt,
+            })?;
             rows.push([tilt / MINUTE, degrees, mean / MINUTE, f64::NAN]);
             points.push((tilt / HOUR, mean / HOUR));
             // An entrained shoot has the period of the tilt, and all its periods are equal.
@@ -95,14 +115,21 @@ pub fn run() -> Result<Panel, Box<dyn Error>> {
             }
         }
         match (locked.first(), locked.last()) {
-            (Some(first), Some(last)) => println!("   tilts of {degrees}°: entrained from {first:.0} to {last:.0} min"),
+            (Some(first), Some(last)) => {
+                println!("   tilts of {degrees}°: entrained from {first:.0} to {last:.0} min")
+            }
             _ => println!("   tilts of {degrees}°: not entrained"),
         }
         series.push(found(points.clone(), colour));
         series.push(Series::new("", points, Style::Marked, colour));
     }
     let hours = |share: f64| share * natural / HOUR;
-    series.push(Series::new("", vec![(hours(0.64), hours(0.64)), (hours(1.36), hours(1.36))], Style::Dashed, 6));
+    series.push(Series::new(
+        "",
+        vec![(hours(0.64), hours(0.64)), (hours(1.36), hours(1.36))],
+        Style::Dashed,
+        6,
+    ));
     for (text, x, y) in [
         ("2°", 0.8, 1.04),
         ("2°", 1.17, 1.06),

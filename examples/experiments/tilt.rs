@@ -20,14 +20,21 @@ const TIME: f64 = HOUR;
 /// Convergence length Lc = ηr/β, m.
 const CONVERGENCE: f64 = ETA * RADIUS / BETA;
 
-/// Returns a shoot of a length (m) on a base that is tilted by an angle (rad). Its responses have no delay.
+/// Returns a shoot of a length (m) on a base that is tilted by an angle (rad). Its responses have
+/// no delay.
 fn shoot(length: f64, tilt: f64, load: impl Load) -> Result<Shoot<impl Model>, ParameterError> {
     Shoot::builder(TISSUE)
         .length(length)
         .radius(RADIUS)
         .elements(16)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.2, time: ETA * TIME }))
-        .tropism(responses(Memory { time: 1e-3, delay: 0.0 }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.2,
+            time: ETA * TIME,
+        }))
+        .tropism(responses(Memory {
+            time: 1e-3,
+            delay: 0.0,
+        }))
         .load(load)
         .scene(Still::tilted(tilt))
         .build()
@@ -55,17 +62,30 @@ fn threshold(tilt: f64) -> Result<f64, Box<dyn Error>> {
         let middle = 0.5 * (low + high);
         let angles = angles(middle, tilt, 80)?;
         // The parabola through the lowest angle and its neighbours gives the minimum.
-        let at = (1..angles.len() - 1).min_by(|i, j| angles[*i].total_cmp(&angles[*j])).unwrap_or(1);
-        let (slope, bend) =
-            (0.5 * (angles[at + 1] - angles[at - 1]), angles[at + 1] - 2.0 * angles[at] + angles[at - 1]);
-        let lowest = angles[at] - if bend > 0.0 { 0.5 * slope * slope / bend } else { 0.0 };
-        if lowest > 0.0 { low = middle } else { high = middle }
+        let at = (1..angles.len() - 1)
+            .min_by(|i, j| angles[*i].total_cmp(&angles[*j]))
+            .unwrap_or(1);
+        let (slope, bend) = (
+            0.5 * (angles[at + 1] - angles[at - 1]),
+            angles[at + 1] - 2.0 * angles[at] + angles[at - 1],
+        );
+        let lowest = angles[at]
+            - if bend > 0.0 {
+                0.5 * slope * slope / bend
+            } else {
+                0.0
+            };
+        if lowest > 0.0 {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     Ok(0.5 * (low + high))
 }
 
-/// Angle of the apex over that of the base in the linear theory, after the time T τg/η: 1 − Σ (−1)^m B^(m+1)/(m+1)!
-/// P(m+1, T), with the regularised incomplete gamma function P.
+/// Angle of the apex over that of the base in the linear theory, after the time T τg/η: 1 − Σ
+/// (−1)^m B^(m+1)/(m+1)! P(m+1, T), with the regularised incomplete gamma function P.
 fn linear_angle(balance: f64, time: f64) -> f64 {
     let (mut angle, mut power, mut sign) = (1.0, balance, 1.0);
     let (mut term, mut sum) = ((-time).exp(), (-time).exp());
@@ -79,7 +99,8 @@ fn linear_angle(balance: f64, time: f64) -> f64 {
     angle
 }
 
-/// Compares the angle of the apex with the linear theory, and finds the balance number at which overshoot begins.
+/// Compares the angle of the apex with the linear theory, and finds the balance number at which
+/// overshoot begins.
 pub fn overshoot() -> Result<Panel, Box<dyn Error>> {
     let (mut series, mut rows, mut worst) = (Vec::new(), Vec::new(), 0.0_f64);
     let tilt = 1e-3;
@@ -90,11 +111,19 @@ pub fn overshoot() -> Result<Panel, Box<dyn Error>> {
             worst = worst.max((angle - linear_angle(balance, *time)).abs());
             rows.push([*time, balance, *angle, linear_angle(balance, *time)]);
         }
-        let line = (0..=300).map(|i| 0.02 * f64::from(i)).map(|t| (t, linear_angle(balance, t))).collect();
+        let line = (0..=300)
+            .map(|i| 0.02 * f64::from(i))
+            .map(|t| (t, linear_angle(balance, t)))
+            .collect();
         series.push(closed(line, colour));
         series.push(found(points.into_iter().step_by(6).collect(), colour));
         let place = [(5.0, 0.42), (5.0, 0.12), (0.75, -0.2), (0.45, -0.3)][colour];
-        series.push(Series::text(format!("B = {balance}"), place, Style::Beside, colour));
+        series.push(Series::text(
+            format!("B = {balance}"),
+            place,
+            Style::Beside,
+            colour,
+        ));
     }
     println!(
         "5. overshoot: begins at B = {:.4} for a small tilt, {:.4} at 90°",
@@ -114,7 +143,11 @@ pub fn overshoot() -> Result<Panel, Box<dyn Error>> {
 pub fn steady() -> Result<Panel, Box<dyn Error>> {
     let (mut series, mut rows, mut worst) = (Vec::new(), Vec::new(), 0.0_f64);
     for (colour, degrees) in [30.0_f64, 90.0, 150.0, 175.0].into_iter().enumerate() {
-        let mut shoot = shoot(4.0 * CONVERGENCE, degrees.to_radians(), Weight { density: 1000.0 })?;
+        let mut shoot = shoot(
+            4.0 * CONVERGENCE,
+            degrees.to_radians(),
+            Weight { density: 1000.0 },
+        )?;
         solve_steady_state(&mut shoot)?;
         let closed_form = |x: f64| 2.0 * ((0.5 * degrees.to_radians()).tan() * (-x).exp()).atan();
         let mut points = Vec::new();
@@ -125,7 +158,10 @@ pub fn steady() -> Result<Panel, Box<dyn Error>> {
             points.push((x, angle.to_degrees()));
             rows.push([x, degrees, angle.to_degrees(), closed_form(x).to_degrees()]);
         }
-        let line = (0..=100).map(|i| 0.04 * f64::from(i)).map(|x| (x, closed_form(x).to_degrees())).collect();
+        let line = (0..=100)
+            .map(|i| 0.04 * f64::from(i))
+            .map(|x| (x, closed_form(x).to_degrees()))
+            .collect();
         series.push(closed(line, colour));
         series.push(found(points, colour));
     }

@@ -34,12 +34,16 @@ pub struct Analysis {
 }
 
 impl Analysis {
-    /// Fits without an oscillator, and with one if the scan finds it. Prints the results. Returns the last fit.
+    /// Fits without an oscillator, and with one if the scan finds it. Prints the results. Returns
+    /// the last fit.
     pub fn run(&self, options: &Options) -> Result<(Plant, Estimates), Box<dyn Error>> {
         let (setting, family) = (&self.setting, self.setting.family(&self.cameras));
         let found = self.fitted(&family)?;
         self.report(setting.plant, &found)?;
-        if setting.righting || setting.free.contains(&"alpha") || family.parameters[OSCILLATOR.start].start != 0.0 {
+        if setting.righting
+            || setting.free.contains(&"alpha")
+            || family.parameters[OSCILLATOR.start].start != 0.0
+        {
             return Ok((setting.plant, found));
         }
         let periods = match options.text("periods") {
@@ -52,21 +56,29 @@ impl Analysis {
             }
         };
         if periods[0] >= periods[1] {
-            println!("conclusion: the frames are too few for a scan for an internal oscillator{}", but(&found));
+            println!(
+                "conclusion: the frames are too few for a scan for an internal oscillator{}",
+                but(&found)
+            );
             return Ok((setting.plant, found));
         }
         // The scan begins with the longest period. Lines between those with large scores follow.
         let progress = Progress::new("scan");
         let frequencies = periods.map(f64::recip);
         let build = |p: &[f64], oscillator: Oscillator| {
-            progress.set((oscillator.period.recip() - frequencies[1]) / (frequencies[0] - frequencies[1]));
+            progress.set(
+                (oscillator.period.recip() - frequencies[1]) / (frequencies[0] - frequencies[1]),
+            );
             setting.plant.build(p, oscillator)
         };
         let scan = self.fit.scan_oscillator(build, &found, periods)?;
         progress.clear();
         println!("\n{scan}");
         if scan.false_alarm >= ALARM {
-            println!("conclusion: no evidence for an internal oscillator with a period in this range{}", but(&found));
+            println!(
+                "conclusion: no evidence for an internal oscillator with a period in this range{}",
+                but(&found)
+            );
             return Ok((setting.plant, found));
         }
         match self.with_oscillator(&family, &scan) {
@@ -75,24 +87,47 @@ impl Analysis {
                 let difference = with.compare(&found)?;
                 println!("BIC without an oscillator minus BIC with it: {difference:.1}");
                 if difference > STRONG {
-                    println!("conclusion: an internal oscillator explains the data better{}", but(&with));
+                    println!(
+                        "conclusion: an internal oscillator explains the data better{}",
+                        but(&with)
+                    );
                     return Ok((plant, with));
                 }
-                println!("conclusion: no clear evidence for an internal oscillator{}", but(&with));
+                println!(
+                    "conclusion: no clear evidence for an internal oscillator{}",
+                    but(&with)
+                );
             }
-            Err(error) => println!("the fit with an oscillator failed: {error}\nconclusion: undecided"),
+            Err(error) => {
+                println!("the fit with an oscillator failed: {error}\nconclusion: undecided")
+            }
         }
         Ok((setting.plant, found))
     }
 
-    /// Fit from the best oscillator of a scan. The other initial values are those of the first fit, whose estimates may
-    /// be far from the truth.
-    fn with_oscillator<F>(&self, first: &Family<F>, scan: &Scan) -> Result<(Plant, Estimates), FitError> {
+    /// Fit from the best oscillator of a scan. The other initial values are those of the first fit,
+    /// whose estimates may be far from the truth.
+    fn with_oscillator<F>(
+        &self,
+        first: &Family<F>,
+        scan: &Scan,
+    ) -> Result<(Plant, Estimates), FitError> {
         let (best, setting) = (scan.best.oscillator, &self.setting);
-        let mut start: Vec<f64> = first.parameters[..PARAMETERS.len()].iter().map(|one| one.start).collect();
+        let mut start: Vec<f64> = first.parameters[..PARAMETERS.len()]
+            .iter()
+            .map(|one| one.start)
+            .collect();
         start[OSCILLATOR].copy_from_slice(&[best.sensitivity, best.period, best.phase]);
-        let names: Vec<&str> = setting.free.iter().copied().chain(["alpha", "tau_e", "phase"]).collect();
-        let plant = Plant { handedness: best.handedness, ..setting.plant };
+        let names: Vec<&str> = setting
+            .free
+            .iter()
+            .copied()
+            .chain(["alpha", "tau_e", "phase"])
+            .collect();
+        let plant = Plant {
+            handedness: best.handedness,
+            ..setting.plant
+        };
         let family = setting.bounded(plant.family(&start, &names, 1.0, self.cameras.clone()));
         Ok((plant, self.fitted(&family)?))
     }
@@ -103,7 +138,9 @@ impl Analysis {
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync>,
     ) -> Result<Estimates, FitError> {
         let progress = Progress::new("fit");
-        let found = self.fit.run_showing(family, &self.series, |part| progress.set(part));
+        let found = self
+            .fit
+            .run_showing(family, &self.series, |part| progress.set(part));
         progress.clear();
         found
     }
@@ -114,15 +151,28 @@ impl Analysis {
         println!("{found}");
         println!("relative change of estimates per relative change of a given value:");
         for dependence in self.fit.dependences(build, found)? {
-            let large = dependence.slopes.iter().filter(|(_, slope)| slope.abs() > SMALL);
-            let text: Vec<String> = large.map(|(name, slope)| format!("{name} {slope:+.2}")).collect();
+            let large = dependence
+                .slopes
+                .iter()
+                .filter(|(_, slope)| slope.abs() > SMALL);
+            let text: Vec<String> = large
+                .map(|(name, slope)| format!("{name} {slope:+.2}"))
+                .collect();
             if !text.is_empty() {
                 println!("{:>15}: {}", dependence.given, text.join(", "));
             }
         }
-        let estimated = || found.parameters.iter().filter(|one| one.verdict != Verdict::Fixed);
-        if estimated().count() > 0 && estimated().all(|one| one.verdict == Verdict::StructurallyNot) {
-            println!("the fitted shoot does not move: give --tilt, or an initial curvature by --free bend_x,bend_y,…");
+        let estimated = || {
+            found
+                .parameters
+                .iter()
+                .filter(|one| one.verdict != Verdict::Fixed)
+        };
+        if estimated().count() > 0 && estimated().all(|one| one.verdict == Verdict::StructurallyNot)
+        {
+            println!(
+                "the fitted shoot does not move: give --tilt, or an initial curvature by --free bend_x,bend_y,…"
+            );
         }
         Ok(())
     }
@@ -130,5 +180,9 @@ impl Analysis {
 
 /// The end of a conclusion from a fit with warnings.
 fn but(found: &Estimates) -> &'static str {
-    if found.warnings.is_empty() { "" } else { ", but the warnings of the fit may have another cause" }
+    if found.warnings.is_empty() {
+        ""
+    } else {
+        ", but the warnings of the fit may have another cause"
+    }
 }

@@ -54,24 +54,39 @@ impl Points {
             Shown::Angle => ["time (h)", "angle (degrees)"],
         };
         let times = series.times().to_vec();
-        let mut points = Self { times, points: Vec::new(), axes, lines, shown, space };
+        let mut points = Self {
+            times,
+            points: Vec::new(),
+            axes,
+            lines,
+            shown,
+            space,
+        };
         for (index, (time, frame)) in series.times().iter().zip(series.frames()).enumerate() {
-            // The data of a view with fewer than three coordinates are the first coordinates of a point.
+            // The data of a view with fewer than three coordinates are the first coordinates of a
+            // point.
             let point = |p: &Vector3<f64>| match shown {
                 Shown::Plane(_, [a, b]) => [MM_PER_M * p[a], MM_PER_M * p[b]],
                 Shown::Along(_) => [time / HOUR, MM_PER_M * p.x],
                 Shown::Angle => [time / HOUR, p.x.to_degrees()],
             };
             if !lines || points.has_line(index) {
-                points.points.push((time / HOUR, frame.iter().map(point).collect()));
+                points
+                    .points
+                    .push((time / HOUR, frame.iter().map(point).collect()));
             }
         }
         points
     }
 
-    /// Place in space (m) of a measured point. Coordinates that the view does not show are those of the fitted place.
-    /// `None` for angles.
-    pub fn place(&self, measured: &Vector3<f64>, fitted: Vector3<f64>, found: &Estimates) -> Option<Vector3<f64>> {
+    /// Place in space (m) of a measured point. Coordinates that the view does not show are those of
+    /// the fitted place. `None` for angles.
+    pub fn place(
+        &self,
+        measured: &Vector3<f64>,
+        fitted: Vector3<f64>,
+        found: &Estimates,
+    ) -> Option<Vector3<f64>> {
         let (axes, columns): (&[usize], &[usize]) = match &self.shown {
             _ if self.space => (&[0, 1, 2], &[0, 1, 2]),
             Shown::Plane(axes, columns) => (axes, columns),
@@ -100,12 +115,14 @@ impl Points {
         self.lines && index.is_multiple_of(self.times.len().div_ceil(SHOWN))
     }
 
-    /// Image of a position (m, fixed frame) in the units of the axes. For one direction, the first component is zero.
+    /// Image of a position (m, fixed frame) in the units of the axes. For one direction, the first
+    /// component is zero.
     pub fn image(&self, p: &Vector3<f64>, found: &Estimates) -> [f64; 2] {
         match self.shown {
-            Shown::Plane([a, b], [i, j]) => {
-                [MM_PER_M * (p[a] + offset(found, i)), MM_PER_M * (p[b] + offset(found, j))]
-            }
+            Shown::Plane([a, b], [i, j]) => [
+                MM_PER_M * (p[a] + offset(found, i)),
+                MM_PER_M * (p[b] + offset(found, j)),
+            ],
             Shown::Along(a) => [0.0, MM_PER_M * (p[a] + offset(found, 0))],
             Shown::Angle => [0.0; 2],
         }
@@ -128,14 +145,16 @@ const ORIGIN: [&str; 3] = ["x_0", "y_0", "z_0"];
 
 /// Coordinate of the base in the view, m.
 fn offset(found: &Estimates, index: usize) -> f64 {
-    found.get(ORIGIN[index]).map_or(0.0, |estimate| estimate.value)
+    found
+        .get(ORIGIN[index])
+        .map_or(0.0, |estimate| estimate.value)
 }
 
 /// Data, their points in the figures, and the parameters of the camera.
 type Data = (Series, Points, Vec<Parameter>);
 
-/// Synthetic data of a shoot with the given parameter values. `setting` contains the duration (h), the time between
-/// frames (s) and the time step (s); `noise` is in metres.
+/// Synthetic data of a shoot with the given parameter values. `setting` contains the duration (h),
+/// the time between frames (s) and the time step (s); `noise` is in metres.
 pub fn synthetic(
     plant: Plant,
     values: &[f64],
@@ -146,7 +165,12 @@ pub fn synthetic(
 ) -> Result<Data, Box<dyn Error>> {
     let series = plant.measured(values, setting, seen, noise, draw)?;
     let shown = if seen == Seen::Above { [0, 1] } else { [0, 2] };
-    let points = Points::new(&series, Shown::Plane(shown, shown), seen == Seen::Lines, seen != Seen::Above);
+    let points = Points::new(
+        &series,
+        Shown::Plane(shown, shown),
+        seen == Seen::Lines,
+        seen != Seen::Above,
+    );
     Ok((series, points, Vec::new()))
 }
 
@@ -160,11 +184,17 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
     let lines = options.flag("centre-lines");
     let (times, frames): (Vec<f64>, Vec<Vec<[f64; 3]>>) = if lines {
         let found = track_options::centre_lines(options, &layout)?;
-        found.into_iter().map(|line| (line.time, line.points)).unzip()
+        found
+            .into_iter()
+            .map(|line| (line.time, line.points))
+            .unzip()
     } else {
         let tracks = track_options::tracks(options.text("file"), &layout)?;
         let track = track_options::chosen(&tracks, options.text("track"))?;
-        (track.times.clone(), track.positions.iter().map(|p| vec![*p]).collect())
+        (
+            track.times.clone(),
+            track.positions.iter().map(|p| vec![*p]).collect(),
+        )
     };
     let start = if options.flag("start-time") {
         layout.seconds.unwrap_or(1.0) * options.get::<f64>("start-time")
@@ -174,10 +204,14 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
     let omitted = HOUR * options.get_if("omit", "0 or larger", |hours: &f64| *hours >= 0.0);
     let count = times.len();
     let keep = |k: &usize| {
-        times[*k] - start >= omitted && !(options.flag("omit-repeated") && *k > 0 && frames[*k] == frames[*k - 1])
+        times[*k] - start >= omitted
+            && !(options.flag("omit-repeated") && *k > 0 && frames[*k] == frames[*k - 1])
     };
     let kept: Vec<usize> = (0..times.len()).filter(keep).collect();
-    let (times, frames): (Vec<f64>, Vec<_>) = kept.iter().map(|k| (times[*k] - start, frames[*k].clone())).unzip();
+    let (times, frames): (Vec<f64>, Vec<_>) = kept
+        .iter()
+        .map(|k| (times[*k] - start, frames[*k].clone()))
+        .unzip();
     if kept.len() < count {
         println!("{} of {count} frames are omitted", count - kept.len());
     }
@@ -186,7 +220,8 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
         Shown::Angle => Series::angles(times, &first_coordinates(), view),
         Shown::Along(_) => Series::coordinates(times, &first_coordinates(), view),
         Shown::Plane(..) if layout.coordinates.len() == 2 => {
-            let plane = |frame: &Vec<[f64; 3]>| frame.iter().map(|p| Vector2::new(p[0], p[1])).collect();
+            let plane =
+                |frame: &Vec<[f64; 3]>| frame.iter().map(|p| Vector2::new(p[0], p[1])).collect();
             Series::centre_lines_in(times, &frames.iter().map(plane).collect::<Vec<_>>(), view)
         }
         Shown::Plane(..) => {
@@ -199,7 +234,10 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
         return Ok((series, points, Vec::new()));
     }
     let names = &ORIGIN[..layout.coordinates.len()];
-    let parameters = names.iter().map(|name| Parameter::linear(name, [-1.0, 1.0])).collect();
+    let parameters = names
+        .iter()
+        .map(|name| Parameter::linear(name, [-1.0, 1.0]))
+        .collect();
     Ok((series.with_offset(names), points, parameters))
 }
 
@@ -207,7 +245,10 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
 fn view(options: &Options, layout: &Layout) -> Result<(Shown, View), Box<dyn Error>> {
     let (name, count) = (options.text("view"), layout.coordinates.len());
     let along = |index: usize| -> Result<(Shown, View), Box<dyn Error>> {
-        Ok((Shown::Along(index), View::matrix(&[Vector3::ith(index, 1.0)])?))
+        Ok((
+            Shown::Along(index),
+            View::matrix(&[Vector3::ith(index, 1.0)])?,
+        ))
     };
     match (name, count) {
         ("above" | "side", 3) => {

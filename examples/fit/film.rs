@@ -15,7 +15,8 @@ const FRAMES: u32 = 200;
 /// Largest number of times whose data are shown.
 const MOST: usize = 1000;
 
-/// Writes a film of the data and of the fitted shoot, which is given at its initial time. `step` is the time step, s.
+/// Writes a film of the data and of the fitted shoot, which is given at its initial time. `step` is
+/// the time step, s.
 pub fn write(
     file: &Path,
     mut shoot: Shoot<DynLaws>,
@@ -29,7 +30,12 @@ pub fn write(
     let about = "Dots are measured points; the shoot has the estimated parameters.";
     let mut film = Film::new("Data and the fitted shoot", about, 0.5);
     let every = series.times().len().div_ceil(MOST).max(1);
-    let mut shown = series.times().iter().zip(series.frames()).step_by(every).peekable();
+    let mut shown = series
+        .times()
+        .iter()
+        .zip(series.frames())
+        .step_by(every)
+        .peekable();
     let last = series.times().last().copied().unwrap_or(0.0);
     // Rounding must not lead beyond the last time.
     let grid = (0..=FRAMES).map(|k| (last * f64::from(k) / f64::from(FRAMES)).min(last));
@@ -38,10 +44,15 @@ pub fn write(
     times.dedup();
     MethodOfSteps::new(step).advance_showing(&mut shoot, last, times, |shoot| {
         film.push(Frame::of(shoot, None));
-        let Some((time, measured)) = shown.next_if(|(time, _)| **time <= shoot.time()) else { return };
+        let Some((time, measured)) = shown.next_if(|(time, _)| **time <= shoot.time()) else {
+            return;
+        };
         // The points of a centre line begin beyond the base.
         let line = shoot.rod().centre_line_at(measured.len() + 1);
-        let places = measured.iter().zip(line.iter().skip(1)).filter_map(|(p, fitted)| points.place(p, *fitted, found));
+        let places = measured
+            .iter()
+            .zip(line.iter().skip(1))
+            .filter_map(|(p, fitted)| points.place(p, *fitted, found));
         film.add_measured(*time, places.map(Into::into).collect());
     })?;
     Ok(film.write(file)?)

@@ -1,20 +1,22 @@
 //! Estimation of the parameters of a shoot from a tracked tip or from centre lines.
 //!
-//! The program fits a family of shoots to data. It prints every estimate with its standard error and a verdict: whether
-//! these data, or any data of this kind, determine the parameter. Without options it simulates a horizontal shoot that
-//! rises, adds noise to its centre lines, and estimates its parameters.
+//! The program fits a family of shoots to data. It prints every estimate with its standard error
+//! and a verdict: whether these data, or any data of this kind, determine the parameter. Without
+//! options it simulates a horizontal shoot that rises, adds noise to its centre lines, and
+//! estimates its parameters.
 //!
 //! # Results
-//! All six parameters are identifiable. The sensitivities are known to 0.05 %, the memory and reaction times to 0.4 %.
-//! If the growth time is free as well (`--free beta,eta,tau_m,tau_r,tau_g`), the program prints that β, η and τg are
-//! known only in combination.
+//! All six parameters are identifiable. The sensitivities are known to 0.05 %, the memory and
+//! reaction times to 0.4 %. If the growth time is free as well (`--free
+//! beta,eta,tau_m,tau_r,tau_g`), the program prints that β, η and τg are known only in combination.
 //!
-//! The program compares the residuals with the scatter of neighbouring frames, and prints warnings with their probable
-//! causes, and the relative change of every estimate per relative change of a given value.
+//! The program compares the residuals with the scatter of neighbouring frames, and prints warnings
+//! with their probable causes, and the relative change of every estimate per relative change of a
+//! given value.
 //!
-//! For the tip of a circumnutating shoot the program also scans for an internal oscillator, among all periods that the
-//! data resolve. With `--alpha 0.05` the scan finds its period, 24 min, and the comparison prefers the fit with an
-//! oscillator.
+//! For the tip of a circumnutating shoot the program also scans for an internal oscillator, among
+//! all periods that the data resolve. With `--alpha 0.05` the scan finds its period, 24 min, and
+//! the comparison prefers the fit with an oscillator.
 //!
 //! # Options to try
 //! - `--film`: an animation of the fitted shoot with the data.
@@ -22,16 +24,17 @@
 //! - `--case circumnutation --hours 10 --alpha 0.05`: an internal oscillator, which the scan finds.
 //! - `--noise 1`: noise of 1 mm.
 //! - `--table`: standard errors of several experiments. The computation takes minutes.
-//! - A table of your own, whose units and axes are required as for `tracked_tip`: `--file mine.csv --time t --columns
-//!   x,y --seconds 1 --mm 1 --axes +x,+y --view above --length 68 --growth-hours 40 --zone 70 --free
-//!   beta,eta,tau_m,tau_r,l_0`. The initial curvature, `bend_x` and `bend_y`, is among the free parameters of tips from
-//!   above by default.
-//! - `--set E=8e6,push_x=2e-5,push_y=1e-5,tau_l=4e5`: given values, here of the modulus, of a push in the first
-//!   12 min and of the time of lignification, and initial values of free parameters. `--bounds tau_r=300:1500` limits
-//!   them. `--start-time 0` sets the time of the table at which the shoot starts, and `--omit 2` omits the first two
-//!   hours.
-//! - Tables of trackers: `--time FRAME --columns POSITION_X,POSITION_Y --tracks TRACK_ID` for TrackMate, `--time frame
-//!   --columns tip_x,tip_y` for a point `tip` of DeepLabCut, and `--time frame_idx --columns tip.x,tip.y` for SLEAP.
+//! - A table of your own, whose units and axes are required as for `tracked_tip`: `--file mine.csv
+//!   --time t --columns x,y --seconds 1 --mm 1 --axes +x,+y --view above --length 68 --growth-hours
+//!   40 --zone 70 --free beta,eta,tau_m,tau_r,l_0`. The initial curvature, `bend_x` and `bend_y`,
+//!   is among the free parameters of tips from above by default.
+//! - `--set E=8e6,push_x=2e-5,push_y=1e-5,tau_l=4e5`: given values, here of the modulus, of a push
+//!   in the first 12 min and of the time of lignification, and initial values of free parameters.
+//!   `--bounds tau_r=300:1500` limits them. `--start-time 0` sets the time of the table at which
+//!   the shoot starts, and `--omit 2` omits the first two hours.
+//! - Tables of trackers: `--time FRAME --columns POSITION_X,POSITION_Y --tracks TRACK_ID` for
+//!   TrackMate, `--time frame --columns tip_x,tip_y` for a point `tip` of DeepLabCut, and `--time
+//!   frame_idx --columns tip.x,tip.y` for SLEAP.
 
 mod analysis;
 mod data;
@@ -59,7 +62,8 @@ const M_PER_MM: f64 = 1e-3;
 
 fn options() -> Options {
     let lines = "table of centre lines: rows of one time, from the base to the tip";
-    let mut all = track_options::declarations("table of positions or angles of the tip", lines, "t");
+    let mut all =
+        track_options::declarations("table of positions or angles of the tip", lines, "t");
     all.extend([
         Opt::value(
             "view",
@@ -99,7 +103,11 @@ fn options() -> Options {
         Opt::flag("film", "also write film.html, an animation of the fitted shoot with the data, for the browser"),
         Opt::flag("table", "only print standard errors of several experiments"),
     ]);
-    Options::parse("fit", "estimation of the parameters of a shoot from a tracked tip or centre lines", &all)
+    Options::parse(
+        "fit",
+        "estimation of the parameters of a shoot from a tracked tip or centre lines",
+        &all,
+    )
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -110,21 +118,40 @@ fn run() -> Result<(), Box<dyn Error>> {
     let setting = Setting::new(&options)?;
     let (series, points, cameras) = setting.data(&options)?;
     let out = options.out_dir();
-    let analysis = Analysis { fit: Setting::fit(&options), setting, series: [series], cameras };
+    let analysis = Analysis {
+        fit: Setting::fit(&options),
+        setting,
+        series: [series],
+        cameras,
+    };
     let (plant, found) = analysis.run(&options)?;
     let paths = paths(plant, &found, &points, analysis.fit.step)?;
     figures::draw(&out, &points, &paths, &found)?;
     if options.flag("film") {
         let shoot = plant.build(&found.values(), plant.oscillator(&found.values()))?;
-        film::write(&out.join("film.html"), shoot, (&analysis.series[0], &points), &found, analysis.fit.step)?;
+        film::write(
+            &out.join("film.html"),
+            shoot,
+            (&analysis.series[0], &points),
+            &found,
+            analysis.fit.step,
+        )?;
         println!("wrote film.html to {}, for a browser", out.display());
     }
-    println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());
+    println!(
+        "wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}",
+        out.display()
+    );
     Ok(())
 }
 
 /// Paths of the fitted shoot in the units of the axes. `step` is the time step, s.
-fn paths(plant: Plant, found: &Estimates, points: &Points, step: f64) -> Result<Vec<Timed>, Box<dyn Error>> {
+fn paths(
+    plant: Plant,
+    found: &Estimates,
+    points: &Points,
+    step: f64,
+) -> Result<Vec<Timed>, Box<dyn Error>> {
     let mut shoot = plant.build(&found.values(), plant.oscillator(&found.values()))?;
     let mut integrator = MethodOfSteps::new(step);
     let last = points.times.last().copied().unwrap_or(0.0);
@@ -132,14 +159,23 @@ fn paths(plant: Plant, found: &Estimates, points: &Points, step: f64) -> Result<
     if points.lines {
         let line = |shoot: &Shoot<_>| {
             let line = shoot.rod().centre_line_at(40);
-            paths.push((shoot.time() / HOUR, line.iter().map(|p| points.image(p, found)).collect()));
+            paths.push((
+                shoot.time() / HOUR,
+                line.iter().map(|p| points.image(p, found)).collect(),
+            ));
         };
-        let shown = points.times.iter().enumerate().filter(|(index, _)| points.has_line(*index));
+        let shown = points
+            .times
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| points.has_line(*index));
         integrator.advance_showing(&mut shoot, last, shown.map(|(_, time)| *time), line)?;
     } else {
         let minutes = (0..=(last / MINUTE) as u32).map(|minute| MINUTE * f64::from(minute));
         let mut path = Vec::new();
-        integrator.advance_showing(&mut shoot, last, minutes, |shoot| path.push(points.tip(shoot, found)))?;
+        integrator.advance_showing(&mut shoot, last, minutes, |shoot| {
+            path.push(points.tip(shoot, found))
+        })?;
         paths.push((0.0, path));
     }
     Ok(paths)

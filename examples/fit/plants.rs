@@ -9,13 +9,16 @@ use morphorod::fit::{Family, Parameter, Series, View};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Weight};
-use morphorod::tropism::{Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::{
+    Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, SettledStatoliths,
+};
 use morphorod::{DynLaws, ParameterError, Shoot, Still};
 use nalgebra::Vector3;
 
 const HOUR: f64 = 3600.0;
 
-/// Names of the parameters, their values in SI units, and the ratio of their bounds to these values.
+/// Names of the parameters, their values in SI units, and the ratio of their bounds to these
+/// values.
 pub const PARAMETERS: [(&str, f64, f64); 22] = [
     ("beta", 0.8, 10.0),
     ("eta", 20.0, 10.0),
@@ -77,7 +80,8 @@ pub enum Seen {
 pub struct Plant {
     /// Whether the length is constant while differential growth continues.
     pub constant: bool,
-    /// Young's modulus of mature tissue, Pa. For `None` it is that of young tissue times the stiffening.
+    /// Young's modulus of mature tissue, Pa. For `None` it is that of young tissue times the
+    /// stiffening.
     pub mature_modulus: Option<f64>,
     /// Memory and delay of proprioception. For `None` they are those of gravitropism.
     pub proprioceptive: Option<Memory>,
@@ -87,22 +91,54 @@ pub struct Plant {
 
 impl Plant {
     /// Shoot with the given values of [`PARAMETERS`] and an oscillator.
-    pub fn build(self, p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, ParameterError> {
-        let memory = Memory { time: p[2], delay: p[3] };
-        let push = Pulse { peak: Vector3::new(p[18], p[19], p[20]), start: 0.0, duration: p[21] };
-        let young = LinearElastic { youngs_modulus: p[9], poissons_ratio: 0.5 };
+    pub fn build(
+        self,
+        p: &[f64],
+        oscillator: Oscillator,
+    ) -> Result<Shoot<DynLaws>, ParameterError> {
+        let memory = Memory {
+            time: p[2],
+            delay: p[3],
+        };
+        let push = Pulse {
+            peak: Vector3::new(p[18], p[19], p[20]),
+            start: 0.0,
+            duration: p[21],
+        };
+        let young = LinearElastic {
+            youngs_modulus: p[9],
+            poissons_ratio: 0.5,
+        };
         let mature_modulus = self.mature_modulus.unwrap_or(p[15] * p[9]);
-        let shoot = Shoot::builder(Lignifying { young, mature_modulus, time: p[16] })
-            .length(p[10])
-            .radius(p[13])
-            .load((Weight { density: p[14] }, push))
-            .scene(Still::tilted(p[17]));
-        let growth = UniformGrowth { zone_length: p[5], time: p[4] };
-        let proprioception = Proprioception { sensitivity: p[1] }.remembered(self.proprioceptive.unwrap_or(memory));
-        let gravitropism = Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory);
+        let shoot = Shoot::builder(Lignifying {
+            young,
+            mature_modulus,
+            time: p[16],
+        })
+        .length(p[10])
+        .radius(p[13])
+        .load((Weight { density: p[14] }, push))
+        .scene(Still::tilted(p[17]));
+        let growth = UniformGrowth {
+            zone_length: p[5],
+            time: p[4],
+        };
+        let proprioception =
+            Proprioception { sensitivity: p[1] }.remembered(self.proprioceptive.unwrap_or(memory));
+        let gravitropism = Gravitropism {
+            sensitivity: p[0],
+            perception: SettledStatoliths,
+        }
+        .remembered(memory);
         let shoot = shoot.tropism((oscillator, gravitropism, proprioception));
         let mut shoot = if self.constant {
-            shoot.growth(Ongoing(UniformGrowth { zone_length: 1.0, ..growth })).into_dyn().build()?
+            shoot
+                .growth(Ongoing(UniformGrowth {
+                    zone_length: 1.0,
+                    ..growth
+                }))
+                .into_dyn()
+                .build()?
         } else {
             shoot.growth(growth).into_dyn().build()?
         };
@@ -115,12 +151,17 @@ impl Plant {
 
     /// Oscillator with the given values of [`PARAMETERS`].
     pub fn oscillator(self, p: &[f64]) -> Oscillator {
-        Oscillator { sensitivity: p[6], period: p[7], phase: p[8], handedness: self.handedness }
+        Oscillator {
+            sensitivity: p[6],
+            period: p[7],
+            phase: p[8],
+            handedness: self.handedness,
+        }
     }
 
-    /// Family of these shoots. The initial values of the parameters in `free` are their `values` times `factor`,
-    /// except for period, phase and initial curvature. The other parameters are fixed. `more` contains parameters of
-    /// the camera.
+    /// Family of these shoots. The initial values of the parameters in `free` are their `values`
+    /// times `factor`, except for period, phase and initial curvature. The other parameters are
+    /// fixed. `more` contains parameters of the camera.
     pub fn family(
         self,
         values: &[f64],
@@ -130,20 +171,34 @@ impl Plant {
     ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync + use<>> {
         let parameter = |((name, _, range), value): (&(&str, f64, f64), &f64)| match *name {
             name if !free.contains(&name) => Parameter::fixed(name, *value),
-            "bend_x" | "bend_y" => Parameter::linear(name, [-MOST_BENT, MOST_BENT]).starting(*value),
+            "bend_x" | "bend_y" => {
+                Parameter::linear(name, [-MOST_BENT, MOST_BENT]).starting(*value)
+            }
             "phase" => Parameter::linear(name, [value - PI, value + PI]),
             "tilt" => Parameter::linear(name, [-PI, PI]).starting(*value),
-            "push_x" | "push_y" | "push_z" => Parameter::linear(name, [-HARDEST, HARDEST]).starting(*value),
-            "alpha" if *value == 0.0 => Parameter::linear(name, [0.0, 1.0]).starting(factor * value),
+            "push_x" | "push_y" | "push_z" => {
+                Parameter::linear(name, [-HARDEST, HARDEST]).starting(*value)
+            }
+            "alpha" if *value == 0.0 => {
+                Parameter::linear(name, [0.0, 1.0]).starting(factor * value)
+            }
             name => Parameter::positive(name, [value / range, value * range])
                 .starting(value * if name == "tau_e" { 1.0 } else { factor }),
         };
-        let parameters = PARAMETERS.iter().zip(values).map(parameter).chain(more).collect();
-        Family { parameters, build: move |p: &[f64]| self.build(p, self.oscillator(p)) }
+        let parameters = PARAMETERS
+            .iter()
+            .zip(values)
+            .map(parameter)
+            .chain(more)
+            .collect();
+        Family {
+            parameters,
+            build: move |p: &[f64]| self.build(p, self.oscillator(p)),
+        }
     }
 
-    /// Data of the shoot with the given values: the measured points with normal noise (m). The array contains the
-    /// duration (h), the time between frames (s) and the time step (s).
+    /// Data of the shoot with the given values: the measured points with normal noise (m). The
+    /// array contains the duration (h), the time between frames (s) and the time step (s).
     pub fn measured(
         self,
         p: &[f64],
@@ -154,21 +209,37 @@ impl Plant {
     ) -> Result<Series, Box<dyn std::error::Error>> {
         let mut shoot = self.build(p, self.oscillator(p))?;
         let mut integrator = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(1e-11));
-        let times: Vec<f64> = (1..=(hours * HOUR / interval) as u32).map(|k| interval * f64::from(k)).collect();
+        let times: Vec<f64> = (1..=(hours * HOUR / interval) as u32)
+            .map(|k| interval * f64::from(k))
+            .collect();
         let mut frames = Vec::new();
         for time in &times {
             integrator.advance(&mut shoot, *time)?;
-            let points =
-                if seen == Seen::Lines { shoot.rod().centre_line_at(21).split_off(1) } else { vec![shoot.tip()] };
-            frames.push(points.iter().map(|p| p + Vector3::from_fn(|_, _| noise * draw.normal())).collect::<Vec<_>>());
+            let points = if seen == Seen::Lines {
+                shoot.rod().centre_line_at(21).split_off(1)
+            } else {
+                vec![shoot.tip()]
+            };
+            frames.push(
+                points
+                    .iter()
+                    .map(|p| p + Vector3::from_fn(|_, _| noise * draw.normal()))
+                    .collect::<Vec<_>>(),
+            );
         }
         let tips: Vec<_> = frames.iter().map(|frame| frame[frame.len() - 1]).collect();
         Ok(match seen {
             Seen::Lines => Series::centre_lines(times, frames),
             Seen::Tip => Series::tips(times, &tips),
             Seen::Above => {
-                let track = tips.iter().map(|p| nalgebra::Vector2::new(p.x, p.y)).collect();
-                Series::track(&morphorod::tracking::Track::new(times, track)?, View::above())
+                let track = tips
+                    .iter()
+                    .map(|p| nalgebra::Vector2::new(p.x, p.y))
+                    .collect();
+                Series::track(
+                    &morphorod::tracking::Track::new(times, track)?,
+                    View::above(),
+                )
             }
         })
     }

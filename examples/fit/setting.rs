@@ -38,9 +38,14 @@ pub struct Setting {
 impl Setting {
     /// Reads the options.
     pub fn new(options: &Options) -> Result<Self, Box<dyn Error>> {
-        let (own, case) = (options.flag("file") || options.flag("centre-lines"), options.text("case"));
+        let (own, case) = (
+            options.flag("file") || options.flag("centre-lines"),
+            options.text("case"),
+        );
         if !own && !["righting", "circumnutation"].contains(&case) {
-            return Err(format!("there is no case '{case}': give righting or circumnutation").into());
+            return Err(
+                format!("there is no case '{case}': give righting or circumnutation").into(),
+            );
         }
         let righting = !own && case == "righting";
         let zone = options.get_if("zone", "0 or larger", |zone: &f64| *zone >= 0.0);
@@ -52,12 +57,30 @@ impl Setting {
         };
         let pushed = |axis: usize| if own || righting { 0.0 } else { PUSH[axis] };
         let value = |(name, value, _): &(&str, f64, f64)| match *name {
-            "l_0" => M_PER_MM * if righting { 50.0 } else { options.positive("length") },
+            "l_0" => {
+                M_PER_MM
+                    * if righting {
+                        50.0
+                    } else {
+                        options.positive("length")
+                    }
+            }
             "l_g" if zone > 0.0 => M_PER_MM * zone,
-            "tau_g" => HOUR * if righting { 20.0 } else { options.positive("growth-hours") },
+            "tau_g" => {
+                HOUR * if righting {
+                    20.0
+                } else {
+                    options.positive("growth-hours")
+                }
+            }
             "alpha" => options.get("alpha"),
             "r" => M_PER_MM * options.positive("radius"),
-            "tilt" => if righting { 90.0_f64 } else { options.get("tilt") }.to_radians(),
+            "tilt" => if righting {
+                90.0_f64
+            } else {
+                options.get("tilt")
+            }
+            .to_radians(),
             "push_x" => pushed(0),
             "push_y" => pushed(1),
             _ => *value,
@@ -68,46 +91,99 @@ impl Setting {
         }
         let free = match options.text("free") {
             "" if righting => vec!["beta", "eta", "tau_m", "tau_r", "E", "l_0"],
-            // An exactly straight and upright shoot stays straight, and its parameters have no effect.
+            // An exactly straight and upright shoot stays straight, and its parameters have no
+            // effect.
             "" if own && options.text("view") == "above" => {
                 vec!["beta", "eta", "tau_m", "tau_r", "l_0", "bend_x", "bend_y"]
             }
             "" => vec!["beta", "eta", "tau_m", "tau_r", "l_0"],
-            text => text.split(',').map(|name| known(name.trim())).collect::<Result<_, _>>()?,
+            text => text
+                .split(',')
+                .map(|name| known(name.trim()))
+                .collect::<Result<_, _>>()?,
         };
-        let bounds = named(options.text("bounds"), "--bounds")?.into_iter().map(|(k, text)| {
-            let (low, high) = text.split_once(':').ok_or_else(|| format!("--bounds needs LOW:HIGH, not '{text}'"))?;
-            Ok::<_, Box<dyn Error>>((k, [number(low, "--bounds")?, number(high, "--bounds")?]))
-        });
-        Ok(Self { plant, values, free, bounds: bounds.collect::<Result<_, _>>()?, own, righting })
+        let bounds = named(options.text("bounds"), "--bounds")?
+            .into_iter()
+            .map(|(k, text)| {
+                let (low, high) = text
+                    .split_once(':')
+                    .ok_or_else(|| format!("--bounds needs LOW:HIGH, not '{text}'"))?;
+                Ok::<_, Box<dyn Error>>((k, [number(low, "--bounds")?, number(high, "--bounds")?]))
+            });
+        Ok(Self {
+            plant,
+            values,
+            free,
+            bounds: bounds.collect::<Result<_, _>>()?,
+            own,
+            righting,
+        })
     }
 
     /// Data, their points in the figures, and the parameters of the camera.
-    pub fn data(&self, options: &Options) -> Result<(Series, Points, Vec<Parameter>), Box<dyn Error>> {
-        let seen = if self.righting { Seen::Lines } else { Seen::Above };
+    pub fn data(
+        &self,
+        options: &Options,
+    ) -> Result<(Series, Points, Vec<Parameter>), Box<dyn Error>> {
+        let seen = if self.righting {
+            Seen::Lines
+        } else {
+            Seen::Above
+        };
         let (series, points, cameras) = if self.own {
             data::read(options)?
         } else {
-            let setting = [options.positive("hours"), 300.0, options.positive("step").min(100.0)];
+            let setting = [
+                options.positive("hours"),
+                300.0,
+                options.positive("step").min(100.0),
+            ];
             let noise = M_PER_MM * options.positive("noise");
-            data::synthetic(self.plant, &self.values, setting, seen, noise, &mut Draw::new(1))?
+            data::synthetic(
+                self.plant,
+                &self.values,
+                setting,
+                seen,
+                noise,
+                &mut Draw::new(1),
+            )?
         };
         if !options.flag("known-noise") {
             return Ok((series, points, cameras));
         }
-        let unit = if points.is_angle() { 1_f64.to_radians() } else { M_PER_MM };
-        Ok((series.with_noise(unit * options.positive("known-noise")), points, cameras))
+        let unit = if points.is_angle() {
+            1_f64.to_radians()
+        } else {
+            M_PER_MM
+        };
+        Ok((
+            series.with_noise(unit * options.positive("known-noise")),
+            points,
+            cameras,
+        ))
     }
 
     /// Settings of the fit.
     pub fn fit(options: &Options) -> Fit {
-        let loss = if options.flag("robust") { Loss::ROBUST } else { Loss::Squares };
-        let [starts, iterations, max_work] = ["starts", "iterations", "max-work"].map(|name| options.get(name));
-        Fit { step: options.positive("step"), loss, starts, iterations, max_work, ..Fit::default() }
+        let loss = if options.flag("robust") {
+            Loss::ROBUST
+        } else {
+            Loss::Squares
+        };
+        let [starts, iterations, max_work] =
+            ["starts", "iterations", "max-work"].map(|name| options.get(name));
+        Fit {
+            step: options.positive("step"),
+            loss,
+            starts,
+            iterations,
+            max_work,
+            ..Fit::default()
+        }
     }
 
-    /// Family without an oscillator, unless its sensitivity is free or given. For synthetic data, the initial values
-    /// differ from the true ones. `cameras` are parameters of the camera.
+    /// Family without an oscillator, unless its sensitivity is free or given. For synthetic data,
+    /// the initial values differ from the true ones. `cameras` are parameters of the camera.
     pub fn family(
         &self,
         cameras: &[Parameter],
@@ -116,7 +192,12 @@ impl Setting {
         if !self.own && !self.free.contains(&"alpha") {
             values[OSCILLATOR.start] = 0.0;
         }
-        self.bounded(self.plant.family(&values, &self.free, if self.own { 1.0 } else { AWAY }, cameras.to_vec()))
+        self.bounded(self.plant.family(
+            &values,
+            &self.free,
+            if self.own { 1.0 } else { AWAY },
+            cameras.to_vec(),
+        ))
     }
 
     /// The family with the bounds of the options.
@@ -125,7 +206,9 @@ impl Setting {
             let parameter = &mut family.parameters[*k];
             if !parameter.is_fixed() {
                 parameter.bounds = *bounds;
-                parameter.start = parameter.start.clamp(bounds[0].min(bounds[1]), bounds[1].max(bounds[0]));
+                parameter.start = parameter
+                    .start
+                    .clamp(bounds[0].min(bounds[1]), bounds[1].max(bounds[0]));
             }
         }
         family
@@ -136,22 +219,35 @@ impl Setting {
 fn known(name: &str) -> Result<&'static str, String> {
     index(name).map(|k| PARAMETERS[k].0).ok_or_else(|| {
         let names: Vec<&str> = PARAMETERS.iter().map(|(name, ..)| *name).collect();
-        format!("there is no parameter '{name}'; the parameters are {}", names.join(", "))
+        format!(
+            "there is no parameter '{name}'; the parameters are {}",
+            names.join(", ")
+        )
     })
 }
 
 /// Reads `name=text,…`: indices of parameters with their texts.
 fn named<'a>(text: &'a str, option: &str) -> Result<Vec<(usize, &'a str)>, String> {
     let one = |part: &'a str| {
-        let (name, value) = part.split_once('=').ok_or_else(|| format!("{option} needs NAME=…, not '{part}'"))?;
+        let (name, value) = part
+            .split_once('=')
+            .ok_or_else(|| format!("{option} needs NAME=…, not '{part}'"))?;
         let name = known(name.trim())?;
         Ok((index(name).unwrap_or_default(), value.trim()))
     };
-    text.split(',').map(str::trim).filter(|part| !part.is_empty()).map(one).collect()
+    text.split(',')
+        .map(str::trim)
+        .filter(|part| !part.is_empty())
+        .map(one)
+        .collect()
 }
 
 /// Reads a finite number of an option.
 fn number(text: &str, option: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let number = text
+        .trim()
+        .parse()
+        .ok()
+        .filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| format!("{option} needs a finite number, not '{text}'"))
 }

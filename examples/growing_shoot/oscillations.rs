@@ -17,21 +17,37 @@ const STILL: f64 = 1e-9;
 
 /// Returns the horizontal track. The rows contain time (s), length (m) and position of the tip (m).
 pub fn horizontal_track(rows: &[[f64; 5]]) -> Result<Track, TrackingError> {
-    let positions: Vec<_> = rows.iter().map(|row| Vector3::from_row_slice(&row[2..5])).collect();
-    Track::seen_along(&Vector3::z(), rows.iter().map(|row| row[0]).collect(), &positions)
+    let positions: Vec<_> = rows
+        .iter()
+        .map(|row| Vector3::from_row_slice(&row[2..5]))
+        .collect();
+    Track::seen_along(
+        &Vector3::z(),
+        rows.iter().map(|row| row[0]).collect(),
+        &positions,
+    )
 }
 
 /// Prints the oscillations in the last hours.
 pub fn print_last(track: &Track) {
     let last = track.times().last().copied().unwrap_or_default();
     // A run of a few minutes has too few positions for an analysis.
-    let Ok(found) = track.between(last - RECENT, last).oscillations(&Search::default()) else { return };
+    let Ok(found) = track
+        .between(last - RECENT, last)
+        .oscillations(&Search::default())
+    else {
+        return;
+    };
     let hours = last.min(RECENT) / HOUR;
     for wave in found.oscillations.iter().take(2) {
         let (ellipse, minutes) = (wave.ellipse, wave.period / MINUTE);
         let (major, minor) = (1e3 * ellipse.major, 1e3 * ellipse.minor);
-        let sense = ellipse.sense.map_or("no definite sense".into(), |sense| sense.to_string());
-        println!("  last {hours} h: period {minutes:.1} min, semi-axes {major:.2} and {minor:.2} mm, {sense}");
+        let sense = ellipse
+            .sense
+            .map_or("no definite sense".into(), |sense| sense.to_string());
+        println!(
+            "  last {hours} h: period {minutes:.1} min, semi-axes {major:.2} and {minor:.2} mm, {sense}"
+        );
     }
 }
 
@@ -46,12 +62,25 @@ pub fn shares(track: &Track) -> Vec<(f64, f64)> {
     while middle + HALF <= end {
         let window = track.between(middle - HALF, middle + HALF);
         let first = window.positions().first().copied().unwrap_or_default();
-        let moves = window.positions().iter().any(|position| (position - first).norm() > STILL);
-        let share = if moves { window.share(OSCILLATOR, &Search::default()).unwrap_or(f64::NAN) } else { f64::NAN };
+        let moves = window
+            .positions()
+            .iter()
+            .any(|position| (position - first).norm() > STILL);
+        let share = if moves {
+            window
+                .share(OSCILLATOR, &Search::default())
+                .unwrap_or(f64::NAN)
+        } else {
+            f64::NAN
+        };
         shares.push((middle / HOUR, share));
         middle += EVERY;
     }
-    if shares.iter().all(|(_, share)| share.is_nan()) { Vec::new() } else { shares }
+    if shares.iter().all(|(_, share)| share.is_nan()) {
+        Vec::new()
+    } else {
+        shares
+    }
 }
 
 /// Prints the shares at a few times, and the time at which the share decreases below one half.
@@ -62,21 +91,39 @@ pub fn print_shares(shares: &[(f64, f64)]) {
         return;
     }
     let last = shares.last().map(|(hours, _)| *hours);
-    let selected = shares.iter().filter(|(hours, _)| [4.0, 10.0, 20.0].contains(hours) || Some(*hours) == last);
-    let texts: Vec<String> = selected.map(|(hours, share)| format!("{share:.3} at {hours} h")).collect();
+    let selected = shares
+        .iter()
+        .filter(|(hours, _)| [4.0, 10.0, 20.0].contains(hours) || Some(*hours) == last);
+    let texts: Vec<String> = selected
+        .map(|(hours, share)| format!("{share:.3} at {hours} h"))
+        .collect();
     println!("  share of the oscillator: {}", texts.join(", "));
-    if let Some(pair) = shares.windows(2).find(|pair| pair[0].1 >= 0.5 && pair[1].1 < 0.5) {
+    if let Some(pair) = shares
+        .windows(2)
+        .find(|pair| pair[0].1 >= 0.5 && pair[1].1 < 0.5)
+    {
         let (from, to) = (pair[0], pair[1]);
         let part = (from.1 - 0.5) / (from.1 - to.1);
-        println!("  the share decreases below one half at {:.1} h", from.0 + part * (to.0 - from.0));
+        println!(
+            "  the share decreases below one half at {:.1} h",
+            from.0 + part * (to.0 - from.0)
+        );
     }
 }
 
 /// Returns the shares of the endogenous and of the exogenous oscillations as series over time.
 pub fn curves(shares: &[(f64, f64)]) -> [Series; 2] {
-    let other = shares.iter().map(|(hours, share)| (*hours, 1.0 - share)).collect();
+    let other = shares
+        .iter()
+        .map(|(hours, share)| (*hours, 1.0 - share))
+        .collect();
     [
-        Series::new("endogenous: period of the oscillator", shares.to_vec(), Style::Line, 0),
+        Series::new(
+            "endogenous: period of the oscillator",
+            shares.to_vec(),
+            Style::Line,
+            0,
+        ),
         Series::new("exogenous: all other periods", other, Style::Dashed, 1),
     ]
 }

@@ -17,26 +17,31 @@ use super::Parameters;
 
 /// Returns the rate of rotation ω, rad/s, from ωτr + atan(ωτm) = π/2.
 pub fn rate(memory: &Memory) -> f64 {
-    zero(0.0, FRAC_PI_2 / memory.delay, |rate| rate * memory.delay + (rate * memory.time).atan() - FRAC_PI_2)
+    zero(0.0, FRAC_PI_2 / memory.delay, |rate| {
+        rate * memory.delay + (rate * memory.time).atan() - FRAC_PI_2
+    })
 }
 
 /// Returns radius and height of the orbit of the tip, m, or `None` below the onset of oscillations.
 pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
     let omega = rate(&shoot.memory);
-    let gain = 1.0 / (omega * (1.0 + (omega * shoot.memory.time).powi(2)).sqrt() * shoot.growth_time);
+    let gain =
+        1.0 / (omega * (1.0 + (omega * shoot.memory.time).powi(2)).sqrt() * shoot.growth_time);
     // q/(E I) with q = ρ g π r² and I = π r⁴/4.
     let weight = 4.0 * shoot.density * 9.81 / (shoot.youngs_modulus * shoot.radius.powi(2));
     // Integrate θ, the bracket, ∫ sin θ and ∫ cos θ from the apex, where θ is `angle`, to the base
     // (Runge–Kutta method of order four).
     let from_apex = |angle: f64| {
         let slope = |z: f64, [theta, bracket, ..]: [f64; 4]| {
-            let bend = (bracket + shoot.beta * gain / shoot.radius * theta.sin()) / (1.0 - shoot.eta * gain);
+            let bend = (bracket + shoot.beta * gain / shoot.radius * theta.sin())
+                / (1.0 - shoot.eta * gain);
             [-bend, weight * z * theta.sin(), theta.sin(), theta.cos()]
         };
         let (mut y, h) = ([angle, 0.0, 0.0, 0.0], shoot.length / 400.0);
         for k in 0..400 {
             let z = h * f64::from(k);
-            let along = |slope: [f64; 4], part: f64| [0, 1, 2, 3].map(|i| y[i] + part * h * slope[i]);
+            let along =
+                |slope: [f64; 4], part: f64| [0, 1, 2, 3].map(|i| y[i] + part * h * slope[i]);
             let a = slope(z, y);
             let b = slope(z + 0.5 * h, along(a, 0.5));
             let c = slope(z + 0.5 * h, along(b, 0.5));
@@ -49,7 +54,9 @@ pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
     // positive angle.
     let at_base = |angle: f64| from_apex(angle)[0];
     let angles = (0..60).map(|k| 0.02 + 0.05 * f64::from(k));
-    let low = angles.into_iter().find(|angle| at_base(*angle) * at_base(angle + 0.05) < 0.0)?;
+    let low = angles
+        .into_iter()
+        .find(|angle| at_base(*angle) * at_base(angle + 0.05) < 0.0)?;
     let [_, _, radius, height] = from_apex(zero(low, low + 0.05, at_base));
     Some([radius, height])
 }
@@ -59,7 +66,11 @@ fn zero(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let sign = f(low).signum();
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if f(middle).signum() == sign { low = middle } else { high = middle }
+        if f(middle).signum() == sign {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     0.5 * (low + high)
 }

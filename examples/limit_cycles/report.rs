@@ -10,14 +10,21 @@ use morphorod_plot::{Figure, FramedPanel, Orbit, Series, Strip, Style, Table, pr
 
 /// Prints the oscillations before the second pulse, after it, and at the end.
 pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) {
-    for (name, to) in
-        [("before the second pulse", ACROSS), ("after the second pulse", ACROSS + PULSE + WINDOW), ("at the end", end)]
-    {
+    for (name, to) in [
+        ("before the second pulse", ACROSS),
+        ("after the second pulse", ACROSS + PULSE + WINDOW),
+        ("at the end", end),
+    ] {
         let Some(found) = record.analyse(track, to - WINDOW, to) else {
-            println!("{name}: no analysis, it requires {} h without a pulse", WINDOW / HOUR);
+            println!(
+                "{name}: no analysis, it requires {} h without a pulse",
+                WINDOW / HOUR
+            );
             continue;
         };
-        let Some(first) = found.oscillations.first() else { continue };
+        let Some(first) = found.oscillations.first() else {
+            continue;
+        };
         let kind = match found.pattern() {
             Pattern::Pendular => "pendular",
             Pattern::Elliptic => "elliptic",
@@ -25,7 +32,9 @@ pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) 
             _ => "two periods",
         };
         let ellipse = first.ellipse;
-        let sense = ellipse.sense.map_or("no definite sense".into(), |sense| sense.to_string());
+        let sense = ellipse
+            .sense
+            .map_or("no definite sense".into(), |sense| sense.to_string());
         println!(
             "{name}, {:.1} to {:.1} h: {kind}, {sense}, period {:.5} min, \
              semi-axes {:.5} and {:.5} mm, roundness {:.6}",
@@ -47,8 +56,13 @@ pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) 
         }
     }
     if let (Some(tip), Some(twist)) = (record.tips.last(), record.twist.last()) {
-        let height = exact.map_or(String::new(), |exact| format!(" (reference: {:.6} mm)", 1e3 * exact[1]));
-        println!("at the end: height of the tip {:.6} mm{height}, largest twist {twist:.1e} 1/m", 1e3 * tip.z);
+        let height = exact.map_or(String::new(), |exact| {
+            format!(" (reference: {:.6} mm)", 1e3 * exact[1])
+        });
+        println!(
+            "at the end: height of the tip {:.6} mm{height}, largest twist {twist:.1e} 1/m",
+            1e3 * tip.z
+        );
     }
 }
 
@@ -91,16 +105,28 @@ pub fn draw(
     let title = "Eight shapes in one period, with directors at base and tip";
     Figure::new(out.join("shapes.svg"), title).frames(&panels)?;
 
-    let mut table =
-        Table::create(out.join("cycle.csv"), &["t_s", "period_s", "semi_major_m", "semi_minor_m", "roundness"])?;
+    let mut table = Table::create(
+        out.join("cycle.csv"),
+        &[
+            "t_s",
+            "period_s",
+            "semi_major_m",
+            "semi_minor_m",
+            "roundness",
+        ],
+    )?;
     let (mut major, mut minor, mut periods) = (Vec::new(), Vec::new(), Vec::new());
     let mut middle = 0.5 * WINDOW;
     while middle + 0.5 * WINDOW <= end {
         let (from, to) = (middle - 0.5 * WINDOW, middle + 0.5 * WINDOW);
-        let found = record.analyse(track, from, to).and_then(|found| found.oscillations.first().copied());
+        let found = record
+            .analyse(track, from, to)
+            .and_then(|found| found.oscillations.first().copied());
         // The curves have a gap where no analysis is possible.
         let hours = middle / HOUR;
-        let [a, b, period] = found.map_or([f64::NAN; 3], |wave| [wave.ellipse.major, wave.ellipse.minor, wave.period]);
+        let [a, b, period] = found.map_or([f64::NAN; 3], |wave| {
+            [wave.ellipse.major, wave.ellipse.minor, wave.period]
+        });
         major.push((hours, 1e3 * a));
         minor.push((hours, 1e3 * b));
         periods.push((hours, period / MINUTE));
@@ -110,9 +136,17 @@ pub fn draw(
         middle += 2.0 * HOUR;
     }
     table.finish()?;
-    let (Some(from), Some(to)) = (major.first().map(|p| p.0), major.last().map(|p| p.0)) else { return Ok(()) };
-    let level =
-        |value: f64| Series::new("reference: circular orbit", vec![(from, value), (to, value)], Style::Dashed, 6);
+    let (Some(from), Some(to)) = (major.first().map(|p| p.0), major.last().map(|p| p.0)) else {
+        return Ok(());
+    };
+    let level = |value: f64| {
+        Series::new(
+            "reference: circular orbit",
+            vec![(from, value), (to, value)],
+            Style::Dashed,
+            6,
+        )
+    };
     let mut axes = vec![
         Series::new("semi-major axis", major, Style::Marked, 0),
         Series::new("semi-minor axis", minor, Style::Marked, 1),
@@ -122,8 +156,20 @@ pub fn draw(
         axes.push(level(1e3 * radius));
         time.push(level(period / MINUTE));
     }
-    let strips = [Strip { label: "semi-axes (mm)", series: &axes }, Strip { label: "period (min)", series: &time }];
-    Figure::new(out.join("cycle.svg"), "Oscillation of the tip, from windows of 8 h without a pulse")
-        .strips("time (h)", &strips)?;
+    let strips = [
+        Strip {
+            label: "semi-axes (mm)",
+            series: &axes,
+        },
+        Strip {
+            label: "period (min)",
+            series: &time,
+        },
+    ];
+    Figure::new(
+        out.join("cycle.svg"),
+        "Oscillation of the tip, from windows of 8 h without a pulse",
+    )
+    .strips("time (h)", &strips)?;
     Ok(())
 }

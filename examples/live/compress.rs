@@ -1,7 +1,8 @@
-//! Compression of the module that the page contains, to half its size. `expand` in `live.js` is the inverse.
+//! Compression of the module that the page contains, to half its size. `expand` in `live.js` is the
+//! inverse.
 //!
-//! The format is that of a block of LZ4, without its conditions on the last bytes: sequences of new bytes, each
-//! followed by a copy of earlier bytes.
+//! The format is that of a block of LZ4, without its conditions on the last bytes: sequences of new
+//! bytes, each followed by a copy of earlier bytes.
 
 use std::collections::HashMap;
 
@@ -17,14 +18,23 @@ pub fn compressed(bytes: &[u8]) -> Vec<u8> {
     let mut places: HashMap<&[u8], usize> = HashMap::new();
     let (mut new, mut at) = (0, 0);
     while let Some(group) = bytes.get(at..at + SHORTEST) {
-        let Some(original) = places.insert(group, at).filter(|place| at - place <= FARTHEST) else {
+        let Some(original) = places
+            .insert(group, at)
+            .filter(|place| at - place <= FARTHEST)
+        else {
             at += 1;
             continue;
         };
-        let length = bytes[original..].iter().zip(&bytes[at..]).take_while(|(a, b)| a == b).count();
+        let length = bytes[original..]
+            .iter()
+            .zip(&bytes[at..])
+            .take_while(|(a, b)| a == b)
+            .count();
         put(&mut out, &bytes[new..at], Some((at - original, length)));
         for inside in at + 1..at + length {
-            bytes.get(inside..inside + SHORTEST).map(|group| places.insert(group, inside));
+            bytes
+                .get(inside..inside + SHORTEST)
+                .map(|group| places.insert(group, inside));
         }
         at += length;
         new = at;
@@ -35,7 +45,8 @@ pub fn compressed(bytes: &[u8]) -> Vec<u8> {
 
 /// Writes new bytes, and the distance and length of the copy after them.
 fn put(out: &mut Vec<u8>, new: &[u8], copy: Option<(usize, usize)>) {
-    // A length has four bits. If they are all set, bytes follow, which are added to it, up to the first below 255.
+    // A length has four bits. If they are all set, bytes follow, which are added to it, up to the
+    // first below 255.
     let more = |out: &mut Vec<u8>, length: usize| {
         if let Some(rest) = length.checked_sub(15) {
             out.extend(std::iter::repeat_n(255, rest / 255));

@@ -1,8 +1,8 @@
-//! C interface of the shoot of the live page, for WebAssembly. The example `live_page` compiles it, and
-//! the page calls it.
+//! C interface of the shoot of the live page, for WebAssembly. The example `live_page` compiles it,
+//! and the page calls it.
 //!
-//! Each thread has one shoot. Calls that may fail return 0 on success and 1 on failure; [`live_message`]
-//! then returns the address of the error message.
+//! Each thread has one shoot. Calls that may fail return 0 on success and 1 on failure;
+//! [`live_message`] then returns the address of the error message.
 
 mod pole;
 mod shoot;
@@ -24,11 +24,15 @@ thread_local! {
     static DESK: RefCell<Desk> = RefCell::default();
 }
 
-/// Applies a function to the shoot and the numbers, and stores the error message. The first call creates
-/// the shoot.
+/// Applies a function to the shoot and the numbers, and stores the error message. The first call
+/// creates the shoot.
 fn with(act: impl FnOnce(&mut Live, &mut Vec<f64>) -> Result<(), Box<dyn Error>>) -> i32 {
     DESK.with_borrow_mut(|desk| {
-        let Desk { live, numbers, message } = desk;
+        let Desk {
+            live,
+            numbers,
+            message,
+        } = desk;
         let outcome = match live {
             Some(live) => act(live, numbers),
             None => Live::new().and_then(|made| act(live.insert(made), numbers)),
@@ -66,14 +70,15 @@ pub extern "C" fn live_advance(seconds: f64) -> i32 {
     with(|live, _| live.advance(seconds))
 }
 
-/// Writes a description of the shoot to the numbers: time (s), length (m), relative start of the growth
-/// zone, tip (m), place and radius of the pole (m; the radius is zero without a pole), three counts, and all positions
-/// (m) and unit vectors of the frame.
+/// Writes a description of the shoot to the numbers: time (s), length (m), relative start of the
+/// growth zone, tip (m), place and radius of the pole (m; the radius is zero without a pole), three
+/// counts, and all positions (m) and unit vectors of the frame.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_look() -> i32 {
     with(|live, numbers| {
         let frame = live.look();
-        let counts = [frame.line.len(), frame.directors.len(), frame.piles.len()].map(|count| count as f64);
+        let counts =
+            [frame.line.len(), frame.directors.len(), frame.piles.len()].map(|count| count as f64);
         *numbers = vec![frame.time, frame.length, frame.zone];
         numbers.extend(live.tip().iter());
         numbers.extend(live.pole());
@@ -94,22 +99,28 @@ pub extern "C" fn live_tip() -> i32 {
     })
 }
 
-/// Writes period (s), semi-major axis and signed semi-minor axis (m) to the numbers; all three are zero
-/// without an oscillation.
+/// Writes period (s), semi-major axis and signed semi-minor axis (m) to the numbers; all three are
+/// zero without an oscillation.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_read() -> i32 {
     with(|live, numbers| {
-        *numbers = live.read().map_or_else(|| vec![0.0; 3], |read| vec![read.period, read.axes[0], read.axes[1]]);
+        *numbers = live.read().map_or_else(
+            || vec![0.0; 3],
+            |read| vec![read.period, read.axes[0], read.axes[1]],
+        );
         Ok(())
     })
 }
 
-/// Writes the self-buckling length and the critical length for oscillations (m) to the numbers. A length
-/// that does not exist is infinite.
+/// Writes the self-buckling length and the critical length for oscillations (m) to the numbers. A
+/// length that does not exist is infinite.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_critical() -> i32 {
     with(|live, numbers| {
-        *numbers = vec![live.buckling_length(), live.critical_length().unwrap_or(f64::INFINITY)];
+        *numbers = vec![
+            live.buckling_length(),
+            live.critical_length().unwrap_or(f64::INFINITY),
+        ];
         Ok(())
     })
 }

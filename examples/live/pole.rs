@@ -22,7 +22,12 @@ pub struct Motion {
 impl Motion {
     /// Returns a pole at rest at a place, m.
     pub fn at_rest(place: Vector3<f64>) -> Self {
-        Self { from: place, to: place, begin: 0.0, end: 0.0 }
+        Self {
+            from: place,
+            to: place,
+            begin: 0.0,
+            end: 0.0,
+        }
     }
 
     /// Place of the axis at a time.
@@ -36,12 +41,17 @@ impl Motion {
 
     /// Returns the motion to another place (m), which begins at a time (s) and has a duration (s).
     pub fn then(&self, to: Vector3<f64>, begin: f64, seconds: f64) -> Self {
-        Self { from: self.at(begin), to, begin, end: begin + seconds }
+        Self {
+            from: self.at(begin),
+            to,
+            begin,
+            end: begin + seconds,
+        }
     }
 }
 
-/// The pole. Its motion is shared with the simulation, which changes it without a change of the model: steps after a
-/// change of the model start again from short ones.
+/// The pole. Its motion is shared with the simulation, which changes it without a change of the
+/// model: steps after a change of the model start again from short ones.
 #[derive(Debug, Clone)]
 pub struct Pole {
     /// Radius, m.
@@ -53,7 +63,11 @@ pub struct Pole {
 impl Pole {
     /// The cylinder at a time.
     fn cylinder(&self, time: f64) -> Cylinder {
-        Cylinder { through: self.motion.get().at(time), along: Vector3::z(), radius: self.radius }
+        Cylinder {
+            through: self.motion.get().at(time),
+            along: Vector3::z(),
+            radius: self.radius,
+        }
     }
 }
 

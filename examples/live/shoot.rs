@@ -1,5 +1,5 @@
-//! Shoot of the live page: numbered parameters, their change during the simulation, and the data that the
-//! page draws.
+//! Shoot of the live page: numbered parameters, their change during the simulation, and the data
+//! that the page draws.
 
 use std::cell::Cell;
 use std::error::Error;
@@ -83,8 +83,8 @@ pub enum Parameter {
     Length,
     /// 1 if the shoot grows in length, 0 if its length is constant.
     Grows,
-    /// Initial perturbation: 0 for none, 1 for the two pulses of the fourth video, 2 for the rotating
-    /// force of the fifth and sixth videos.
+    /// Initial perturbation: 0 for none, 1 for the two pulses of the fourth video, 2 for the
+    /// rotating force of the fifth and sixth videos.
     Kick,
     /// Component of the place of the pole along e1, mm.
     PoleX,
@@ -99,12 +99,25 @@ use Parameter as P;
 pub const PARAMETERS: usize = P::PoleRadius as usize + 1;
 
 /// Parameters of the shoot of the second video.
-const DEFAULTS: [f64; PARAMETERS] =
-    [0.2, 0.8, 20.0, 40.0, 12.0, 12.0, 9.81, 10.0, 0.0, 24.0, 1.0, 0.0, 0.0, 0.0, 6.8, 1.0, 0.0, 20.0, 0.0, 0.0];
+const DEFAULTS: [f64; PARAMETERS] = [
+    0.2, 0.8, 20.0, 40.0, 12.0, 12.0, 9.81, 10.0, 0.0, 24.0, 1.0, 0.0, 0.0, 0.0, 6.8, 1.0, 0.0,
+    20.0, 0.0, 0.0,
+];
 
-type Steering = (Remembered<Gravitropism<Statoliths>>, Remembered<Proprioception>, Oscillator);
+type Steering = (
+    Remembered<Gravitropism<Statoliths>>,
+    Remembered<Proprioception>,
+    Oscillator,
+);
 type Loads = (Weight, Hand, Option<(Pulse, Pulse)>, Option<Whirl>);
-type Model = Laws<Lignifying, Box<dyn GrowthLaw + Send + Sync>, Steering, Loads, Still, Option<Contact<Pole>>>;
+type Model = Laws<
+    Lignifying,
+    Box<dyn GrowthLaw + Send + Sync>,
+    Steering,
+    Loads,
+    Still,
+    Option<Contact<Pole>>,
+>;
 type Failure = Box<dyn Error>;
 
 /// Constant force on the apex, N, in the fixed frame.
@@ -139,7 +152,12 @@ impl Live {
     pub fn new() -> Result<Self, Failure> {
         let motion = Rc::new(Cell::new(Motion::at_rest(requested(&DEFAULTS))));
         let shoot = build(&DEFAULTS, &motion)?;
-        let mut live = Self { values: DEFAULTS, motion, shoot, tips: Vec::new() };
+        let mut live = Self {
+            values: DEFAULTS,
+            motion,
+            shoot,
+            tips: Vec::new(),
+        };
         live.restart()?;
         Ok(live)
     }
@@ -149,24 +167,32 @@ impl Live {
         self.values.get(number).copied()
     }
 
-    /// Changes a parameter during the simulation. Initial length, growth and perturbation take effect at
-    /// the next restart. The pole moves to another place while the simulation advances.
+    /// Changes a parameter during the simulation. Initial length, growth and perturbation take
+    /// effect at the next restart. The pole moves to another place while the simulation advances.
     pub fn set(&mut self, number: usize, value: f64) -> Result<(), Failure> {
         let mut values = self.values;
-        *values.get_mut(number).ok_or_else(|| format!("there is no parameter {number}"))? = value;
+        *values
+            .get_mut(number)
+            .ok_or_else(|| format!("there is no parameter {number}"))? = value;
         if number == P::PoleRadius as usize {
             // A thicker pole must not contain the base.
             let place = self.motion.get().at(self.shoot.time());
-            self.motion.set(Motion::at_rest(beside_base(place, &values)));
+            self.motion
+                .set(Motion::at_rest(beside_base(place, &values)));
         }
         if number < P::Length as usize || number == P::PoleRadius as usize {
-            // The change fails if a new delay is longer than the history. The shoot is then restarted
-            // with the stimuli of its first equilibrium at all earlier times.
-            self.shoot = self.shoot.with_model(model(&values, &self.motion)).or_else(|_| {
-                let mut shoot = self.shoot.with_model_restarted(model(&values, &self.motion))?;
-                integrator(&values).start(&mut shoot, &ConstantHistory::Steady)?;
-                Ok::<_, Failure>(shoot)
-            })?;
+            // The change fails if a new delay is longer than the history. The shoot is then
+            // restarted with the stimuli of its first equilibrium at all earlier times.
+            self.shoot = self
+                .shoot
+                .with_model(model(&values, &self.motion))
+                .or_else(|_| {
+                    let mut shoot = self
+                        .shoot
+                        .with_model_restarted(model(&values, &self.motion))?;
+                    integrator(&values).start(&mut shoot, &ConstantHistory::Steady)?;
+                    Ok::<_, Failure>(shoot)
+                })?;
         }
         self.values = values;
         Ok(())
@@ -174,7 +200,10 @@ impl Live {
 
     /// Restarts the simulation at t = 0 with the current parameters.
     pub fn restart(&mut self) -> Result<(), Failure> {
-        self.motion.set(Motion::at_rest(beside_base(requested(&self.values), &self.values)));
+        self.motion.set(Motion::at_rest(beside_base(
+            requested(&self.values),
+            &self.values,
+        )));
         let mut shoot = build(&self.values, &self.motion)?;
         integrator(&self.values).start(&mut shoot, &ConstantHistory::Empty)?;
         self.tips = vec![(0.0, shoot.tip())];
@@ -194,8 +223,12 @@ impl Live {
             }
             self.tips.push((next, self.shoot.tip()));
         }
-        let recent = RECENT * MINUTE * (self.values[P::MemoryTime as usize] + self.values[P::ReactionTime as usize]);
-        let old = self.tips.partition_point(|(time, _)| *time < until - recent.max(6.0 * HOUR));
+        let recent = RECENT
+            * MINUTE
+            * (self.values[P::MemoryTime as usize] + self.values[P::ReactionTime as usize]);
+        let old = self
+            .tips
+            .partition_point(|(time, _)| *time < until - recent.max(6.0 * HOUR));
         self.tips.drain(..old);
         Ok(())
     }
@@ -205,7 +238,8 @@ impl Live {
         let (motion, time) = (self.motion.get(), self.shoot.time());
         let now = motion.at(time);
         let step = (requested(&self.values) - now).cap_magnitude(SPEED * seconds);
-        self.motion.set(motion.then(beside_base(now + step, &self.values), time, seconds));
+        self.motion
+            .set(motion.then(beside_base(now + step, &self.values), time, seconds));
     }
 
     /// Current shape of the shoot for a drawing.
@@ -227,24 +261,39 @@ impl Live {
     /// Largest oscillation in the stored tip track, viewed from above. `None` if no oscillation is
     /// found.
     pub fn read(&self) -> Option<Reading> {
-        let (times, places): (_, Vec<_>) =
-            self.tips.iter().step_by(self.tips.len().div_ceil(MOST_READ)).copied().unzip();
+        let (times, places): (_, Vec<_>) = self
+            .tips
+            .iter()
+            .step_by(self.tips.len().div_ceil(MOST_READ))
+            .copied()
+            .unzip();
         let path = Track::seen_along(&Vector3::z(), times, &places).ok()?;
-        let search = Search { most: 2, ..Search::default() };
+        let search = Search {
+            most: 2,
+            ..Search::default()
+        };
         let largest = *path.oscillations(&search).ok()?.oscillations.first()?;
-        let sign = if largest.ellipse.sense == Some(Handedness::Clockwise) { -1.0 } else { 1.0 };
-        Some(Reading { period: largest.period, axes: [largest.ellipse.major, sign * largest.ellipse.minor] })
+        let sign = if largest.ellipse.sense == Some(Handedness::Clockwise) {
+            -1.0
+        } else {
+            1.0
+        };
+        Some(Reading {
+            period: largest.period,
+            axes: [largest.ellipse.major, sign * largest.ellipse.minor],
+        })
     }
 
-    /// Self-buckling length (m) of an upright shoot with the current parameters, by Greenhill's formula.
+    /// Self-buckling length (m) of an upright shoot with the current parameters, by Greenhill's
+    /// formula.
     pub fn buckling_length(&self) -> f64 {
         let modulus = 1e6 * self.values[P::Stiffness as usize];
         let weight = DENSITY * self.values[P::Gravity as usize] * PI * RADIUS * RADIUS;
         (Weight::GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
     }
 
-    /// Critical length (m) at which oscillations begin, for a shoot that responds to stimuli along its
-    /// whole length. `None` if there is no such length or no steady state.
+    /// Critical length (m) at which oscillations begin, for a shoot that responds to stimuli along
+    /// its whole length. `None` if there is no such length or no steady state.
     pub fn critical_length(&self) -> Option<f64> {
         let longest = self.buckling_length();
         let laws = model(&self.values, &self.motion);
@@ -254,17 +303,25 @@ impl Live {
             let shoot = Shoot::builder(elastic)
                 .length(length)
                 .radius(RADIUS)
-                .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: self.growth_time() }))
+                .growth(Ongoing(UniformGrowth {
+                    zone_length: 2.0 * length,
+                    time: self.growth_time(),
+                }))
                 .tropism((gravitropism, bending))
                 .load(Weight { density: DENSITY })
-                .scene(Still { base: Still::upright().base, ..laws.scene })
+                .scene(Still {
+                    base: Still::upright().base,
+                    ..laws.scene
+                })
                 .build()?;
             Linearisation::about(&shoot)
         };
         if !longest.is_finite() {
             return None;
         }
-        onset(at, 0.2 * longest, 0.99 * longest).ok().map(|found| found.parameters[0])
+        onset(at, 0.2 * longest, 0.99 * longest)
+            .ok()
+            .map(|found| found.parameters[0])
     }
 
     fn growth_time(&self) -> f64 {
@@ -283,23 +340,45 @@ fn requested(values: &[f64; PARAMETERS]) -> Vector3<f64> {
 
 /// Returns the place nearest to another one (m) at which there is a gap between pole and base.
 fn beside_base(place: Vector3<f64>, values: &[f64; PARAMETERS]) -> Vector3<f64> {
-    let (far, least) = (place.norm(), 1e-3 * values[P::PoleRadius as usize] + RADIUS + GAP);
-    if far > 0.0 { place * (least / far).max(1.0) } else { least * Vector3::x() }
+    let (far, least) = (
+        place.norm(),
+        1e-3 * values[P::PoleRadius as usize] + RADIUS + GAP,
+    );
+    if far > 0.0 {
+        place * (least / far).max(1.0)
+    } else {
+        least * Vector3::x()
+    }
 }
 
 fn model(values: &[f64; PARAMETERS], motion: &Rc<Cell<Motion>>) -> Model {
     let of = |parameter: Parameter| values[parameter as usize];
-    let memory = Memory { time: MINUTE * of(P::MemoryTime), delay: MINUTE * of(P::ReactionTime) };
-    let young = LinearElastic { youngs_modulus: 1e6 * of(P::Stiffness), poissons_ratio: 0.5 };
+    let memory = Memory {
+        time: MINUTE * of(P::MemoryTime),
+        delay: MINUTE * of(P::ReactionTime),
+    };
+    let young = LinearElastic {
+        youngs_modulus: 1e6 * of(P::Stiffness),
+        poissons_ratio: 0.5,
+    };
     let (zone_length, time) = (0.07, HOUR * of(P::GrowthTime));
     let growth: Box<dyn GrowthLaw + Send + Sync> = if of(P::Grows) > 0.0 {
         Box::new(UniformGrowth { zone_length, time })
     } else {
         // The whole shoot responds to stimuli, because a zone of 1 m is longer than all shoots.
-        Box::new(Ongoing(UniformGrowth { zone_length: 1.0, time }))
+        Box::new(Ongoing(UniformGrowth {
+            zone_length: 1.0,
+            time,
+        }))
     };
-    let handedness = if of(P::OscillatorSense) > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
-    let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
+    let handedness = if of(P::OscillatorSense) > 0.0 {
+        Handedness::Counterclockwise
+    } else {
+        Handedness::Clockwise
+    };
+    let statoliths = Statoliths {
+        avalanche_time: 2.0 * MINUTE,
+    };
     let upright = Still::tilted(of(P::Tilt).to_radians());
     let kicks = |x: f64, y: f64, start: f64| Pulse {
         peak: 1e-5 * Vector3::new(x, y, 0.0),
@@ -307,34 +386,71 @@ fn model(values: &[f64; PARAMETERS], motion: &Rc<Cell<Motion>>) -> Model {
         duration: 12.0 * MINUTE,
     };
     Laws {
-        constitutive: Lignifying { young, mature_modulus: 200.0 * young.youngs_modulus, time: 144.0 * HOUR },
+        constitutive: Lignifying {
+            young,
+            mature_modulus: 200.0 * young.youngs_modulus,
+            time: 144.0 * HOUR,
+        },
         growth,
         tropism: (
-            Gravitropism { sensitivity: of(P::Beta), perception: statoliths }.remembered(memory),
-            Proprioception { sensitivity: of(P::Eta) }.remembered(memory),
-            Oscillator { handedness, ..Oscillator::new(of(P::Alpha), MINUTE * of(P::OscillatorPeriod)) },
+            Gravitropism {
+                sensitivity: of(P::Beta),
+                perception: statoliths,
+            }
+            .remembered(memory),
+            Proprioception {
+                sensitivity: of(P::Eta),
+            }
+            .remembered(memory),
+            Oscillator {
+                handedness,
+                ..Oscillator::new(of(P::Alpha), MINUTE * of(P::OscillatorPeriod))
+            },
         ),
         load: (
             Weight { density: DENSITY },
             Hand(1e-6 * Vector3::new(of(P::PushX), of(P::PushY), of(P::PushZ))),
             (of(P::Kick) == 1.0).then(|| (kicks(2.0, 1.0, 0.0), kicks(1.0, -2.0, 1800.0))),
-            (of(P::Kick) == 2.0).then_some(Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 }),
+            (of(P::Kick) == 2.0).then_some(Whirl {
+                force: 1e-5,
+                period: 93.0 * MINUTE,
+                turns: 2.0,
+            }),
         ),
-        scene: Still { gravity: Vector3::new(0.0, 0.0, -of(P::Gravity)), ..upright },
+        scene: Still {
+            gravity: Vector3::new(0.0, 0.0, -of(P::Gravity)),
+            ..upright
+        },
         support: (of(P::PoleRadius) > 0.0).then(|| {
-            let obstacle = Pole { radius: 1e-3 * of(P::PoleRadius), motion: motion.clone() };
-            Contact { obstacle, radius: RADIUS, friction: 0.0 }
+            let obstacle = Pole {
+                radius: 1e-3 * of(P::PoleRadius),
+                motion: motion.clone(),
+            };
+            Contact {
+                obstacle,
+                radius: RADIUS,
+                friction: 0.0,
+            }
         }),
     }
 }
 
 fn build(values: &[f64; PARAMETERS], motion: &Rc<Cell<Motion>>) -> Result<Shoot<Model>, Failure> {
-    let elements = if values[P::Grows as usize] > 0.0 { 8 } else { 6 };
+    let elements = if values[P::Grows as usize] > 0.0 {
+        8
+    } else {
+        6
+    };
     let length = 0.01 * values[P::Length as usize];
-    let mut builder = Shoot::of(model(values, motion)).length(length).radius(RADIUS).elements(elements);
+    let mut builder = Shoot::of(model(values, motion))
+        .length(length)
+        .radius(RADIUS)
+        .elements(elements);
     if values[P::Grows as usize] == 0.0 {
         // The growth zone is longer than the shoot. The nodes are equally spaced along the shoot.
-        let nodes: Vec<f64> = (0..=elements).map(|i| length * i as f64 / elements as f64).collect();
+        let nodes: Vec<f64> = (0..=elements)
+            .map(|i| length * i as f64 / elements as f64)
+            .collect();
         builder = builder.nodes(&nodes);
     }
     Ok(builder.build()?)

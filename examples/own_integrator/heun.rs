@@ -6,11 +6,11 @@ use morphorod::integrator::{
 };
 use morphorod::{Model, ParameterError, Shoot};
 
-/// The midpoint rule for the intrinsic strain, and Heun's method for the variables of the laws. One equilibrium per
-/// step.
+/// The midpoint rule for the intrinsic strain, and Heun's method for the variables of the laws. One
+/// equilibrium per step.
 ///
-/// The strain at the end of a step follows from delayed variables. It is not corrected with the variables at the end,
-/// so that a step that is longer than the shortest delay is refused.
+/// The strain at the end of a step follows from delayed variables. It is not corrected with the
+/// variables at the end, so that a step that is longer than the shortest delay is refused.
 pub struct Heun<E> {
     /// Longest step, s.
     pub step: f64,
@@ -20,12 +20,18 @@ pub struct Heun<E> {
 
 impl<E: EquilibriumSolver> Heun<E> {
     pub fn new(step: f64, solver: E) -> Self {
-        Self { step, solver, parts: TimeStepper::default() }
+        Self {
+            step,
+            solver,
+            parts: TimeStepper::default(),
+        }
     }
 }
 
 /// Changes the intrinsic strain by the midpoint rule.
-pub fn midpoint<M: Model, E: EquilibriumSolver>(step: &mut TimeStep<M, E>) -> Result<(), IntegrationError> {
+pub fn midpoint<M: Model, E: EquilibriumSolver>(
+    step: &mut TimeStep<M, E>,
+) -> Result<(), IntegrationError> {
     let [start, end] = step.times();
     let requirement = "at most the shortest delay of the laws (s)";
     ParameterError::unless(step.is_explicit(), "time step", end - start, requirement)?;
@@ -50,7 +56,12 @@ fn make<M: Model, E: EquilibriumSolver>(step: &mut TimeStep<M, E>) -> Result<(),
 
 /// Heun's method for the variables of a point over a step of `size` seconds.
 fn heun(at: &PointStep, size: f64, variables: &mut [f64]) {
-    let guess: Vec<f64> = at.variables.iter().zip(at.rates).map(|(y, rate)| y + size * rate).collect();
+    let guess: Vec<f64> = at
+        .variables
+        .iter()
+        .zip(at.rates)
+        .map(|(y, rate)| y + size * rate)
+        .collect();
     let mut rates = vec![0.0; guess.len()];
     at.rates_at(&guess, at.stimuli[1], &mut rates);
     for (y, (first, last)) in variables.iter_mut().zip(at.rates.iter().zip(rates)) {
@@ -73,7 +84,11 @@ impl<E: EquilibriumSolver> Integrator for Heun<E> {
         until: f64,
         max_steps: usize,
     ) -> Result<Statistics, IntegrationError> {
-        let Self { step, solver, parts } = self;
+        let Self {
+            step,
+            solver,
+            parts,
+        } = self;
         parts.undo_on_error(shoot, |parts, shoot| {
             let mut cost = parts.prepare(shoot, solver, until)?;
             while shoot.time() < until && cost.steps < max_steps {

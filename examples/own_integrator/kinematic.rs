@@ -1,8 +1,10 @@
-//! An integrator without equilibria, for shoots without weight. The solver [`Unloaded`] integrates the shape from the
-//! intrinsic strain.
+//! An integrator without equilibria, for shoots without weight. The solver [`Unloaded`] integrates
+//! the shape from the intrinsic strain.
 
 use morphorod::equilibrium::Unloaded;
-use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, Statistics, TimeStepper};
+use morphorod::integrator::{
+    HistoryFunction, IntegrationError, Integrator, Statistics, TimeStepper,
+};
 use morphorod::{Model, Shoot};
 
 use super::heun::midpoint;
@@ -16,7 +18,10 @@ pub struct Kinematic {
 
 impl Kinematic {
     pub fn new(step: f64) -> Self {
-        Self { step, parts: TimeStepper::default() }
+        Self {
+            step,
+            parts: TimeStepper::default(),
+        }
     }
 }
 

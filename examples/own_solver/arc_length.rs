@@ -9,8 +9,8 @@ use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 /// Largest number of corrections of a point.
 const MAX_CORRECTIONS: usize = 20;
-/// Rotation of a correction, rad, and change of the parameter after which only rounding remains, since Newton's method
-/// squares the error.
+/// Rotation of a correction, rad, and change of the parameter after which only rounding remains,
+/// since Newton's method squares the error.
 const NEGLIGIBLE: f64 = 1e-8;
 
 /// Rods of a family: an elastic law, and a load that depends on a parameter.
@@ -31,7 +31,8 @@ pub struct Point {
     pub rod: Rod,
     /// Number of negative eigenvalues of the tangent: zero for a stable equilibrium.
     pub negative: usize,
-    /// Unit tangent of the branch: rotations of the nodes except the base (rad), then the scaled parameter.
+    /// Unit tangent of the branch: rotations of the nodes except the base (rad), then the scaled
+    /// parameter.
     pub direction: DVector<f64>,
 }
 
@@ -43,13 +44,18 @@ impl Point {
 }
 
 impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
-    /// The point at a parameter, by Newton's method from a rod close to it. The branch goes towards increasing
-    /// parameters.
+    /// The point at a parameter, by Newton's method from a rod close to it. The branch goes towards
+    /// increasing parameters.
     pub fn begin(&self, rod: &Rod, parameter: f64) -> Result<Point, EquilibriumError> {
         let mut direction = DVector::zeros(3 * (rod.nodes() - 1) + 1);
         let last = direction.len() - 1;
         direction[last] = 1.0;
-        let start = Point { parameter, rod: rod.clone(), negative: 0, direction };
+        let start = Point {
+            parameter,
+            rod: rod.clone(),
+            negative: 0,
+            direction,
+        };
         // Orthogonal to this direction the parameter does not change.
         self.correct(&start, 0.0)
     }
@@ -59,10 +65,13 @@ impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
         self.correct(from, step)
     }
 
-    /// The fold between two points of which the second is at a distance `step` from the first: bisection and secants
-    /// for the distance at which the slope vanishes.
+    /// The fold between two points of which the second is at a distance `step` from the first:
+    /// bisection and secants for the distance at which the slope vanishes.
     pub fn fold(&self, from: &Point, step: f64) -> Result<Point, EquilibriumError> {
-        let (mut near, mut far) = ((0.0, from.slope()), (step, self.advance(from, step)?.slope()));
+        let (mut near, mut far) = (
+            (0.0, from.slope()),
+            (step, self.advance(from, step)?.slope()),
+        );
         loop {
             let secant = near.0 - near.1 * (far.0 - near.0) / (far.1 - near.1);
             let width = far.0 - near.0;
@@ -74,7 +83,11 @@ impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
                 return Ok(point);
             }
             let at = (distance, point.slope());
-            if at.1 * near.1 > 0.0 { near = at } else { far = at }
+            if at.1 * near.1 > 0.0 {
+                near = at
+            } else {
+                far = at
+            }
         }
     }
 
@@ -89,19 +102,36 @@ impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
             let (couples, bordered) = self.linearise(&rod, parameter, &from.direction)?;
             let factors = bordered.lu();
             if iteration > 0 && change.amax() < NEGLIGIBLE {
-                // The direction of the branch keeps couples and solves the bordered system with unit projection.
-                let unit = DVector::from_fn(unknowns + 1, |row, _| f64::from(u8::from(row == unknowns)));
-                let direction = factors.solve(&unit).ok_or(EquilibriumError::NotFinite { what: "direction" })?;
+                // The direction of the branch keeps couples and solves the bordered system with
+                // unit projection.
+                let unit =
+                    DVector::from_fn(unknowns + 1, |row, _| f64::from(u8::from(row == unknowns)));
+                let direction = factors
+                    .solve(&unit)
+                    .ok_or(EquilibriumError::NotFinite { what: "direction" })?;
                 let direction = &direction / self.norm(&direction);
                 let force = self.force(&rod, parameter);
-                let tangent = RodEnergy::new(self.material, &force).tangent(&rod)?.to_dense();
-                let negative = tangent.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count();
-                return Ok(Point { parameter, rod, negative, direction });
+                let tangent = RodEnergy::new(self.material, &force)
+                    .tangent(&rod)?
+                    .to_dense();
+                let negative = tangent
+                    .symmetric_eigenvalues()
+                    .iter()
+                    .filter(|value| **value < 0.0)
+                    .count();
+                return Ok(Point {
+                    parameter,
+                    rod,
+                    negative,
+                    direction,
+                });
             }
             // The condition of the arclength is linear, and holds since the prediction.
             change = DVector::zeros(unknowns + 1);
             change.rows_mut(0, unknowns).copy_from(&couples);
-            change = factors.solve(&change).ok_or(EquilibriumError::NotFinite { what: "correction" })?;
+            change = factors
+                .solve(&change)
+                .ok_or(EquilibriumError::NotFinite { what: "correction" })?;
         }
         let (residual, force) = (0.0, 0.0);
         Err(EquilibriumError::NoConvergence {
@@ -117,8 +147,8 @@ impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
         InternalForce::of(rod, &(self.load)(parameter), &self.environment)
     }
 
-    /// The unbalanced couples of the nodes except the base, and the tangent bordered by the derivative by the scaled
-    /// parameter and by a direction.
+    /// The unbalanced couples of the nodes except the base, and the tangent bordered by the
+    /// derivative by the scaled parameter and by a direction.
     fn linearise(
         &self,
         rod: &Rod,
@@ -126,20 +156,31 @@ impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
         direction: &DVector<f64>,
     ) -> Result<(DVector<f64>, DMatrix<f64>), EquilibriumError> {
         let couples = |parameter: f64| -> Result<DVector<f64>, EquilibriumError> {
-            let (_, couples) = RodEnergy::new(self.material, &self.force(rod, parameter)).couples(rod)?;
-            let free = couples[1..].iter().flat_map(|couple| couple.iter().copied());
+            let (_, couples) =
+                RodEnergy::new(self.material, &self.force(rod, parameter)).couples(rod)?;
+            let free = couples[1..]
+                .iter()
+                .flat_map(|couple| couple.iter().copied());
             Ok(DVector::from_iterator(direction.len() - 1, free))
         };
         let unknowns = direction.len() - 1;
         let mut bordered = DMatrix::zeros(unknowns + 1, unknowns + 1);
         let force = self.force(rod, parameter);
-        let tangent = RodEnergy::new(self.material, &force).tangent(rod)?.to_dense();
-        bordered.view_mut((0, 0), (unknowns, unknowns)).copy_from(&tangent);
+        let tangent = RodEnergy::new(self.material, &force)
+            .tangent(rod)?
+            .to_dense();
+        bordered
+            .view_mut((0, 0), (unknowns, unknowns))
+            .copy_from(&tangent);
         // The couples are linear in a dead load, so that a difference is exact up to rounding.
         let by_parameter = couples(parameter + self.scale)? - couples(parameter)?;
-        bordered.view_mut((0, unknowns), (unknowns, 1)).copy_from(&-by_parameter);
+        bordered
+            .view_mut((0, unknowns), (unknowns, 1))
+            .copy_from(&-by_parameter);
         let weight = 1.0 / unknowns as f64;
-        bordered.view_mut((unknowns, 0), (1, unknowns)).copy_from(&(direction.rows(0, unknowns).transpose() * weight));
+        bordered
+            .view_mut((unknowns, 0), (1, unknowns))
+            .copy_from(&(direction.rows(0, unknowns).transpose() * weight));
         bordered[(unknowns, unknowns)] = direction[unknowns];
         Ok((couples(parameter)?, bordered))
     }
@@ -147,14 +188,18 @@ impl<C: Constitutive, L: Load, F: Fn(f64) -> L> Family<'_, C, F> {
     /// Norm of a direction: root mean square of the rotations, and scaled parameter.
     fn norm(&self, direction: &DVector<f64>) -> f64 {
         let unknowns = direction.len() - 1;
-        (direction.rows(0, unknowns).norm_squared() / unknowns as f64 + direction[unknowns].powi(2)).sqrt()
+        (direction.rows(0, unknowns).norm_squared() / unknowns as f64 + direction[unknowns].powi(2))
+            .sqrt()
     }
 }
 
 /// Rotates the nodes of a rod except the base by rotation vectors along their directors, rad.
 fn rotate(rod: &mut Rod, change: &DVector<f64>) -> Result<(), EquilibriumError> {
     let mut frames = rod.node_frames();
-    for (frame, turn) in frames[1..].iter_mut().zip(change.as_slice().chunks_exact(3)) {
+    for (frame, turn) in frames[1..]
+        .iter_mut()
+        .zip(change.as_slice().chunks_exact(3))
+    {
         *frame *= UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(turn));
     }
     Ok(rod.set_shape(&frames, &[])?)

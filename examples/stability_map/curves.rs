@@ -1,10 +1,13 @@
-//! Curves of the map: roots on the imaginary axis on refined meshes, and the number of unstable roots beside them.
+//! Curves of the map: roots on the imaginary axis on refined meshes, and the number of unstable
+//! roots beside them.
 
 use morphorod::constitutive::LinearElastic;
 use morphorod::ensemble;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, crossings};
+use morphorod::stability::{
+    BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, crossings,
+};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
 
@@ -29,19 +32,33 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// Linearisation about an upright shoot. `hours` is the growth time, `ratio` the length divided by the
-    /// self-buckling length.
-    pub fn at(self, hours: f64, ratio: f64, elements: usize) -> Result<Linearisation, StabilityError> {
+    /// Linearisation about an upright shoot. `hours` is the growth time, `ratio` the length divided
+    /// by the self-buckling length.
+    pub fn at(
+        self,
+        hours: f64,
+        ratio: f64,
+        elements: usize,
+    ) -> Result<Linearisation, StabilityError> {
         let length = ratio * greenhill();
-        let gravitropism =
-            Gravitropism { sensitivity: self.gravitropism, perception: SettledStatoliths }.remembered(self.memory);
-        let proprioception = Proprioception { sensitivity: self.proprioception }.remembered(self.memory);
+        let gravitropism = Gravitropism {
+            sensitivity: self.gravitropism,
+            perception: SettledStatoliths,
+        }
+        .remembered(self.memory);
+        let proprioception = Proprioception {
+            sensitivity: self.proprioception,
+        }
+        .remembered(self.memory);
         let shoot = Shoot::builder(TISSUE)
             .length(length)
             .radius(RADIUS)
             .elements(elements)
             // Differential growth acts on the whole shoot, and the length is constant.
-            .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 2.0 * length,
+                time: HOUR * hours,
+            }))
             .tropism((gravitropism, proprioception))
             .load(WEIGHT);
         // The upright shoot is a steady state. Other shoots would need solve_steady_state.
@@ -52,7 +69,8 @@ impl Kind {
         }
     }
 
-    /// Number of unstable roots on the first of two meshes that resolves their wavelengths, or `None` if neither does.
+    /// Number of unstable roots on the first of two meshes that resolves their wavelengths, or
+    /// `None` if neither does.
     pub fn unstable(self, hours: f64, ratio: f64) -> Result<Option<f64>, StabilityError> {
         let few = self.refinement.first;
         for elements in [few, 2 * few] {
@@ -66,7 +84,8 @@ impl Kind {
         Ok(None)
     }
 
-    /// Points at which roots cross the imaginary axis, on the first mesh that resolves their wavelengths.
+    /// Points at which roots cross the imaginary axis, on the first mesh that resolves their
+    /// wavelengths.
     pub fn crossings(
         self,
         family: impl Fn(f64, usize) -> Result<Linearisation, StabilityError>,
@@ -82,11 +101,19 @@ impl Kind {
         }
     }
 
-    /// Follows the curve through a point in both directions, and counts the unstable roots just to the right of each
-    /// point.
+    /// Follows the curve through a point in both directions, and counts the unstable roots just to
+    /// the right of each point.
     pub fn curve(self, (start, frequency): Start) -> Result<Curve, StabilityError> {
         let [low, high] = WINDOW;
-        let up = BoundarySettings { start, frequency, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
+        let up = BoundarySettings {
+            start,
+            frequency,
+            direction: [0.0, 1.0],
+            low,
+            high,
+            step: STEP,
+            points: 4000,
+        };
         let follow = |settings| -> Result<(Vec<Crossing<2>>, usize), StabilityError> {
             let mut linearisations = 0;
             let family = |hours, ratio, n| {
@@ -95,35 +122,56 @@ impl Kind {
             };
             Ok((self.refinement.boundary(family, settings)?, linearisations))
         };
-        let down = BoundarySettings { direction: [0.0, -1.0], ..up };
+        let down = BoundarySettings {
+            direction: [0.0, -1.0],
+            ..up
+        };
         // Both directions are computed concurrently, so that the last curve occupies two cores.
-        let found = ensemble::collect(2, 2, |k| follow([&down, &up][k])).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let found = ensemble::collect(2, 2, |k| follow([&down, &up][k]))
+            .into_iter()
+            .collect::<Result<Vec<_>, _>>()?;
         let linearisations = found.iter().map(|(_, count)| count).sum();
-        let points: Vec<_> = found[0].0.iter().rev().chain(found[1].0.iter().skip(1)).copied().collect();
-        let errors = (0..points.len()).map(|k| self.mesh_error(&points, k)).collect();
+        let points: Vec<_> = found[0]
+            .0
+            .iter()
+            .rev()
+            .chain(found[1].0.iter().skip(1))
+            .copied()
+            .collect();
+        let errors = (0..points.len())
+            .map(|k| self.mesh_error(&points, k))
+            .collect();
         let unstable = self.unstable_along(&points)?;
-        Ok(Curve { points, errors, unstable, linearisations })
+        Ok(Curve {
+            points,
+            errors,
+            unstable,
+            linearisations,
+        })
     }
 
-    /// Estimated relative error of the length of a point at its growth time. In microgravity, where the length has no
-    /// effect, it is that of the growth time.
+    /// Estimated relative error of the length of a point at its growth time. In microgravity, where
+    /// the length has no effect, it is that of the growth time.
     fn mesh_error(self, points: &[Crossing<2>], k: usize) -> f64 {
         let point = points[k];
         let [hours, ratio] = point.parameter_errors.unwrap_or([f64::NAN; 2]);
         if self.weightless {
             return hours / point.parameters[0];
         }
-        let [before, after] = [k.saturating_sub(1), (k + 1).min(points.len() - 1)].map(|k| points[k].parameters);
+        let [before, after] =
+            [k.saturating_sub(1), (k + 1).min(points.len() - 1)].map(|k| points[k].parameters);
         let slope = (after[1] - before[1]) / (after[0] - before[0]);
         (ratio + hours * slope.abs()) / point.parameters[1]
     }
 
     /// Number of unstable roots just to the right of each point of a curve.
     fn unstable_along(self, points: &[Crossing<2>]) -> Result<Vec<Option<f64>>, StabilityError> {
-        // The number changes only where curves cross. It is computed at every 32nd point, and by bisection between two
-        // points that differ.
+        // The number changes only where curves cross. It is computed at every 32nd point, and by
+        // bisection between two points that differ.
         let mut numbers: Vec<Option<Option<f64>>> = vec![None; points.len()];
-        let at = |k: usize, numbers: &mut [Option<Option<f64>>]| -> Result<Option<f64>, StabilityError> {
+        let at = |k: usize,
+                  numbers: &mut [Option<Option<f64>>]|
+         -> Result<Option<f64>, StabilityError> {
             if let Some(known) = numbers[k] {
                 return Ok(known);
             }
@@ -132,8 +180,10 @@ impl Kind {
             numbers[k] = Some(number);
             Ok(number)
         };
-        let mut spans: Vec<(usize, usize)> =
-            (0..points.len()).step_by(32).map(|k| (k, (k + 32).min(points.len() - 1))).collect();
+        let mut spans: Vec<(usize, usize)> = (0..points.len())
+            .step_by(32)
+            .map(|k| (k, (k + 32).min(points.len() - 1)))
+            .collect();
         while let Some((a, b)) = spans.pop() {
             let (first, last) = (at(a, &mut numbers)?, at(b, &mut numbers)?);
             if first == last {
@@ -157,7 +207,10 @@ pub struct Curve {
 }
 
 const RADIUS: f64 = 0.5e-3;
-const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
+const TISSUE: LinearElastic = LinearElastic {
+    youngs_modulus: 10e6,
+    poissons_ratio: 0.5,
+};
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Whether a curve passes to the right of a point at the same length.
@@ -195,5 +248,7 @@ impl Cost {
 
 /// Follows the curves through several points, with one thread for each core.
 pub fn curves_of(kind: Kind, starts: &[Start]) -> Result<Vec<Curve>, StabilityError> {
-    ensemble::collect(starts.len(), ensemble::cores(), |k| kind.curve(starts[k])).into_iter().collect()
+    ensemble::collect(starts.len(), ensemble::cores(), |k| kind.curve(starts[k]))
+        .into_iter()
+        .collect()
 }

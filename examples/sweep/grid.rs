@@ -47,8 +47,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Describes the settings, one in each line. A file of results belongs to this sweep if it contains
-    /// the same lines.
+    /// Describes the settings, one in each line. A file of results belongs to this sweep if it
+    /// contains the same lines.
     #[must_use]
     pub fn settings(&self) -> Vec<String> {
         let span = |name: &str, unit: &str, Span { from, to, count }: Span| {
@@ -72,9 +72,13 @@ mod tests {
 
     #[test]
     fn span_ends_exactly_at_its_last_value() {
-        // 0.1 and 0.7 have no exact binary representation, so that a sum of steps would differ from the
-        // last value.
-        let span = Span { from: 0.1, to: 0.7, count: 7 };
+        // 0.1 and 0.7 have no exact binary representation, so that a sum of steps would differ from
+        // the last value.
+        let span = Span {
+            from: 0.1,
+            to: 0.7,
+            count: 7,
+        };
         assert_eq!((span.at(0), span.at(6), span.values().len()), (0.1, 0.7, 7));
     }
 }

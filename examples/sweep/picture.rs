@@ -14,7 +14,8 @@ const CM_PER_M: f64 = 1e2;
 /// Factor from metres to millimetres, the unit of displayed amplitudes.
 const MM_PER_M: f64 = 1e3;
 const HOUR: f64 = 3600.0;
-/// Amplitudes at the ends of the colour bar, mm. The upper limit exceeds all lengths of the default grid.
+/// Amplitudes at the ends of the colour bar, mm. The upper limit exceeds all lengths of the default
+/// grid.
 const LIMITS: [f64; 2] = [1e-4, 1e2];
 
 /// Writes all points as one table.
@@ -29,20 +30,38 @@ pub fn write_table(file: &Path, rows: &[Vec<Numbers>]) -> io::Result<()> {
     write_whole(file, text)
 }
 
-/// Draws the amplitudes as colours, with the critical lengths and the self-buckling length. `onsets` are
-/// the critical lengths of the rows, m.
+/// Draws the amplitudes as colours, with the critical lengths and the self-buckling length.
+/// `onsets` are the critical lengths of the rows, m.
 ///
 /// # Errors
 /// Returns errors of the file system.
-pub fn draw(file: &Path, grid: &Grid, rows: &[Vec<Numbers>], onsets: &[Option<f64>]) -> io::Result<()> {
+pub fn draw(
+    file: &Path,
+    grid: &Grid,
+    rows: &[Vec<Numbers>],
+    onsets: &[Option<f64>],
+) -> io::Result<()> {
     let etas = grid.etas.values();
     let point_at = |length: f64, eta: f64| (CM_PER_M * length, eta);
-    let curve = onsets.iter().zip(&etas).map(|(length, eta)| point_at(length.unwrap_or(f64::NAN), *eta)).collect();
+    let curve = onsets
+        .iter()
+        .zip(&etas)
+        .map(|(length, eta)| point_at(length.unwrap_or(f64::NAN), *eta))
+        .collect();
     let buckling = [etas[0], etas[etas.len() - 1]].map(|eta| point_at(buckling_length(), eta));
-    let amplitudes: Vec<f64> = rows.iter().flatten().map(|point| MM_PER_M * point[COLUMNS.len() - 1]).collect();
+    let amplitudes: Vec<f64> = rows
+        .iter()
+        .flatten()
+        .map(|point| MM_PER_M * point[COLUMNS.len() - 1])
+        .collect();
     let mut over = vec![
         Series::new("onset of oscillations", curve, Style::Line, 6),
-        Series::new("self-buckling length (Greenhill)", buckling.to_vec(), Style::Dashed, 1),
+        Series::new(
+            "self-buckling length (Greenhill)",
+            buckling.to_vec(),
+            Style::Dashed,
+            1,
+        ),
     ];
     if amplitudes.iter().any(|amplitude| amplitude.is_nan()) {
         let label = "no equilibrium on this mesh: strongly curved shoots";
@@ -51,11 +70,25 @@ pub fn draw(file: &Path, grid: &Grid, rows: &[Vec<Numbers>], onsets: &[Option<f6
     let hours = grid.time / HOUR;
     let map = Map {
         axes: ["length of the shoot (cm)", "proprioceptive sensitivity η"],
-        points: [grid.lengths.values().iter().map(|length| CM_PER_M * length).collect(), etas],
+        points: [
+            grid.lengths
+                .values()
+                .iter()
+                .map(|length| CM_PER_M * length)
+                .collect(),
+            etas,
+        ],
         log: false,
         values: amplitudes,
-        label: &format!("amplitude of the tip in the last {} h (mm)", LAST.min(grid.time) / HOUR),
+        label: &format!(
+            "amplitude of the tip in the last {} h (mm)",
+            LAST.min(grid.time) / HOUR
+        ),
         limits: LIMITS,
     };
-    Figure::new(file, format!("Oscillation amplitude {hours} h after a small perturbation")).map(&map, &over)
+    Figure::new(
+        file,
+        format!("Oscillation amplitude {hours} h after a small perturbation"),
+    )
+    .map(&map, &over)
 }

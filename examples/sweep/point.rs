@@ -1,4 +1,5 @@
-//! Results for one shoot: characteristic roots of the upright shape, and response to a small perturbation.
+//! Results for one shoot: characteristic roots of the upright shape, and response to a small
+//! perturbation.
 
 use std::error::Error;
 
@@ -14,44 +15,71 @@ use nalgebra::Vector3;
 
 use super::grid::Grid;
 
-/// Memory time and reaction time of all responses, s. This and the following parameters are those of
-/// Agostinelli, DeSimone and Noselli (2021).
-const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
+/// Memory time and reaction time of all responses, s. This and the following parameters are those
+/// of Agostinelli, DeSimone and Noselli (2021).
+const MEMORY: Memory = Memory {
+    time: 720.0,
+    delay: 720.0,
+};
 /// Radius, m.
 const RADIUS: f64 = 0.5e-3;
-const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+const TISSUE: LinearElastic = LinearElastic {
+    youngs_modulus: 1e7,
+    poissons_ratio: 0.5,
+};
 const WEIGHT: Weight = Weight { density: 1000.0 };
-/// Initial bending angle due to the perturbation, rad. It is small compared with oscillations of tens of
-/// degrees.
+/// Initial bending angle due to the perturbation, rad. It is small compared with oscillations of
+/// tens of degrees.
 const PERTURBATION: f64 = 0.01;
-/// Duration of the final interval in which the amplitude is determined, s. Periods are at most 90 min.
+/// Duration of the final interval in which the amplitude is determined, s. Periods are at most 90
+/// min.
 pub const LAST: f64 = 5400.0;
 /// Largest length in the search for an onset, divided by the self-buckling length, at which the
 /// equilibrium is singular.
 const BELOW_BUCKLING: f64 = 0.9995;
 
 /// Names and units of the results of a point.
-pub const COLUMNS: [&str; 6] = ["length_m", "eta", "growth_rate_per_s", "period_s", "unstable_roots", "amplitude_m"];
+pub const COLUMNS: [&str; 6] = [
+    "length_m",
+    "eta",
+    "growth_rate_per_s",
+    "period_s",
+    "unstable_roots",
+    "amplitude_m",
+];
 
 /// Results for one shoot, in the order of [`COLUMNS`].
 ///
-/// Growth rate and period are those of the rightmost isolated root. They are NaN if the mesh resolves no
-/// isolated root, which is the case for very stable shoots. If the upright shoot is mechanically
-/// unstable, the number of unstable roots is NaN, too. The amplitude is the largest distance of the tip
-/// from the vertical in the last [`LAST`] seconds. It is NaN if the curvature becomes so large that no
-/// equilibrium is found on this mesh.
+/// Growth rate and period are those of the rightmost isolated root. They are NaN if the mesh
+/// resolves no isolated root, which is the case for very stable shoots. If the upright shoot is
+/// mechanically unstable, the number of unstable roots is NaN, too. The amplitude is the largest
+/// distance of the tip from the vertical in the last [`LAST`] seconds. It is NaN if the curvature
+/// becomes so large that no equilibrium is found on this mesh.
 pub type Numbers = [f64; COLUMNS.len()];
 
 /// Builds the upright shoot.
-fn upright(grid: &Grid, length: f64, eta: f64) -> Result<Shoot<impl Model + use<>>, ParameterError> {
-    let gravitropism = Gravitropism { sensitivity: grid.beta, perception: SettledStatoliths };
+fn upright(
+    grid: &Grid,
+    length: f64,
+    eta: f64,
+) -> Result<Shoot<impl Model + use<>>, ParameterError> {
+    let gravitropism = Gravitropism {
+        sensitivity: grid.beta,
+        perception: SettledStatoliths,
+    };
     Shoot::builder(TISSUE)
         .length(length)
         .radius(RADIUS)
         .elements(grid.elements)
         // Differential growth acts on the whole shoot, and the length is constant.
-        .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: grid.growth_time }))
-        .tropism((gravitropism.remembered(MEMORY), Proprioception { sensitivity: eta }.remembered(MEMORY)))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 2.0 * length,
+            time: grid.growth_time,
+        }))
+        .tropism((
+            gravitropism.remembered(MEMORY),
+            Proprioception { sensitivity: eta }.remembered(MEMORY),
+        ))
         .load(WEIGHT)
         .build()
 }
@@ -60,9 +88,20 @@ fn upright(grid: &Grid, length: f64, eta: f64) -> Result<Shoot<impl Model + use<
 ///
 /// # Errors
 /// Returns an error if a setting is invalid.
-pub fn compute_point(grid: &Grid, length: f64, eta: f64) -> Result<Numbers, Box<dyn Error + Send + Sync>> {
+pub fn compute_point(
+    grid: &Grid,
+    length: f64,
+    eta: f64,
+) -> Result<Numbers, Box<dyn Error + Send + Sync>> {
     let [growth_rate, period, unstable] = roots(grid, length, eta)?;
-    Ok([length, eta, growth_rate, period, unstable, amplitude(grid, length, eta)?])
+    Ok([
+        length,
+        eta,
+        growth_rate,
+        period,
+        unstable,
+        amplitude(grid, length, eta)?,
+    ])
 }
 
 /// Growth rate, 1/s, and period, s, of the rightmost root, and number of unstable roots.
@@ -89,16 +128,21 @@ fn roots(grid: &Grid, length: f64, eta: f64) -> Result<[f64; 3], StabilityError>
 /// Whether the settings are valid, but the roots cannot be computed on this mesh.
 fn is_unresolved(error: &StabilityError) -> bool {
     use StabilityError::{NoConvergence, NoIsolatedRoot, UnderResolved};
-    matches!(error, NoIsolatedRoot | UnderResolved { .. } | NoConvergence { .. })
+    matches!(
+        error,
+        NoIsolatedRoot | UnderResolved { .. } | NoConvergence { .. }
+    )
 }
 
 /// Largest distance of the tip from the vertical in the final interval, m. The perturbation is
-/// three-dimensional, with different planes of bending at base and tip, so that it excites both planar
-/// and circular oscillations.
+/// three-dimensional, with different planes of bending at base and tip, so that it excites both
+/// planar and circular oscillations.
 fn amplitude(grid: &Grid, length: f64, eta: f64) -> Result<f64, IntegrationError> {
     let mut shoot = upright(grid, length, eta)?;
     let bend = PERTURBATION / length;
-    shoot.set_intrinsic(|p: &MaterialPoint| Vector3::new(bend, bend * (1.0 - p.apex_distance / length), 0.0));
+    shoot.set_intrinsic(|p: &MaterialPoint| {
+        Vector3::new(bend, bend * (1.0 - p.apex_distance / length), 0.0)
+    });
     let mut integrator = MethodOfSteps::new(grid.step);
     let mut simulate = || -> Result<f64, IntegrationError> {
         let _ = integrator.advance(&mut shoot, (grid.time - LAST).max(0.0))?;
@@ -124,7 +168,9 @@ pub fn critical_length(grid: &Grid, eta: f64) -> Option<f64> {
     }
     let family = |length: f64| Linearisation::about(&upright(grid, length, eta)?);
     // The curve has a gap if there is no crossing or if the mesh does not resolve it.
-    onset(family, grid.lengths.from, to).ok().map(|found| found.parameters[0])
+    onset(family, grid.lengths.from, to)
+        .ok()
+        .map(|found| found.parameters[0])
 }
 
 /// Self-buckling length of Greenhill (1881), m.

@@ -34,13 +34,16 @@ impl Store {
     /// Reads all existing rows.
     ///
     /// # Errors
-    /// Returns the first file that is not a valid row of this sweep, with the reason. No file is changed.
+    /// Returns the first file that is not a valid row of this sweep, with the reason. No file is
+    /// changed.
     pub fn read(&self) -> io::Result<Vec<Option<Vec<Numbers>>>> {
-        (0..self.grid.etas.count).map(|row| self.read_row(row)).collect()
+        (0..self.grid.etas.count)
+            .map(|row| self.read_row(row))
+            .collect()
     }
 
-    /// Returns those of some rows that have no file. The files of other rows are not read, so that the cost of a part
-    /// of a sweep does not grow with the number of the others.
+    /// Returns those of some rows that have no file. The files of other rows are not read, so that
+    /// the cost of a part of a sweep does not grow with the number of the others.
     ///
     /// # Errors
     /// Returns the first of these files that is not a valid row of this sweep, with the reason.
@@ -62,19 +65,24 @@ impl Store {
             Err(error) => return Err(named(&file, &error)),
         };
         let refused = |reason: &str| {
-            let what =
-                format!("{}: {reason}; no file was changed; move this file or choose another --out", file.display());
+            let what = format!(
+                "{}: {reason}; no file was changed; move this file or choose another --out",
+                file.display()
+            );
             io::Error::new(ErrorKind::InvalidData, what)
         };
-        let text = String::from_utf8(bytes).map_err(|_| refused("the file is damaged: it is not text"))?;
-        row::read(&self.grid, row, &text).map(Some).map_err(|reason| refused(&reason))
+        let text =
+            String::from_utf8(bytes).map_err(|_| refused("the file is damaged: it is not text"))?;
+        row::read(&self.grid, row, &text)
+            .map(Some)
+            .map_err(|reason| refused(&reason))
     }
 
     /// Writes a row. If another process has written the same row in the meantime, its file is kept.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be written, or if an existing file is not a valid row of this
-    /// sweep.
+    /// Returns an error if the file cannot be written, or if an existing file is not a valid row of
+    /// this sweep.
     pub fn write(&self, row: usize, points: &[Numbers]) -> io::Result<()> {
         if self.read_row(row)?.is_some() {
             return Ok(());
@@ -96,10 +104,16 @@ mod tests {
         let texts = ["a", "b"].map(|letter| letter.repeat(1 << 20));
         write_whole(&file, &texts[0]).unwrap();
         std::thread::scope(|scope| {
-            let writer = scope.spawn(|| (0..40).for_each(|k| write_whole(&file, &texts[k % 2]).unwrap()));
+            let writer =
+                scope.spawn(|| (0..40).for_each(|k| write_whole(&file, &texts[k % 2]).unwrap()));
             while !writer.is_finished() {
                 let found = fs::read_to_string(&file).unwrap();
-                assert!(texts.contains(&found), "{} of {} bytes", found.len(), texts[0].len());
+                assert!(
+                    texts.contains(&found),
+                    "{} of {} bytes",
+                    found.len(),
+                    texts[0].len()
+                );
             }
         });
         // No temporary files remain.

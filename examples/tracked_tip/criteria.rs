@@ -2,7 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::mechanism::{Component, Context, Criterion, LONGER, Level, Observation, Source, Wave, length_ratio};
+use super::mechanism::{
+    Component, Context, Criterion, LONGER, Level, Observation, Source, Wave, length_ratio,
+};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -46,8 +48,11 @@ const SAME: f64 = 1.15;
 
 /// Number with its standard error: two digits of the error, and at most four decimals.
 pub fn uncertain(value: f64, error: f64) -> String {
-    let digits =
-        if error > 0.0 && error.is_finite() { (1.0 - error.log10().floor()).clamp(0.0, 4.0) as usize } else { 4 };
+    let digits = if error > 0.0 && error.is_finite() {
+        (1.0 - error.log10().floor()).clamp(0.0, 4.0) as usize
+    } else {
+        4
+    };
     let smallest = 0.1_f64.powi(digits as i32);
     let number = decimal(value, digits);
     if error < 0.5 * smallest {
@@ -61,7 +66,11 @@ pub fn uncertain(value: f64, error: f64) -> String {
 pub fn decimal(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     let zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
-    if zero { text.trim_start_matches('-').to_owned() } else { text }
+    if zero {
+        text.trim_start_matches('-').to_owned()
+    } else {
+        text
+    }
 }
 
 /// Two windows that do not overlap, and the growth of the amplitude from one to the other beyond
@@ -81,29 +90,56 @@ pub fn growth(
     window: f64,
 ) -> Option<Criterion> {
     let mut best: Option<Growth> = None;
-    let compared = observations.iter().any(|observation| observation.length.is_some()) || !others.is_empty();
+    let compared = observations
+        .iter()
+        .any(|observation| observation.length.is_some())
+        || !others.is_empty();
     for (j, later) in &component.waves {
-        for i in (0..*j).take_while(|i| observations[*j].time - observations[*i].time >= 0.999 * window) {
-            let forced = if compared { forced_growth(others, observations, i, *j) } else { Some(1.0) };
+        for i in
+            (0..*j).take_while(|i| observations[*j].time - observations[*i].time >= 0.999 * window)
+        {
+            let forced = if compared {
+                forced_growth(others, observations, i, *j)
+            } else {
+                Some(1.0)
+            };
             let Some(forced) = forced else { continue };
             let earlier = component.amplitude(i, observations);
             let excess = later.amplitude[0] / (earlier[0] * forced);
             let error = (later.amplitude[1] / later.amplitude[0]).hypot(earlier[1] / earlier[0]);
-            let found = Growth { windows: [i, *j], excess, error };
-            if excess.is_finite() && best.as_ref().is_none_or(|best| found.surely() > best.surely()) {
+            let found = Growth {
+                windows: [i, *j],
+                excess,
+                error,
+            };
+            if excess.is_finite()
+                && best
+                    .as_ref()
+                    .is_none_or(|best| found.surely() > best.surely())
+            {
                 best = Some(found);
             }
         }
     }
     let found = best?;
-    let [before, after] = found.windows.map(|k| amplitude_in_words(component, k, observations));
+    let [before, after] = found
+        .windows
+        .map(|k| amplitude_in_words(component, k, observations));
     let factor = uncertain(found.excess, found.excess * found.error);
     let passed = compared && found.excess > EXCESS && found.surely() > 0.0;
-    let meaning = if passed { "more than forced, as beyond a threshold" } else { "no threshold" };
+    let meaning = if passed {
+        "more than forced, as beyond a threshold"
+    } else {
+        "no threshold"
+    };
     let number = match observations[found.windows[0]].length {
-        Some(_) => format!("its growth over that of length to the power {POWER} is {factor}: {meaning}"),
+        Some(_) => {
+            format!("its growth over that of length to the power {POWER} is {factor}: {meaning}")
+        }
         None if compared => {
-            format!("its growth over the square of that of the other oscillation is {factor}: {meaning}")
+            format!(
+                "its growth over the square of that of the other oscillation is {factor}: {meaning}"
+            )
         }
         None => {
             let longer = found.excess.max(1.0).powf(1.0 / f64::from(POWER));
@@ -113,7 +149,10 @@ pub fn growth(
         }
     };
     let text = format!("amplitude {before}, {after}: {number}");
-    Some(Criterion { text, source: passed.then_some(Source::Delayed) })
+    Some(Criterion {
+        text,
+        source: passed.then_some(Source::Delayed),
+    })
 }
 
 impl Growth {
@@ -123,19 +162,35 @@ impl Growth {
     }
 }
 
-fn amplitude_in_words(component: &Component, window: usize, observations: &[Observation]) -> String {
-    let [amplitude, error] = component.amplitude(window, observations).map(|value| value / MM);
+fn amplitude_in_words(
+    component: &Component,
+    window: usize,
+    observations: &[Observation],
+) -> String {
+    let [amplitude, error] = component
+        .amplitude(window, observations)
+        .map(|value| value / MM);
     let amount = match component.wave(window) {
         Some(_) => format!("{} mm", uncertain(amplitude, error)),
         None => format!("below {amplitude:.3} mm"),
     };
-    let length = observations[window].length.map_or(String::new(), |length| format!(" ({:.2} cm)", length / CM));
-    format!("{amount} at {:.1} h{length}", observations[window].time / HOUR)
+    let length = observations[window]
+        .length
+        .map_or(String::new(), |length| format!(" ({:.2} cm)", length / CM));
+    format!(
+        "{amount} at {:.1} h{length}",
+        observations[window].time / HOUR
+    )
 }
 
 /// Largest factor by which a forced amplitude grows between two windows; `None` if nothing is known
 /// of it.
-fn forced_growth(others: &[&Component], observations: &[Observation], i: usize, j: usize) -> Option<f64> {
+fn forced_growth(
+    others: &[&Component],
+    observations: &[Observation],
+    i: usize,
+    j: usize,
+) -> Option<f64> {
     match (observations[i].length, observations[j].length) {
         (Some(before), Some(after)) => Some((after / before).max(1.0).powi(POWER)),
         _ => others.iter().find_map(|other| {
@@ -152,13 +207,22 @@ pub fn decays(component: &Component, observations: &[Observation]) -> bool {
 }
 
 /// A small amplitude in nearly all windows, while the length changes.
-pub fn small_and_sustained(component: &Component, observations: &[Observation]) -> Option<Criterion> {
+pub fn small_and_sustained(
+    component: &Component,
+    observations: &[Observation],
+) -> Option<Criterion> {
     let ratio = length_ratio(observations).filter(|ratio| *ratio >= LONGER)?;
     let relative = |(k, wave): &(usize, Wave)| {
-        observations[*k].length.map(|length| (wave.amplitude[0] / length, wave.amplitude[1] / length))
+        observations[*k]
+            .length
+            .map(|length| (wave.amplitude[0] / length, wave.amplitude[1] / length))
     };
-    let (largest, error) =
-        component.waves.iter().filter_map(relative).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+    let (largest, error) = component
+        .waves
+        .iter()
+        .filter_map(relative)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or_default();
     let sensitive = |(k, observation): &(usize, &Observation)| {
         component.wave(*k).is_some() || observation.limit < DECAYED * component.largest()
     };
@@ -170,25 +234,42 @@ pub fn small_and_sustained(component: &Component, observations: &[Observation]) 
         uncertain(100.0 * largest, 100.0 * error),
         component.waves.len(),
         100.0 * (ratio - 1.0),
-        if sustained { "small and sustained" } else { "not both small and sustained" },
+        if sustained {
+            "small and sustained"
+        } else {
+            "not both small and sustained"
+        },
     );
-    Some(Criterion { text, source: sustained.then_some(Source::Oscillator) })
+    Some(Criterion {
+        text,
+        source: sustained.then_some(Source::Oscillator),
+    })
 }
 
 /// Exponent of the length in the period, or the rate of the period if lengths are unknown or do not
 /// change.
-pub fn trend_of_period(component: &Component, observations: &[Observation], window: f64) -> Option<Criterion> {
+pub fn trend_of_period(
+    component: &Component,
+    observations: &[Observation],
+    window: f64,
+) -> Option<Criterion> {
     let length = |k: &usize| observations[*k].length;
     let by_length = length_ratio(observations).is_some_and(|ratio| ratio >= LONGER);
     let points: Vec<[f64; 2]> = component
         .waves
         .iter()
         .filter_map(|(k, wave)| {
-            let x = if by_length { length(k)?.ln() } else { observations[*k].time / HOUR };
+            let x = if by_length {
+                length(k)?.ln()
+            } else {
+                observations[*k].time / HOUR
+            };
             Some([x, wave.period[0].ln()])
         })
         .collect();
-    let [(first, _), .., (last, _)] = component.waves[..] else { return None };
+    let [(first, _), .., (last, _)] = component.waves[..] else {
+        return None;
+    };
     let independent = 1.0 + (observations[last].time - observations[first].time) / window;
     let [slope, error] = slope(&points, independent)?;
     let number = uncertain(slope, error);
@@ -201,11 +282,23 @@ pub fn trend_of_period(component: &Component, observations: &[Observation], wind
         } else {
             "too uncertain"
         };
-        (format!("period proportional to length to the power {number}: {meaning}"), follows)
+        (
+            format!("period proportional to length to the power {number}: {meaning}"),
+            follows,
+        )
     } else {
-        (format!("period changes by {} % per hour", uncertain(100.0 * slope, 100.0 * error)), false)
+        (
+            format!(
+                "period changes by {} % per hour",
+                uncertain(100.0 * slope, 100.0 * error)
+            ),
+            false,
+        )
     };
-    Some(Criterion { text, source: follows.then_some(Source::Delayed) })
+    Some(Criterion {
+        text,
+        source: follows.then_some(Source::Delayed),
+    })
 }
 
 /// Slope of a line by least squares and its standard error. As windows overlap, the points count as
@@ -215,8 +308,15 @@ fn slope(points: &[[f64; 2]], independent: f64) -> Option<[f64; 2]> {
     let mean = |c: usize| points.iter().map(|point| point[c]).sum::<f64>() / count;
     let [x, y] = [mean(0), mean(1)];
     let squares: f64 = points.iter().map(|point| (point[0] - x).powi(2)).sum();
-    let slope = points.iter().map(|point| (point[0] - x) * (point[1] - y)).sum::<f64>() / squares;
-    let rest: f64 = points.iter().map(|point| (point[1] - y - slope * (point[0] - x)).powi(2)).sum();
+    let slope = points
+        .iter()
+        .map(|point| (point[0] - x) * (point[1] - y))
+        .sum::<f64>()
+        / squares;
+    let rest: f64 = points
+        .iter()
+        .map(|point| (point[1] - y - slope * (point[0] - x)).powi(2))
+        .sum();
     let error = (rest / (independent - 2.0) / squares).sqrt();
     (independent >= 3.0 && squares > 0.0).then_some([slope, error])
 }
@@ -229,7 +329,11 @@ pub fn period_at_onset([delay, memory]: [f64; 2]) -> f64 {
     let (mut low, mut high) = (0.0, FRAC_PI_2 / delay);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if lag(middle) < 0.0 { low = middle } else { high = middle }
+        if lag(middle) < 0.0 {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     std::f64::consts::TAU / (0.5 * (low + high))
 }
@@ -247,13 +351,18 @@ pub fn period_of_delays(component: &Component, context: &Context) -> Option<Crit
         ("they disagree", Some(Source::Oscillator))
     };
     let number = uncertain(ratio, spread / onset);
-    let text = format!("period over the {:.1} min at the onset for these delays: {number}: {meaning}", onset / MINUTE);
+    let text = format!(
+        "period over the {:.1} min at the onset for these delays: {number}: {meaning}",
+        onset / MINUTE
+    );
     Some(Criterion { text, source })
 }
 
 /// Amplitudes and periods at other levels of gravity.
 pub fn gravity(component: &Component, context: &Context) -> Vec<Criterion> {
-    let Some(own) = context.gravity else { return vec![] };
+    let Some(own) = context.gravity else {
+        return vec![];
+    };
     let compared = |level: &Level| {
         let same = |wave: &&Wave| {
             let ratio = wave.period[0] / component.period[0];
@@ -269,7 +378,10 @@ pub fn gravity(component: &Component, context: &Context) -> Vec<Criterion> {
                     uncertain(period, error),
                     if free { ": it needs no gravity" } else { "" }
                 );
-                Criterion { text, source: free.then_some(Source::Oscillator) }
+                Criterion {
+                    text,
+                    source: free.then_some(Source::Oscillator),
+                }
             }
             None => {
                 let limit = level.observation.limit;
@@ -280,7 +392,10 @@ pub fn gravity(component: &Component, context: &Context) -> Vec<Criterion> {
                     limit / MM,
                     if absent { ": it needs gravity" } else { "" }
                 );
-                Criterion { text, source: absent.then_some(Source::Delayed) }
+                Criterion {
+                    text,
+                    source: absent.then_some(Source::Delayed),
+                }
             }
         }
     };
@@ -292,7 +407,11 @@ pub fn gravity(component: &Component, context: &Context) -> Vec<Criterion> {
 pub fn ratio_of_periods(first: &Component, second: &Component) -> Option<(String, bool)> {
     let ratio = |(k, one): &(usize, Wave)| {
         let other = second.wave(*k)?;
-        let (slow, fast) = if one.period[0] > other.period[0] { (one, other) } else { (other, one) };
+        let (slow, fast) = if one.period[0] > other.period[0] {
+            (one, other)
+        } else {
+            (other, one)
+        };
         let relative = |wave: &Wave| wave.period[1] / wave.period[0];
         let ratio = slow.period[0] / fast.period[0];
         Some([ratio, ratio * relative(slow).hypot(relative(fast))])
@@ -303,8 +422,11 @@ pub fn ratio_of_periods(first: &Component, second: &Component) -> Option<(String
     let order = middle.round();
     let differs = |[ratio, error]: &&[f64; 2]| (ratio - order).abs() > SIGNIFICANT * error + NEAR;
     let incommensurate = 2 * ratios.iter().filter(differs).count() > ratios.len();
-    let meaning =
-        if incommensurate { "incommensurate, which needs two sources" } else { "a whole number within the error" };
+    let meaning = if incommensurate {
+        "incommensurate, which needs two sources"
+    } else {
+        "a whole number within the error"
+    };
     let [low, high] = [ratios[0][0], ratios[ratios.len() - 1][0]];
     let text = format!(
         "ratio of periods {}, from {low:.2} to {high:.2} in {} windows: {meaning}",
@@ -320,7 +442,9 @@ pub fn relation(component: &Component, larger: &[&Component]) -> Option<String> 
     let minutes = |component: &Component| component.period[0] / MINUTE;
     let tolerance = |order: i32| if order % 2 == 1 { ODD } else { COMBINED };
     for one in larger {
-        if let Some(order) = (2..=7).find(|order| agrees(component, [(*order, one), (0, one)], tolerance(*order))) {
+        if let Some(order) =
+            (2..=7).find(|order| agrees(component, [(*order, one), (0, one)], tolerance(*order)))
+        {
             return Some(format!("harmonic {order} of {:.1} min", minutes(one)));
         }
     }
@@ -328,7 +452,11 @@ pub fn relation(component: &Component, larger: &[&Component]) -> Option<String> 
         for other in &larger[k + 1..] {
             for (m, n) in [(1, -1), (1, 1), (2, -1), (1, -2), (2, 1), (1, 2)] {
                 if agrees(component, [(m, one), (n, other)], COMBINED) {
-                    let (m, n) = if m * n < 0 { (m.abs(), -n.abs()) } else { (m, n) };
+                    let (m, n) = if m * n < 0 {
+                        (m.abs(), -n.abs())
+                    } else {
+                        (m, n)
+                    };
                     let sign = if n < 0 { '−' } else { '+' };
                     let [one, other] = [minutes(one), minutes(other)];
                     return Some(format!(

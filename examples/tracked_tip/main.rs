@@ -57,7 +57,11 @@ const M_PER_MM: f64 = 1e-3;
 
 fn options() -> Options {
     let positions = "table of positions; by default the table of this example";
-    let mut all = track_options::declarations(positions, "table of centre lines, whose curvature is written", "frame");
+    let mut all = track_options::declarations(
+        positions,
+        "table of centre lines, whose curvature is written",
+        "frame",
+    );
     all.extend([
         Opt::value("seen-along", "X,Y,Z", "0,0,1", "axis towards the observer, for three coordinates"),
         Opt::value("lengths", "NAME", "", "column of the length of the shoot"),
@@ -79,7 +83,11 @@ fn options() -> Options {
         Opt::value("width", "MM", "2", "length over which the curvature is smoothed, mm"),
         Opt::value("make", "FILE", "", "only write the table of this example to a file"),
     ]);
-    Options::parse("tracked_tip", "mechanism of the movement of a tracked tip", &all)
+    Options::parse(
+        "tracked_tip",
+        "mechanism of the movement of a tracked tip",
+        &all,
+    )
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -97,9 +105,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         let memory = options.get_if("memory", "0 or larger", |value: &f64| *value >= 0.0);
         [MINUTE * delay, MINUTE * memory]
     });
-    let base = options.flag("base").then(|| M_PER_MM * options.get::<f64>("base"));
+    let base = options
+        .flag("base")
+        .then(|| M_PER_MM * options.get::<f64>("base"));
     if base.is_some() && layout.coordinates.len() < 3 {
-        return Err("--base needs three coordinates, of which it subtracts the one along --seen-along".into());
+        return Err(
+            "--base needs three coordinates, of which it subtracts the one along --seen-along"
+                .into(),
+        );
     }
     let [shortest, longest] = ["shortest", "longest"].map(|name| MINUTE * options.positive(name));
     let [window, every] = ["window", "every"].map(|name| HOUR * options.positive(name));
@@ -113,18 +126,28 @@ fn run() -> Result<(), Box<dyn Error>> {
     let (file, tracks) = table::tracks(&options, &layout)?;
     let track = track_options::chosen(&tracks, options.text("track"))?;
     let path = projected(track, &axis)?;
-    let name = if track.name.is_empty() { file } else { format!("track '{}'", track.name) };
-    println!("{name}: {} positions in {:.2} h", track.times.len(), path.duration() / HOUR);
+    let name = if track.name.is_empty() {
+        file
+    } else {
+        format!("track '{}'", track.name)
+    };
+    println!(
+        "{name}: {} positions in {:.2} h",
+        track.times.len(),
+        path.duration() / HOUR
+    );
     let found = path.oscillations(&Search::default())?;
     report::oscillations(&path, &found, share)?;
 
     // A band of a track needs three of its longest periods.
     let window = window.min(path.duration());
     let band = |duration: f64| [shortest, longest.min(duration / 3.0)];
-    let nutation = path.nutation(band(path.duration())).unwrap_or_else(|error| {
-        println!("no result by wavelets: {error}");
-        Nutation::default()
-    });
+    let nutation = path
+        .nutation(band(path.duration()))
+        .unwrap_or_else(|error| {
+            println!("no result by wavelets: {error}");
+            Nutation::default()
+        });
     report::nutation(&nutation, band(path.duration()));
     let windows = evidence::windows(&path, &found.outliers, window, every)?;
     let (rows, failures) = rows::rows(&windows, band(window), share.min(window));
@@ -135,14 +158,22 @@ fn run() -> Result<(), Box<dyn Error>> {
         println!("length unknown: give --lengths, or three coordinates and --base");
     }
     let observations = evidence::observe(&windows, &lengths);
-    let context = Context { window, delays, gravity: track.gravity, levels: levels(&tracks, track, &axis)? };
+    let context = Context {
+        window,
+        delays,
+        gravity: track.gravity,
+        levels: levels(&tracks, track, &axis)?,
+    };
     let judgement = mechanism::judge(&observations, &context);
     report::mechanism(&judgement, observations.len(), window);
 
     let mut table = Table::create(out.join("windows.csv"), &rows::COLUMNS)?;
     rows.iter().try_for_each(|row| table.row(row))?;
     table.finish()?;
-    let mut table = Table::create(out.join("ridge.csv"), &["t_s", "period_s", "amplitude_m", "direction_rad"])?;
+    let mut table = Table::create(
+        out.join("ridge.csv"),
+        &["t_s", "period_s", "amplitude_m", "direction_rad"],
+    )?;
     for (place, direction) in nutation.ridge.iter().zip(&nutation.direction) {
         table.row(&[place.time, place.period, place.ellipse.major, *direction])?;
     }
@@ -157,42 +188,83 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 /// Projection of a track along the axis towards the observer.
-fn projected(track: &Track, axis: &Vector3<f64>) -> Result<morphorod::tracking::Track, Box<dyn Error>> {
+fn projected(
+    track: &Track,
+    axis: &Vector3<f64>,
+) -> Result<morphorod::tracking::Track, Box<dyn Error>> {
     let positions: Vec<_> = track.positions.iter().map(|p| Vector3::from(*p)).collect();
-    Ok(morphorod::tracking::Track::seen_along(axis, track.times.clone(), &positions)?)
+    Ok(morphorod::tracking::Track::seen_along(
+        axis,
+        track.times.clone(),
+        &positions,
+    )?)
 }
 
 /// Times (s) and lengths (m): those of the table, or the height of the tip over the base.
 fn lengths(track: &Track, axis: &Vector3<f64>, base: Option<f64>) -> Vec<evidence::Length> {
     if !track.lengths.is_empty() {
-        return track.times.iter().zip(&track.lengths).map(|(t, length)| [*t, *length]).collect();
+        return track
+            .times
+            .iter()
+            .zip(&track.lengths)
+            .map(|(t, length)| [*t, *length])
+            .collect();
     }
     let height = |p: &[f64; 3], base: f64| Vector3::from(*p).dot(&axis.normalize()) - base;
-    let heights = base.map(|base| track.times.iter().zip(&track.positions).map(move |(t, p)| [*t, height(p, base)]));
+    let heights = base.map(|base| {
+        track
+            .times
+            .iter()
+            .zip(&track.positions)
+            .map(move |(t, p)| [*t, height(p, base)])
+    });
     heights.map_or(vec![], Iterator::collect)
 }
 
 /// Oscillations of all other tracks at known levels of gravity.
-fn levels(tracks: &[Track], own: &Track, axis: &Vector3<f64>) -> Result<Vec<Level>, Box<dyn Error>> {
+fn levels(
+    tracks: &[Track],
+    own: &Track,
+    axis: &Vector3<f64>,
+) -> Result<Vec<Level>, Box<dyn Error>> {
     let mut levels = Vec::new();
     for track in tracks.iter().filter(|track| track.name != own.name) {
-        let Some(gravity) = track.gravity else { continue };
+        let Some(gravity) = track.gravity else {
+            continue;
+        };
         let path = projected(track, axis)?;
         let found = path.oscillations(&Search::default())?;
-        levels.push(Level { gravity, observation: evidence::observation(0.0, None, &found, path.times().len()) });
+        levels.push(Level {
+            gravity,
+            observation: evidence::observation(0.0, None, &found, path.times().len()),
+        });
     }
     Ok(levels)
 }
 
 /// Writes the curvature along all centre lines of a file.
-fn curvatures(options: &Options, layout: &Layout, width: f64, out: &Path) -> Result<(), Box<dyn Error>> {
+fn curvatures(
+    options: &Options,
+    layout: &Layout,
+    width: f64,
+    out: &Path,
+) -> Result<(), Box<dyn Error>> {
     let lines = track_options::centre_lines(options, layout)?;
-    let columns = ["t_s", "s_m", "curvature_x_per_m", "curvature_y_per_m", "curvature_z_per_m"];
+    let columns = [
+        "t_s",
+        "s_m",
+        "curvature_x_per_m",
+        "curvature_y_per_m",
+        "curvature_z_per_m",
+    ];
     let mut table = Table::create(out.join("curvature.csv"), &columns)?;
     for line in &lines {
         let (number, width_mm) = (line.points.len(), width / M_PER_MM);
         let places = curvature(&line.points, width).ok_or_else(|| {
-            format!("the centre line at {} s has {number} points, too few for --width {width_mm} (mm)", line.time)
+            format!(
+                "the centre line at {} s has {number} points, too few for --width {width_mm} (mm)",
+                line.time
+            )
         })?;
         for place in places {
             let [x, y, z] = place.curvature;
@@ -200,7 +272,11 @@ fn curvatures(options: &Options, layout: &Layout, width: f64, out: &Path) -> Res
         }
     }
     table.finish()?;
-    println!("curvature of {} centre lines: curvature.csv in {}", lines.len(), out.display());
+    println!(
+        "curvature of {} centre lines: curvature.csv in {}",
+        lines.len(),
+        out.display()
+    );
     Ok(())
 }
 

@@ -132,22 +132,47 @@ pub const LONGER: f64 = 1.1;
 pub fn judge(observations: &[Observation], context: &Context) -> Judgement {
     let mut components = components(observations);
     let copies = components.clone();
-    let primary: Vec<usize> = (0..copies.len()).filter(|k| copies[*k].derived.is_none()).collect();
+    let primary: Vec<usize> = (0..copies.len())
+        .filter(|k| copies[*k].derived.is_none())
+        .collect();
     for k in &primary {
         let component = &mut components[*k];
-        let others: Vec<&Component> = primary.iter().filter(|i| *i != k).map(|i| &copies[*i]).collect();
-        component.criteria.extend(criteria::growth(component, &others, observations, context.window));
-        component.decays = common_source(&component.criteria).is_none() && criteria::decays(component, observations);
-        component.criteria.extend(criteria::small_and_sustained(component, observations));
-        component.criteria.extend(criteria::trend_of_period(component, observations, context.window));
-        component.criteria.extend(criteria::period_of_delays(component, context));
-        component.criteria.extend(criteria::gravity(component, context));
+        let others: Vec<&Component> = primary
+            .iter()
+            .filter(|i| *i != k)
+            .map(|i| &copies[*i])
+            .collect();
+        component.criteria.extend(criteria::growth(
+            component,
+            &others,
+            observations,
+            context.window,
+        ));
+        component.decays = common_source(&component.criteria).is_none()
+            && criteria::decays(component, observations);
+        component
+            .criteria
+            .extend(criteria::small_and_sustained(component, observations));
+        component.criteria.extend(criteria::trend_of_period(
+            component,
+            observations,
+            context.window,
+        ));
+        component
+            .criteria
+            .extend(criteria::period_of_delays(component, context));
+        component
+            .criteria
+            .extend(criteria::gravity(component, context));
         component.source = common_source(&component.criteria).filter(|_| !component.decays);
     }
     let (mut criteria, mut two_sources) = (Vec::new(), false);
     for (n, k) in primary.iter().enumerate() {
         for i in &primary[n + 1..] {
-            let Some((text, incommensurate)) = criteria::ratio_of_periods(&copies[*k], &copies[*i]) else { continue };
+            let Some((text, incommensurate)) = criteria::ratio_of_periods(&copies[*k], &copies[*i])
+            else {
+                continue;
+            };
             criteria.push(text);
             if !incommensurate || components[*k].decays || components[*i].decays {
                 continue;
@@ -156,14 +181,21 @@ pub fn judge(observations: &[Observation], context: &Context) -> Judgement {
             // Delayed gravitropism has one period and its harmonics. A second period has another
             // source.
             for (one, other) in [(*k, *i), (*i, *k)] {
-                let open = components[other].criteria.iter().all(|criterion| criterion.source.is_none());
+                let open = components[other]
+                    .criteria
+                    .iter()
+                    .all(|criterion| criterion.source.is_none());
                 if open && components[one].source == Some(Source::Delayed) {
                     components[other].source = Some(Source::Oscillator);
                 }
             }
         }
     }
-    let has = |source| components.iter().any(|component| component.source == Some(source));
+    let has = |source| {
+        components
+            .iter()
+            .any(|component| component.source == Some(source))
+    };
     let verdict = match (has(Source::Oscillator), has(Source::Delayed)) {
         (true, true) => Verdict::Both,
         (false, true) => Verdict::Delayed,
@@ -172,7 +204,12 @@ pub fn judge(observations: &[Observation], context: &Context) -> Judgement {
         (false, false) => Verdict::Undecided,
     };
     let reasons = reasons(observations, context, &components, verdict);
-    Judgement { components, criteria, verdict, reasons }
+    Judgement {
+        components,
+        criteria,
+        verdict,
+        reasons,
+    }
 }
 
 /// The source for which all decisive criteria speak.
@@ -197,14 +234,30 @@ fn components(observations: &[Observation]) -> Vec<Component> {
         .filter(|waves| waves.len() as f64 >= least)
         .map(|waves| {
             let periods = || waves.iter().map(|(_, wave)| wave.period[0]);
-            let (low, high) = (periods().fold(f64::INFINITY, f64::min), periods().fold(0.0, f64::max));
-            let period = [periods().sum::<f64>() / waves.len() as f64, 0.5 * (high - low)];
-            Component { waves, period, criteria: vec![], derived: None, decays: false, source: None }
+            let (low, high) = (
+                periods().fold(f64::INFINITY, f64::min),
+                periods().fold(0.0, f64::max),
+            );
+            let period = [
+                periods().sum::<f64>() / waves.len() as f64,
+                0.5 * (high - low),
+            ];
+            Component {
+                waves,
+                period,
+                criteria: vec![],
+                derived: None,
+                decays: false,
+                source: None,
+            }
         })
         .collect();
     found.sort_by(|a, b| b.power().total_cmp(&a.power()));
     for k in 1..found.len() {
-        let larger: Vec<&Component> = found[..k].iter().filter(|other| other.derived.is_none()).collect();
+        let larger: Vec<&Component> = found[..k]
+            .iter()
+            .filter(|other| other.derived.is_none())
+            .collect();
         found[k].derived = criteria::relation(&found[k], &larger);
     }
     found
@@ -213,7 +266,10 @@ fn components(observations: &[Observation]) -> Vec<Component> {
 /// The largest of the waves in each window, in the order of time.
 fn largest_of_each_window(waves: &[(usize, Wave)]) -> Vec<(usize, Wave)> {
     let mut waves = waves.to_vec();
-    waves.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.amplitude[0].total_cmp(&a.1.amplitude[0])));
+    waves.sort_by(|a, b| {
+        a.0.cmp(&b.0)
+            .then(b.1.amplitude[0].total_cmp(&a.1.amplitude[0]))
+    });
     waves.dedup_by_key(|wave| wave.0);
     waves
 }
@@ -221,53 +277,93 @@ fn largest_of_each_window(waves: &[(usize, Wave)]) -> Vec<(usize, Wave)> {
 impl Component {
     /// Largest amplitude, m.
     pub fn largest(&self) -> f64 {
-        self.waves.iter().map(|(_, wave)| wave.amplitude[0]).fold(0.0, f64::max)
+        self.waves
+            .iter()
+            .map(|(_, wave)| wave.amplitude[0])
+            .fold(0.0, f64::max)
     }
 
     /// Sum of the squared amplitudes in all windows, m².
     fn power(&self) -> f64 {
-        self.waves.iter().map(|(_, wave)| wave.amplitude[0].powi(2)).sum()
+        self.waves
+            .iter()
+            .map(|(_, wave)| wave.amplitude[0].powi(2))
+            .sum()
     }
 
     /// Wave in a window.
     pub fn wave(&self, window: usize) -> Option<&Wave> {
-        self.waves.iter().find(|(k, _)| *k == window).map(|(_, wave)| wave)
+        self.waves
+            .iter()
+            .find(|(k, _)| *k == window)
+            .map(|(_, wave)| wave)
     }
 
     /// Amplitude in a window and its standard error, m. Without a wave it is the smallest amplitude
     /// that the window can show.
     pub fn amplitude(&self, window: usize, observations: &[Observation]) -> [f64; 2] {
-        self.wave(window).map_or([observations[window].limit, 0.0], |wave| wave.amplitude)
+        self.wave(window)
+            .map_or([observations[window].limit, 0.0], |wave| wave.amplitude)
     }
 }
 
 /// Ratio of the largest length to the smallest, if lengths are known.
 pub fn length_ratio(observations: &[Observation]) -> Option<f64> {
-    let lengths = || observations.iter().filter_map(|observation| observation.length);
-    let (low, high) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
+    let lengths = || {
+        observations
+            .iter()
+            .filter_map(|observation| observation.length)
+    };
+    let (low, high) = (
+        lengths().fold(f64::INFINITY, f64::min),
+        lengths().fold(0.0, f64::max),
+    );
     (high > 0.0).then(|| high / low)
 }
 
 /// Reasons why the track does not decide, and what would help.
-fn reasons(observations: &[Observation], context: &Context, components: &[Component], verdict: Verdict) -> Vec<String> {
+fn reasons(
+    observations: &[Observation],
+    context: &Context,
+    components: &[Component],
+    verdict: Verdict,
+) -> Vec<String> {
     let [Some(first), Some(last)] = [observations.first(), observations.last()] else {
         return vec!["no window could be analysed".into()];
     };
     if components.is_empty() {
-        let shown = observations.iter().filter(|observation| !observation.waves.is_empty()).count();
+        let shown = observations
+            .iter()
+            .filter(|observation| !observation.waves.is_empty())
+            .count();
         let all = observations.len();
-        return vec![format!("no oscillation is common to enough windows; {shown} of {all} windows show any")];
+        return vec![format!(
+            "no oscillation is common to enough windows; {shown} of {all} windows show any"
+        )];
     }
     let mut reasons = Vec::new();
     for component in components {
         let minutes = component.period[0] / 60.0;
         if component.decays {
-            reasons.push(format!("the oscillation of {minutes:.1} min decays, so that no mechanism sustains it"));
-        } else if component.source.is_none() && component.criteria.iter().any(|criterion| criterion.source.is_some()) {
-            reasons.push(format!("the criteria for the oscillation of {minutes:.1} min contradict each other"));
+            reasons.push(format!(
+                "the oscillation of {minutes:.1} min decays, so that no mechanism sustains it"
+            ));
+        } else if component.source.is_none()
+            && component
+                .criteria
+                .iter()
+                .any(|criterion| criterion.source.is_some())
+        {
+            reasons.push(format!(
+                "the criteria for the oscillation of {minutes:.1} min contradict each other"
+            ));
         }
     }
-    if verdict == Verdict::Both && components.iter().all(|component| component.source.is_none()) {
+    if verdict == Verdict::Both
+        && components
+            .iter()
+            .all(|component| component.source.is_none())
+    {
         reasons.push("the track does not decide which of the oscillations has which source".into());
     }
     if verdict != Verdict::Undecided {
@@ -276,13 +372,22 @@ fn reasons(observations: &[Observation], context: &Context, components: &[Compon
     let duration = last.time - first.time + context.window;
     let periods = duration / components[0].period[0];
     if duration < 2.0 * context.window {
-        reasons.push(format!("the track is too short: {periods:.1} periods, and no two windows without overlap"));
+        reasons.push(format!(
+            "the track is too short: {periods:.1} periods, and no two windows without overlap"
+        ));
     }
-    if components.iter().filter(|component| component.derived.is_none()).count() == 1 {
+    if components
+        .iter()
+        .filter(|component| component.derived.is_none())
+        .count()
+        == 1
+    {
         reasons.push("there is one fundamental period only; two that are incommensurate would need two sources".into());
     }
     match length_ratio(observations) {
-        None => reasons.push("the length is unknown, so that no threshold length can be found".into()),
+        None => {
+            reasons.push("the length is unknown, so that no threshold length can be found".into())
+        }
         Some(ratio) if ratio < LONGER => {
             let percent = 100.0 * (ratio - 1.0);
             reasons

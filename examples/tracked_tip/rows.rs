@@ -23,7 +23,8 @@ pub const COLUMNS: [&str; 14] = [
     "noise_floor_m",
 ];
 
-const BESIDE_A_GAP: &str = "no ridge of the wavelets because of a gap; their periods are those by least squares";
+const BESIDE_A_GAP: &str =
+    "no ridge of the wavelets because of a gap; their periods are those by least squares";
 
 /// A row for each window, and the number of windows for each reason why numbers are missing.
 pub fn rows(
@@ -32,7 +33,10 @@ pub fn rows(
     share: f64,
 ) -> (Vec<[f64; COLUMNS.len()]>, BTreeMap<String, usize>) {
     let mut failures = BTreeMap::new();
-    let rows = windows.iter().map(|window| row(window, band, share, &mut failures)).collect();
+    let rows = windows
+        .iter()
+        .map(|window| row(window, band, share, &mut failures))
+        .collect();
     (rows, failures)
 }
 
@@ -56,8 +60,17 @@ fn row(
             moves = !found.oscillations.is_empty();
             if let Some(wave) = found.oscillations.first() {
                 let ellipse = wave.ellipse;
-                let sense = ellipse.sense.map_or(f64::NAN, |sense| yes(sense == Handedness::Counterclockwise));
-                let numbers = [wave.period, wave.period_error, ellipse.major, ellipse.minor, ellipse.direction, sense];
+                let sense = ellipse
+                    .sense
+                    .map_or(f64::NAN, |sense| yes(sense == Handedness::Counterclockwise));
+                let numbers = [
+                    wave.period,
+                    wave.period_error,
+                    ellipse.major,
+                    ellipse.minor,
+                    ellipse.direction,
+                    sense,
+                ];
                 row[2..8].copy_from_slice(&numbers);
             }
         }
@@ -85,7 +98,9 @@ fn row(
 /// Reason why an analysis has no result, without numbers that differ from window to window.
 fn failure(analysis: &str, error: &TrackingError) -> String {
     let reason = match error {
-        TrackingError::Insufficient { what, needed, .. } => format!("the {what} is less than {needed}"),
+        TrackingError::Insufficient { what, needed, .. } => {
+            format!("the {what} is less than {needed}")
+        }
         other => other.to_string(),
     };
     format!("no result by {analysis}: {reason}")

@@ -34,20 +34,38 @@ const DARK: std::ops::Range<u32> = 630..690;
 
 /// The shoot of the example `growing_shoot`.
 fn shoot() -> Result<Shoot<impl Model>, ParameterError> {
-    let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
-    let young = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
-    Shoot::builder(Lignifying { young, mature_modulus: 200.0 * young.youngs_modulus, time: 6.0 * DAY })
-        .length(0.068)
-        .radius(0.5e-3)
-        .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
-        .tropism((
-            Oscillator::new(0.2, 24.0 * MINUTE),
-            Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 2.0 * MINUTE } }
-                .remembered(memory),
-            Proprioception { sensitivity: 20.0 }.remembered(memory),
-        ))
-        .load(Weight { density: 1000.0 })
-        .build()
+    let memory = Memory {
+        time: 12.0 * MINUTE,
+        delay: 12.0 * MINUTE,
+    };
+    let young = LinearElastic {
+        youngs_modulus: 10e6,
+        poissons_ratio: 0.5,
+    };
+    Shoot::builder(Lignifying {
+        young,
+        mature_modulus: 200.0 * young.youngs_modulus,
+        time: 6.0 * DAY,
+    })
+    .length(0.068)
+    .radius(0.5e-3)
+    .growth(UniformGrowth {
+        zone_length: 0.07,
+        time: 40.0 * HOUR,
+    })
+    .tropism((
+        Oscillator::new(0.2, 24.0 * MINUTE),
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: Statoliths {
+                avalanche_time: 2.0 * MINUTE,
+            },
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: 20.0 }.remembered(memory),
+    ))
+    .load(Weight { density: 1000.0 })
+    .build()
 }
 
 /// Pseudo-random numbers that are the same in every run (xorshift).
@@ -76,14 +94,18 @@ pub fn table() -> Result<String, Box<dyn Error>> {
     let mut shoot = shoot()?;
     let mut run = MethodOfSteps::new(90.0);
     let mut draw = Draw(0x5eed_0f1e_55ed_0071);
-    let mut text =
-        String::from("# Made by `cargo run --release --example tracked_tip -- --make FILE`: a simulated shoot.\n");
+    let mut text = String::from(
+        "# Made by `cargo run --release --example tracked_tip -- --make FILE`: a simulated shoot.\n",
+    );
     text += "# A frame is 120 s, a pixel 0.1 mm; y points down.\nframe,track,x,y\n";
     for frame in 0..FRAMES {
         run.advance(&mut shoot, FRAME * f64::from(frame))?;
         let tip = shoot.tip();
         let part = f64::from(frame) / f64::from(FRAMES);
-        for (track, place) in [("tip", [tip.x / PIXEL, -tip.y / PIXEL]), ("stake", [-310.0, 225.0])] {
+        for (track, place) in [
+            ("tip", [tip.x / PIXEL, -tip.y / PIXEL]),
+            ("stake", [-310.0, 225.0]),
+        ] {
             let (noise, lost, astray) = (draw.normal(), draw.unit() < 0.03, draw.unit() < 0.01);
             let off = [draw.unit() - 0.5, draw.unit() - 0.5];
             if lost || DARK.contains(&frame) {

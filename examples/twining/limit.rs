@@ -1,14 +1,16 @@
-//! Rod with intrinsic curvature κ* and twist τ* that is wound round a pole without friction: closed form and rod.
+//! Rod with intrinsic curvature κ* and twist τ* that is wound round a pole without friction: closed
+//! form and rod.
 //!
-//! A helix of pitch angle α on a cylinder of radius R has the curvature κ = cos²α/R and the torsion τ = sin α cos α/R.
-//! If force and couple along the axis vanish, α minimises the energy, and tension and pressure are
+//! A helix of pitch angle α on a cylinder of radius R has the curvature κ = cos²α/R and the torsion
+//! τ = sin α cos α/R. If force and couple along the axis vanish, α minimises the energy, and
+//! tension and pressure are
 //!
 //! ```text
 //! B (κ − κ*) 2τ = C (τ − τ*) cos(2α)/R,   n_b = C (τ − τ*) κ − B (κ − κ*) τ,   n_t = −n_b/tan α,   p = n_t κ − n_b τ.
 //! ```
 //!
-//! The pressure vanishes at R = κ*/(κ*² + τ*²), the radius of the free helix, and is positive for larger R. Thinner
-//! poles are not held along the whole contact.
+//! The pressure vanishes at R = κ*/(κ*² + τ*²), the radius of the free helix, and is positive for
+//! larger R. Thinner poles are not held along the whole contact.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -27,7 +29,10 @@ use crate::coil::{FOLD, fold, follow};
 use crate::{RADIUS, Setup};
 
 /// Elastic law of the rod, weightless.
-const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+const TISSUE: LinearElastic = LinearElastic {
+    youngs_modulus: 1e7,
+    poissons_ratio: 0.5,
+};
 /// Number of elements in a quarter of a turn.
 const ELEMENTS: usize = 24;
 
@@ -49,23 +54,41 @@ impl Helix {
     /// The helix on a cylinder of a radius (m) for an intrinsic curvature and twist (1/m).
     fn new(radius: f64, [curvature, twist]: [f64; 2]) -> Self {
         let (bending, twisting) = (TISSUE.stiffness(RADIUS).x, TISSUE.stiffness(RADIUS).z);
-        let strain = |pitch: f64| (pitch.cos().powi(2) / radius, pitch.sin() * pitch.cos() / radius);
-        // Derivative of the energy by the pitch angle. It is negative for a flat coil, and positive at π/4 or beyond.
+        let strain = |pitch: f64| {
+            (
+                pitch.cos().powi(2) / radius,
+                pitch.sin() * pitch.cos() / radius,
+            )
+        };
+        // Derivative of the energy by the pitch angle. It is negative for a flat coil, and positive
+        // at π/4 or beyond.
         let slope = |pitch: f64| {
             let (kappa, tau) = strain(pitch);
-            twisting * (tau - twist) * (2.0 * pitch).cos() / radius - bending * (kappa - curvature) * 2.0 * tau
+            twisting * (tau - twist) * (2.0 * pitch).cos() / radius
+                - bending * (kappa - curvature) * 2.0 * tau
         };
         let (mut low, mut high) = (0.0, 0.5 * PI);
         // Sixty halvings reach the spacing of the numbers.
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if slope(middle) < 0.0 { low = middle } else { high = middle }
+            if slope(middle) < 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         let (kappa, tau) = strain(low);
         let across = twisting * (tau - twist) * kappa - bending * (kappa - curvature) * tau;
         let along = -across / low.tan();
         let pressure = along * kappa - across * tau;
-        Self { radius, pitch: low, curvature: kappa, torsion: tau, force: [across, along], pressure }
+        Self {
+            radius,
+            pitch: low,
+            curvature: kappa,
+            torsion: tau,
+            force: [across, along],
+            pressure,
+        }
     }
 
     /// Frame at a polar angle (rad), whose columns are normal, binormal and tangent.
@@ -82,15 +105,29 @@ impl Helix {
     fn computed(&self, [curvature, twist]: [f64; 2]) -> Result<f64, Box<dyn Error>> {
         let length = 0.5 * PI * self.radius / self.pitch.cos();
         let (start, end) = (self.frame(0.0), self.frame(0.5 * PI));
-        let still = Still { base: start, ..Still::weightless() };
+        let still = Still {
+            base: start,
+            ..Still::weightless()
+        };
         let environment = still.environment(0.0);
         let mut rod = Rod::uniform(length, RADIUS, start, ELEMENTS, Order::Eight)?;
         let mut solver = NewtonSolver::default();
         let wound = Vector3::new(0.0, self.curvature, self.torsion);
         rod.set_intrinsic(|_| wound);
         let _ = solver.solve(&mut rod, &TISSUE, &(), &environment)?;
-        let obstacle = Cylinder { through: Vector3::x() * -self.radius, along: Vector3::z(), radius: self.radius };
-        let support = (Contact { obstacle, radius: 0.0, friction: 0.0 }, Hold::apex().held(end));
+        let obstacle = Cylinder {
+            through: Vector3::x() * -self.radius,
+            along: Vector3::z(),
+            radius: self.radius,
+        };
+        let support = (
+            Contact {
+                obstacle,
+                radius: 0.0,
+                friction: 0.0,
+            },
+            Hold::apex().held(end),
+        );
         let pull = end * Vector3::new(0.0, self.force[0], self.force[1]);
         let mut reactions = Vec::new();
         // The shape remains the helix while the intrinsic strain and the load change.
@@ -98,11 +135,15 @@ impl Helix {
             let strain = wound + (Vector3::new(0.0, curvature, twist) - wound) * share;
             rod.set_intrinsic(|_| strain);
             let load = ApicalForce(move |_: f64| pull * share);
-            reactions = solver.solve_held(&mut rod, &TISSUE, &load, &support, &environment)?.reactions;
+            reactions = solver
+                .solve_held(&mut rod, &TISSUE, &load, &support, &environment)?
+                .reactions;
         }
         let each = length / ELEMENTS as f64;
         let (from, to) = (4.0 * each, length - 4.0 * each);
-        let contacts = reactions.iter().filter(|reaction| reaction.obstacle.is_some());
+        let contacts = reactions
+            .iter()
+            .filter(|reaction| reaction.obstacle.is_some());
         // A contact at a node belongs to both of its elements.
         let pushed = contacts.map(|contact| {
             let s = contact.arc_length;
@@ -121,7 +162,12 @@ pub fn limit(setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
     let intrinsic = [setup.curvature, setup.torsion()];
     let free = intrinsic[0] / (intrinsic[0].powi(2) + intrinsic[1].powi(2));
     let unit = TISSUE.stiffness(RADIUS).x * intrinsic[0].powi(3);
-    let columns = ["radius_over_free", "pitch_deg", "pressure_n_per_m", "computed_n_per_m"];
+    let columns = [
+        "radius_over_free",
+        "pitch_deg",
+        "pressure_n_per_m",
+        "computed_n_per_m",
+    ];
     let mut table = Table::create(out.join("limit.csv"), &columns)?;
     let mut computed = Vec::new();
     println!("radius of the free helix {:.4} mm", 1e3 * free);
@@ -131,7 +177,11 @@ pub fn limit(setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
         let helix = Helix::new(ratio * free, intrinsic);
         let pressure = helix.computed(intrinsic)?;
         table.row(&[ratio, helix.pitch.to_degrees(), helix.pressure, pressure])?;
-        println!("{ratio:6.3}  {:9.4}  {:14.8}  {pressure:.8}", helix.pitch.to_degrees(), helix.pressure);
+        println!(
+            "{ratio:6.3}  {:9.4}  {:14.8}  {pressure:.8}",
+            helix.pitch.to_degrees(),
+            helix.pressure
+        );
         computed.push((ratio, pressure / unit));
     }
     table.finish()?;
@@ -142,11 +192,18 @@ pub fn limit(setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
     let slope = first - 0.5 * second;
     let root = -2.0 * a / (slope + (slope * slope - 2.0 * second * a).sqrt());
     let spacing = ratios[1] - ratios[0];
-    println!("radius without pressure over that of the free helix: 1 {:+.1e}", ratios[0] + spacing * root - 1.0);
+    println!(
+        "radius without pressure over that of the free helix: 1 {:+.1e}",
+        ratios[0] + spacing * root - 1.0
+    );
     let curve = (0..=100).map(|i| 1.0 + f64::from(i) / 100.0);
-    let curve = curve.map(|ratio| (ratio, Helix::new(ratio * free, intrinsic).pressure / unit)).collect();
-    let series =
-        [Series::new("closed form", curve, Style::Line, 0), Series::new("computed", computed, Style::Points, 1)];
+    let curve = curve
+        .map(|ratio| (ratio, Helix::new(ratio * free, intrinsic).pressure / unit))
+        .collect();
+    let series = [
+        Series::new("closed form", curve, Style::Line, 0),
+        Series::new("computed", computed, Style::Points, 1),
+    ];
     let labels = ["radius over that of the free helix", "pressure over B κ*³"];
     let figure = Figure::new(out.join("limit.svg"), "Helix on a pole without friction");
     figure.lines(labels[0], labels[1], &series, Axes::Linear)?;
@@ -162,6 +219,9 @@ pub fn coil() -> Result<(), Box<dyn Error>> {
         println!("{product:6.3}  {angle:.4}");
     }
     let fold = fold(&angles);
-    println!("largest κ* R: {fold:.5}, by shooting {FOLD}, relative difference {:.1e}", fold / FOLD - 1.0);
+    println!(
+        "largest κ* R: {fold:.5}, by shooting {FOLD}, relative difference {:.1e}",
+        fold / FOLD - 1.0
+    );
     Ok(())
 }

@@ -15,10 +15,11 @@ const CLASSES: [&str; 5] = ["passes", "slips off", "leans", "winds", "unfinished
 const RADII: [f64; 6] = [0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 2e-3, 3e-3];
 /// Coefficients of friction.
 const FRICTIONS: [f64; 3] = [0.0, 0.1, 0.3];
-/// Smallest number of turns of a shoot that winds. It bears on opposite sides of the pole several times.
+/// Smallest number of turns of a shoot that winds. It bears on opposite sides of the pole several
+/// times.
 const WOUND: f64 = 2.0;
-/// Longest time step, s. With steps of 600 s the thickest pole is in another class for the largest friction than with
-/// steps of 60 and 120 s.
+/// Longest time step, s. With steps of 600 s the thickest pole is in another class for the largest
+/// friction than with steps of 60 and 120 s.
 const LONGEST_STEP: f64 = 300.0;
 /// Largest number of evaluations of the forces in the rod in a run.
 const WORK: usize = 4000;
@@ -51,15 +52,30 @@ fn cell(setup: &Setup) -> Result<Cell, Box<dyn Error>> {
         (_, true) => 1,
         _ => 2,
     };
-    Ok(Cell { class, turns, end: shoot.time(), error })
+    Ok(Cell {
+        class,
+        turns,
+        end: shoot.time(),
+        error,
+    })
 }
 
 /// Computes the map and writes map.csv and map.svg.
 pub fn map(base: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
-    let base = Setup { work: WORK, step: base.step.min(LONGEST_STEP), ..*base };
+    let base = Setup {
+        work: WORK,
+        step: base.step.min(LONGEST_STEP),
+        ..*base
+    };
     let setups: Vec<Setup> = FRICTIONS
         .iter()
-        .flat_map(|&friction| RADII.iter().map(move |&pole| Setup { pole, friction, ..base }))
+        .flat_map(|&friction| {
+            RADII.iter().map(move |&pole| Setup {
+                pole,
+                friction,
+                ..base
+            })
+        })
         .collect();
     let progress = Progress::new("map");
     let mut cells = Vec::with_capacity(setups.len());
@@ -70,20 +86,43 @@ pub fn map(base: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
         Ok::<(), Box<dyn Error>>(())
     })?;
     progress.finish();
-    let mut table = Table::create(out.join("map.csv"), &["friction", "pole_m", "class", "turns", "end_s"])?;
+    let mut table = Table::create(
+        out.join("map.csv"),
+        &["friction", "pole_m", "class", "turns", "end_s"],
+    )?;
     println!("friction  pole (mm)  turns  end (h)");
     for (setup, cell) in setups.iter().zip(&cells) {
-        table.row(&[setup.friction, setup.pole, cell.class as f64, cell.turns, cell.end])?;
-        let error = cell.error.as_ref().map_or(String::new(), |error| format!(": {error}"));
+        table.row(&[
+            setup.friction,
+            setup.pole,
+            cell.class as f64,
+            cell.turns,
+            cell.end,
+        ])?;
+        let error = cell
+            .error
+            .as_ref()
+            .map_or(String::new(), |error| format!(": {error}"));
         let (pole, end) = (1e3 * setup.pole, cell.end / crate::HOUR);
-        println!("{:8} {pole:10.2} {:6.2} {end:8.2}  {}{error}", setup.friction, cell.turns, CLASSES[cell.class]);
+        println!(
+            "{:8} {pole:10.2} {:6.2} {end:8.2}  {}{error}",
+            setup.friction, cell.turns, CLASSES[cell.class]
+        );
     }
     table.finish()?;
     let found = |class: usize| {
-        let chosen = setups.iter().zip(&cells).filter(move |(_, cell)| cell.class == class);
-        chosen.map(|(setup, _)| (1e3 * setup.pole, setup.friction)).collect::<Vec<_>>()
+        let chosen = setups
+            .iter()
+            .zip(&cells)
+            .filter(move |(_, cell)| cell.class == class);
+        chosen
+            .map(|(setup, _)| (1e3 * setup.pole, setup.friction))
+            .collect::<Vec<_>>()
     };
-    let all = CLASSES.into_iter().enumerate().map(|(i, name)| Series::new(name, found(i), Style::Points, i));
+    let all = CLASSES
+        .into_iter()
+        .enumerate()
+        .map(|(i, name)| Series::new(name, found(i), Style::Points, i));
     let series: Vec<Series> = all.filter(|series| !series.points.is_empty()).collect();
     Figure::new(out.join("map.svg"), "Shoots that meet a pole").lines(
         "radius of the pole (mm)",

@@ -17,8 +17,8 @@ const SHAPES: usize = 12;
 /// Results of a run over time.
 #[derive(Default)]
 pub struct Record {
-    /// Time (s), length (m), tip (m), turns between the lowest and the highest contact, number of contacts, and
-    /// horizontal force on the pole (N).
+    /// Time (s), length (m), tip (m), turns between the lowest and the highest contact, number of
+    /// contacts, and horizontal force on the pole (N).
     rows: Vec<[f64; 9]>,
     /// Times (h) and centre lines (cm).
     shapes: Vec<(f64, Vec<Vector3<f64>>)>,
@@ -36,7 +36,11 @@ struct Touch {
 
 /// Contacts of a shoot from its base to its apex. Reactions at one place are one contact.
 fn touches(shoot: &Shoot<impl Model>) -> Vec<Touch> {
-    let mut all: Vec<(f64, f64)> = shoot.reactions().iter().map(|at| (at.arc_length, at.normal)).collect();
+    let mut all: Vec<(f64, f64)> = shoot
+        .reactions()
+        .iter()
+        .map(|at| (at.arc_length, at.normal))
+        .collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     all.dedup_by(|next, kept| {
         let same = next.0 == kept.0;
@@ -47,8 +51,16 @@ fn touches(shoot: &Shoot<impl Model>) -> Vec<Touch> {
     let touch = |i: usize| {
         let ends = all[(i + 1).min(last)].0 - all[i.saturating_sub(1)].0;
         let spacing = ends / if i == 0 || i == last { 1.0 } else { 2.0 };
-        let pressure = if spacing > 0.0 { all[i].1 / spacing } else { f64::NAN };
-        Touch { place: all[i].0, normal: all[i].1, pressure }
+        let pressure = if spacing > 0.0 {
+            all[i].1 / spacing
+        } else {
+            f64::NAN
+        };
+        Touch {
+            place: all[i].0,
+            normal: all[i].1,
+            pressure,
+        }
     };
     (0..all.len()).map(touch).collect()
 }
@@ -58,10 +70,30 @@ impl Record {
     pub fn add(&mut self, shoot: &Shoot<impl Model>, setup: &Setup) {
         let (time, tip, rod) = (shoot.time(), shoot.tip(), shoot.rod());
         let number = shoot.reactions().len() as f64;
-        let force = -shoot.reactions().iter().map(|reaction| reaction.force).sum::<Vector3<f64>>();
-        self.rows.push([time, rod.length(), tip.x, tip.y, tip.z, setup.turns(shoot), number, force.x, force.y]);
+        let force = -shoot
+            .reactions()
+            .iter()
+            .map(|reaction| reaction.force)
+            .sum::<Vector3<f64>>();
+        self.rows.push([
+            time,
+            rod.length(),
+            tip.x,
+            tip.y,
+            tip.z,
+            setup.turns(shoot),
+            number,
+            force.x,
+            force.y,
+        ]);
         if time >= setup.end / SHAPES as f64 * self.shapes.len() as f64 - 1e-6 {
-            self.shapes.push((time / HOUR, rod.centre_line_at(401).iter().map(|point| 100.0 * point).collect()));
+            self.shapes.push((
+                time / HOUR,
+                rod.centre_line_at(401)
+                    .iter()
+                    .map(|point| 100.0 * point)
+                    .collect(),
+            ));
         }
     }
 
@@ -69,26 +101,54 @@ impl Record {
     pub fn report(&self, shoot: &Shoot<impl Model>, setup: &Setup) {
         let (curvature, torsion) = (setup.curvature, setup.torsion());
         let natural = curvature / (curvature * curvature + torsion * torsion);
-        println!("radius of the helix {:.3} mm, wound {:.3} mm", 1e3 * natural, 1e3 * (setup.pole + RADIUS));
-        println!("length after {:.2} h: {:.2} cm", shoot.time() / HOUR, 100.0 * shoot.rod().length());
+        println!(
+            "radius of the helix {:.3} mm, wound {:.3} mm",
+            1e3 * natural,
+            1e3 * (setup.pole + RADIUS)
+        );
+        println!(
+            "length after {:.2} h: {:.2} cm",
+            shoot.time() / HOUR,
+            100.0 * shoot.rod().length()
+        );
         match self.rows.iter().find(|row| row[6] > 0.0) {
             Some(row) => println!("  first contact at {:.2} h", row[0] / HOUR),
             None => println!("  no contact"),
         }
-        println!("  turns from the lowest to the highest contact: {:.3}", setup.turns(shoot));
+        println!(
+            "  turns from the lowest to the highest contact: {:.3}",
+            setup.turns(shoot)
+        );
         let touches = touches(shoot);
-        let (Some(first), Some(last)) = (touches.first(), touches.last()) else { return };
+        let (Some(first), Some(last)) = (touches.first(), touches.last()) else {
+            return;
+        };
         let range = |values: &mut dyn Iterator<Item = f64>| {
-            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+                [low.min(value), high.max(value)]
+            })
         };
         let [low, high] = range(&mut touches.iter().map(|touch| 1e3 * touch.normal));
-        println!("  {} contacts, normal forces from {low:.4} to {high:.3} mN", touches.len());
+        println!(
+            "  {} contacts, normal forces from {low:.4} to {high:.3} mN",
+            touches.len()
+        );
         if touches.len() < 3 {
             return;
         }
-        let [low, high] = range(&mut touches[1..touches.len() - 1].iter().map(|touch| touch.pressure));
-        println!("  force per length between the first and the last contact: {low:.3} to {high:.3} N/m");
-        let wound = || profile(shoot).into_iter().filter(|row| row[0] > first.place && row[0] < last.place);
+        let [low, high] = range(
+            &mut touches[1..touches.len() - 1]
+                .iter()
+                .map(|touch| touch.pressure),
+        );
+        println!(
+            "  force per length between the first and the last contact: {low:.3} to {high:.3} N/m"
+        );
+        let wound = || {
+            profile(shoot)
+                .into_iter()
+                .filter(|row| row[0] > first.place && row[0] < last.place)
+        };
         let [low, high] = range(&mut wound().map(|row| 1e3 * row[1]));
         println!("  tension there: {low:.2} to {high:.2} mN");
         let [low, high] = range(&mut wound().map(|row| row[2]));
@@ -96,17 +156,40 @@ impl Record {
     }
 
     /// Writes tables and figures.
-    pub fn write(&self, shoot: &Shoot<impl Model>, setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
-        let columns = ["t_s", "length_m", "x_m", "y_m", "z_m", "turns", "contacts", "force_x_n", "force_y_n"];
+    pub fn write(
+        &self,
+        shoot: &Shoot<impl Model>,
+        setup: &Setup,
+        out: &Path,
+    ) -> Result<(), Box<dyn Error>> {
+        let columns = [
+            "t_s",
+            "length_m",
+            "x_m",
+            "y_m",
+            "z_m",
+            "turns",
+            "contacts",
+            "force_x_n",
+            "force_y_n",
+        ];
         let mut table = Table::create(out.join("tip.csv"), &columns)?;
         self.rows.iter().try_for_each(|row| table.row(row))?;
         table.finish()?;
         let touches = touches(shoot);
-        let mut table = Table::create(out.join("contact.csv"), &["s_m", "normal_n", "normal_per_length_n_per_m"])?;
-        touches.iter().try_for_each(|touch| table.row(&[touch.place, touch.normal, touch.pressure]))?;
+        let mut table = Table::create(
+            out.join("contact.csv"),
+            &["s_m", "normal_n", "normal_per_length_n_per_m"],
+        )?;
+        touches
+            .iter()
+            .try_for_each(|touch| table.row(&[touch.place, touch.normal, touch.pressure]))?;
         table.finish()?;
         let profile = profile(shoot);
-        let mut table = Table::create(out.join("profile.csv"), &["s_m", "tension_n", "pitch_deg", "twist_per_m"])?;
+        let mut table = Table::create(
+            out.join("profile.csv"),
+            &["s_m", "tension_n", "pitch_deg", "twist_per_m"],
+        )?;
         profile.iter().try_for_each(|row| table.row(row))?;
         table.finish()?;
         self.draw_shapes(setup, out)?;
@@ -116,13 +199,26 @@ impl Record {
 
     /// Draws the horizontal force on the pole over time.
     fn draw_force(&self, out: &Path) -> Result<(), Box<dyn Error>> {
-        let line = |of: &dyn Fn(&[f64; 9]) -> f64| self.rows.iter().map(|row| (row[0] / HOUR, 1e3 * of(row))).collect();
+        let line = |of: &dyn Fn(&[f64; 9]) -> f64| {
+            self.rows
+                .iter()
+                .map(|row| (row[0] / HOUR, 1e3 * of(row)))
+                .collect()
+        };
         let series = [
             Series::new("towards the base", line(&|row| -row[7]), Style::Dashed, 0),
             Series::new("across", line(&|row| row[8]), Style::DashDot, 1),
-            Series::new("magnitude", line(&|row| row[7].hypot(row[8])), Style::Line, 6),
+            Series::new(
+                "magnitude",
+                line(&|row| row[7].hypot(row[8])),
+                Style::Line,
+                6,
+            ),
         ];
-        let figure = Figure::new(out.join("force.svg"), "Horizontal force of the shoot on the pole");
+        let figure = Figure::new(
+            out.join("force.svg"),
+            "Horizontal force of the shoot on the pole",
+        );
         figure.lines("time (h)", "force (mN)", &series, Axes::Linear)?;
         Ok(())
     }
@@ -130,52 +226,102 @@ impl Record {
     /// Draws the shapes over time with the pole, from the side and from above.
     fn draw_shapes(&self, setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
         let (x, r) = (100.0 * setup.distance(), 100.0 * setup.pole);
-        let all = || self.shapes.iter().flat_map(|(_, line)| line.iter().map(|point| point.z));
+        let all = || {
+            self.shapes
+                .iter()
+                .flat_map(|(_, line)| line.iter().map(|point| point.z))
+        };
         let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
         let edges = |x: f64| vec![(x, low), (x, high)];
-        let circle = (0..=72).map(|i| (TAU * f64::from(i) / 72.0).sin_cos()).map(|(sin, cos)| (x + r * cos, r * sin));
+        let circle = (0..=72)
+            .map(|i| (TAU * f64::from(i) / 72.0).sin_cos())
+            .map(|(sin, cos)| (x + r * cos, r * sin));
         let poles = [vec![edges(x - r), edges(x + r)], vec![circle.collect()]];
         let views = [("side", "z (cm)"), ("above", "y (cm)")];
         for (view, ((name, label), pole)) in views.into_iter().zip(poles).enumerate() {
             let project = |p: &Vector3<f64>| (p.x, if view == 0 { p.z } else { p.y });
             let mut series = Vec::new();
             for (hours, line) in &self.shapes {
-                series.push(Series::new("", line.iter().map(project).collect(), Style::Line, 0).at_time(*hours));
+                series.push(
+                    Series::new("", line.iter().map(project).collect(), Style::Line, 0)
+                        .at_time(*hours),
+                );
             }
             for (i, edge) in pole.into_iter().enumerate() {
-                series.push(Series::new(if i == 0 { "pole" } else { "" }, edge, Style::Line, 6));
+                series.push(Series::new(
+                    if i == 0 { "pole" } else { "" },
+                    edge,
+                    Style::Line,
+                    6,
+                ));
             }
-            let title = format!("Shoot that winds round a pole, seen from {}", ["the side", "above"][view]);
-            Figure::new(out.join(format!("{name}.svg")), title).lines("x (cm)", label, &series, Axes::Equal)?;
+            let title = format!(
+                "Shoot that winds round a pole, seen from {}",
+                ["the side", "above"][view]
+            );
+            Figure::new(out.join(format!("{name}.svg")), title).lines(
+                "x (cm)",
+                label,
+                &series,
+                Axes::Equal,
+            )?;
         }
         Ok(())
     }
 }
 
-/// Arc length (m), tension (N), angle of the tangent to the horizontal (°) and twist (1/m) along a shoot.
+/// Arc length (m), tension (N), angle of the tangent to the horizontal (°) and twist (1/m) along a
+/// shoot.
 fn profile(shoot: &Shoot<impl Model>) -> Vec<[f64; 4]> {
     let row = |place: &Place| {
         let tangent = place.tangent();
-        [place.arc_length, place.force.dot(&tangent), tangent.z.clamp(-1.0, 1.0).asin().to_degrees(), place.strain.z]
+        [
+            place.arc_length,
+            place.force.dot(&tangent),
+            tangent.z.clamp(-1.0, 1.0).asin().to_degrees(),
+            place.strain.z,
+        ]
     };
     shoot.profile().sample(401).iter().map(row).collect()
 }
 
 /// Draws the forces of the contacts, tension and pitch against the arc length.
-fn draw_contact(touches: &[Touch], profile: &[[f64; 4]], hours: f64, out: &Path) -> Result<(), Box<dyn Error>> {
+fn draw_contact(
+    touches: &[Touch],
+    profile: &[[f64; 4]],
+    hours: f64,
+    out: &Path,
+) -> Result<(), Box<dyn Error>> {
     let along = |k: usize, factor: f64| {
-        let points = profile.iter().map(|row| (100.0 * row[0], factor * row[k])).collect();
+        let points = profile
+            .iter()
+            .map(|row| (100.0 * row[0], factor * row[k]))
+            .collect();
         [Series::new("", points, Style::Line, 0)]
     };
     let finite = touches.iter().filter(|touch| touch.pressure.is_finite());
-    let pressure = finite.map(|touch| (100.0 * touch.place, touch.pressure)).collect();
+    let pressure = finite
+        .map(|touch| (100.0 * touch.place, touch.pressure))
+        .collect();
     let pressure = [Series::new("", pressure, Style::Points, 1)];
     let (tension, pitch, twist) = (along(1, 1e3), along(2, 1.0), along(3, 1e-2));
     let strips = [
-        Strip { label: "pressure (N/m)", series: &pressure },
-        Strip { label: "tension (mN)", series: &tension },
-        Strip { label: "pitch (°)", series: &pitch },
-        Strip { label: "twist (1/cm)", series: &twist },
+        Strip {
+            label: "pressure (N/m)",
+            series: &pressure,
+        },
+        Strip {
+            label: "tension (mN)",
+            series: &tension,
+        },
+        Strip {
+            label: "pitch (°)",
+            series: &pitch,
+        },
+        Strip {
+            label: "twist (1/cm)",
+            series: &twist,
+        },
     ];
     let title = format!("Shoot wound round a pole after {hours:.1} h");
     Figure::new(out.join("contact.svg"), title).strips("arc length (cm)", &strips)?;

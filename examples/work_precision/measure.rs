@@ -6,8 +6,8 @@ use std::time::Instant;
 
 /// Largest number of repetitions after the first run.
 const RUNS: usize = 7;
-/// Duration after which no further repetition begins, s. The relative disturbance by other programs is small for long
-/// runs.
+/// Duration after which no further repetition begins, s. The relative disturbance by other programs
+/// is small for long runs.
 const ENOUGH: f64 = 0.1;
 /// Smallest number of repetitions after the first run.
 const LEAST: usize = 1;

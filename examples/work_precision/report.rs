@@ -46,7 +46,9 @@ impl Scene {
         println!("{}: {}", self.name, self.what);
         for method in &self.methods {
             for point in &method.points {
-                let estimate = point.estimate.map_or(String::new(), |e| format!("  estimate {e:.1e}"));
+                let estimate = point
+                    .estimate
+                    .map_or(String::new(), |e| format!("  estimate {e:.1e}"));
                 println!(
                     "  {:<24} {:<22} error {:.1e}  {:>10.3} ms{estimate}",
                     method.name,
@@ -64,7 +66,11 @@ impl Scene {
             .iter()
             .enumerate()
             .map(|(colour, method)| {
-                let points = method.points.iter().map(|p| (1e3 * p.seconds, p.error.max(1e-17))).collect();
+                let points = method
+                    .points
+                    .iter()
+                    .map(|p| (1e3 * p.seconds, p.error.max(1e-17)))
+                    .collect();
                 Series::new(method.name.clone(), points, Style::Marked, colour)
             })
             .collect();
@@ -74,8 +80,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Shortest run time (s) in which a fixed resolution reaches an error, by logarithmic interpolation between
-    /// settings.
+    /// Shortest run time (s) in which a fixed resolution reaches an error, by logarithmic
+    /// interpolation between settings.
     fn fixed_time(&self, error: f64) -> Option<f64> {
         let mut best: Option<f64> = None;
         for method in self.methods.iter().filter(|method| !method.by_tolerance) {
@@ -98,20 +104,34 @@ impl Scene {
     /// Fastest fixed resolution whose error is at most `level`.
     fn fastest_fixed(&self, level: f64) -> Option<(&Method, &Point)> {
         let fixed = self.methods.iter().filter(|method| !method.by_tolerance);
-        let points = fixed.flat_map(|method| method.points.iter().map(move |point| (method, point)));
-        points.filter(|(_, p)| p.error <= level).min_by(|(_, a), (_, b)| a.seconds.total_cmp(&b.seconds))
+        let points =
+            fixed.flat_map(|method| method.points.iter().map(move |point| (method, point)));
+        points
+            .filter(|(_, p)| p.error <= level)
+            .min_by(|(_, a), (_, b)| a.seconds.total_cmp(&b.seconds))
     }
 
     /// Result for the tolerance `level`.
     fn with_tolerance(&self, level: f64) -> Option<&Point> {
-        let mut points = self.methods.iter().filter(|method| method.by_tolerance).flat_map(|method| &method.points);
+        let mut points = self
+            .methods
+            .iter()
+            .filter(|method| method.by_tolerance)
+            .flat_map(|method| &method.points);
         points.find(|point| point.setting == format!("tolerance {level:e}"))
     }
 
-    /// Run times by tolerance, divided by that of the best fixed resolution with the same true error.
+    /// Run times by tolerance, divided by that of the best fixed resolution with the same true
+    /// error.
     fn ratios(&self) -> Vec<f64> {
-        let points = self.methods.iter().filter(|method| method.by_tolerance).flat_map(|method| &method.points);
-        points.filter_map(|p| Some(p.seconds / self.fixed_time(p.error.max(ROUNDING))?)).collect()
+        let points = self
+            .methods
+            .iter()
+            .filter(|method| method.by_tolerance)
+            .flat_map(|method| &method.points);
+        points
+            .filter_map(|p| Some(p.seconds / self.fixed_time(p.error.max(ROUNDING))?))
+            .collect()
     }
 }
 
@@ -166,16 +186,26 @@ const LEVELS: [f64; 2] = [1e-4, 1e-6];
 /// Writes a summary of the scenes that have runs by tolerance between the marks of a chapter.
 pub fn write_chapter(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> {
     let mut table = String::new();
-    writeln!(table, "| scene | error | fixed resolution | time | true error by tolerance | estimate | time |")?;
+    writeln!(
+        table,
+        "| scene | error | fixed resolution | time | true error by tolerance | estimate | time |"
+    )?;
     writeln!(table, "|---|---|---|---|---|---|---|")?;
     for scene in scenes {
         for level in LEVELS {
-            let Some(point) = scene.with_tolerance(level) else { continue };
+            let Some(point) = scene.with_tolerance(level) else {
+                continue;
+            };
             let (setting, time) = match scene.fastest_fixed(level) {
-                Some((method, fixed)) => (format!("{}: {}", method.name, fixed.setting), duration(fixed.seconds)),
+                Some((method, fixed)) => (
+                    format!("{}: {}", method.name, fixed.setting),
+                    duration(fixed.seconds),
+                ),
                 None => ("–".to_owned(), "–".to_owned()),
             };
-            let estimate = point.estimate.map_or("–".to_owned(), |e| format!("{e:.1e}"));
+            let estimate = point
+                .estimate
+                .map_or("–".to_owned(), |e| format!("{e:.1e}"));
             writeln!(
                 table,
                 "| {} | {level:e} | {setting} | {time} | {:.1e} | {estimate} | {} |",
@@ -185,10 +215,15 @@ pub fn write_chapter(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>
             )?;
         }
     }
-    Ok(write_between_marks(file, &format!("{table}\n{}", ratios(scenes)))?)
+    Ok(write_between_marks(
+        file,
+        &format!("{table}\n{}", ratios(scenes)),
+    )?)
 }
 
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+    letters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
 }

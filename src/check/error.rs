@@ -176,9 +176,11 @@ pub struct LawError {
     pub quantity: Quantity,
     /// Place at which it is wrong.
     pub place: Where,
-    /// Value of the quantity: what the law returns, or for a derivative the difference quotient of what it returns.
+    /// Value of the quantity: what the law returns, or for a derivative the difference quotient of
+    /// what it returns.
     pub value: f64,
-    /// Value that follows from the other methods of the law. NaN if the requirement is no single value.
+    /// Value that follows from the other methods of the law. NaN if the requirement is no single
+    /// value.
     pub expected: f64,
     /// Definition of the expected value.
     pub requirement: &'static str,
@@ -186,9 +188,20 @@ pub struct LawError {
 
 impl fmt::Display for LawError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { law, quantity, place, value, expected, requirement } = self;
+        let Self {
+            law,
+            quantity,
+            place,
+            value,
+            expected,
+            requirement,
+        } = self;
         let law = describe_type(law);
-        write!(f, "the {quantity} of {law} is {:.7} {place} but must be ", Number(*value))?;
+        write!(
+            f,
+            "the {quantity} of {law} is {:.7} {place} but must be ",
+            Number(*value)
+        )?;
         if expected.is_nan() {
             write!(f, "{requirement}")
         } else {
@@ -197,12 +210,23 @@ impl fmt::Display for LawError {
     }
 }
 
-/// Describes a law by the name of its type. That of a law which is chosen at run time, behind a pointer, does not name
-/// it.
+/// Describes a law by the name of its type. That of a law which is chosen at run time, behind a
+/// pointer, does not name it.
 pub(crate) fn describe_type(law: &str) -> String {
-    let pointers = ["alloc::sync::Arc<dyn ", "alloc::rc::Rc<dyn ", "alloc::boxed::Box<dyn ", "dyn "];
-    let known = !pointers.iter().any(|pointer| law.trim_start_matches('&').starts_with(pointer));
-    if known { format!("`{law}`") } else { "a law that was chosen at run time".to_owned() }
+    let pointers = [
+        "alloc::sync::Arc<dyn ",
+        "alloc::rc::Rc<dyn ",
+        "alloc::boxed::Box<dyn ",
+        "dyn ",
+    ];
+    let known = !pointers
+        .iter()
+        .any(|pointer| law.trim_start_matches('&').starts_with(pointer));
+    if known {
+        format!("`{law}`")
+    } else {
+        "a law that was chosen at run time".to_owned()
+    }
 }
 
 impl std::error::Error for LawError {}
@@ -222,29 +246,62 @@ pub(super) struct At {
 impl At {
     /// The place of a law of type `L`.
     pub fn of<L: ?Sized>(place: Where) -> Self {
-        Self { law: std::any::type_name::<L>(), place }
+        Self {
+            law: std::any::type_name::<L>(),
+            place,
+        }
     }
 
     /// Returns an error for a check of a law of type `L` at no point.
     pub fn of_points<L: ?Sized>(number: usize) -> Checked {
         let at = Self::of::<L>(Where::Arguments);
-        if number > 0 { Ok(()) } else { Err(at.error(Quantity::Points, [0.0, f64::NAN], "at least 1")) }
+        if number > 0 {
+            Ok(())
+        } else {
+            Err(at.error(Quantity::Points, [0.0, f64::NAN], "at least 1"))
+        }
     }
 
     /// The error of a value.
-    pub fn error(self, quantity: Quantity, [value, expected]: [f64; 2], requirement: &'static str) -> LawError {
+    pub fn error(
+        self,
+        quantity: Quantity,
+        [value, expected]: [f64; 2],
+        requirement: &'static str,
+    ) -> LawError {
         let Self { law, place } = self;
-        LawError { law, quantity, place, value, expected, requirement }
+        LawError {
+            law,
+            quantity,
+            place,
+            value,
+            expected,
+            requirement,
+        }
     }
 
     /// Returns an error for a value that is not finite.
     pub fn finite(self, quantity: Quantity, value: f64) -> Checked {
-        if value.is_finite() { Ok(()) } else { Err(self.error(quantity, [value, f64::NAN], "finite")) }
+        if value.is_finite() {
+            Ok(())
+        } else {
+            Err(self.error(quantity, [value, f64::NAN], "finite"))
+        }
     }
 
     /// Returns an error unless the two values differ by at most a tolerance; NaN is an error.
-    pub fn equal(self, quantity: Quantity, values: [f64; 2], tolerance: f64, requirement: &'static str) -> Checked {
+    pub fn equal(
+        self,
+        quantity: Quantity,
+        values: [f64; 2],
+        tolerance: f64,
+        requirement: &'static str,
+    ) -> Checked {
         let equal = (values[0] - values[1]).abs() <= tolerance;
-        if equal { Ok(()) } else { Err(self.error(quantity, values, requirement)) }
+        if equal {
+            Ok(())
+        } else {
+            Err(self.error(quantity, values, requirement))
+        }
     }
 }

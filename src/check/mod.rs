@@ -1,9 +1,10 @@
-//! Checks of laws and obstacles: whether what a law returns in one method agrees with what it returns in the others.
+//! Checks of laws and obstacles: whether what a law returns in one method agrees with what it
+//! returns in the others.
 //!
-//! A wrong sign in a law of your own is not an error of the solvers. A wrong tangent, for example, costs a thousand
-//! iterations. Each function of this module evaluates a law at given points, and compares its methods by central
-//! differences. The error names the quantity, the component, the place and both numbers of the first contradiction. A
-//! test of a law is one line:
+//! A wrong sign in a law of your own is not an error of the solvers. A wrong tangent, for example,
+//! costs a thousand iterations. Each function of this module evaluates a law at given points, and
+//! compares its methods by central differences. The error names the quantity, the component, the
+//! place and both numbers of the first contradiction. A test of a law is one line:
 //!
 //! ```
 //! use morphorod::check;
@@ -30,9 +31,10 @@
 //! assert_eq!(error.quantity, check::Quantity::Tangent(0, 0));
 //! ```
 //!
-//! The points should be generic, with different components and none of them zero, and inside the range in which the law
-//! is smooth. The functions do not notice what is consistent in itself: the sign of a sensitivity, a stiffness that is
-//! ten times too large, or the sign of the rate of a variable that is no declared memory.
+//! The points should be generic, with different components and none of them zero, and inside the
+//! range in which the law is smooth. The functions do not notice what is consistent in itself: the
+//! sign of a sensitivity, a stiffness that is ten times too large, or the sign of the rate of a
+//! variable that is no declared memory.
 
 mod elastic;
 mod error;
@@ -52,21 +54,24 @@ pub use tropism::{perception, response, tropism_law};
 
 use nalgebra::SVector;
 
-/// Strains at which an elastic law is checked, times the length of the rod: generic ones, at which a law is smooth that
-/// has other stiffnesses for the opposite strain.
+/// Strains at which an elastic law is checked, times the length of the rod: generic ones, at which
+/// a law is smooth that has other stiffnesses for the opposite strain.
 pub(crate) const STRAINS: [[f64; 3]; 2] = [[0.8, -0.5, 0.3], [-3.0, 5.0, 2.0]];
-/// Step of the differences, relative to the argument. Their extrapolation has an error of order 1e-12 of a fifth
-/// derivative, and one of 1e-13 by rounding.
+/// Step of the differences, relative to the argument. Their extrapolation has an error of order
+/// 1e-12 of a fifth derivative, and one of 1e-13 by rounding.
 const STEP: f64 = 1e-3;
-/// Relative error of a derivative beyond which it is wrong. A wrong sign or factor exceeds it by far, and the errors of
-/// the differences of smooth laws are much smaller.
+/// Relative error of a derivative beyond which it is wrong. A wrong sign or factor exceeds it by
+/// far, and the errors of the differences of smooth laws are much smaller.
 const WRONG: f64 = 1e-6;
 /// Rounding of a value of a law, relative to its size: that of some tens of operations.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Derivative at zero by central differences with the steps h and h/2, extrapolated, and a bound of its error: the
-/// difference of both, which is large where the derivative is discontinuous.
-fn slope<const N: usize>(f: impl Fn(f64) -> SVector<f64, N>, h: f64) -> (SVector<f64, N>, SVector<f64, N>) {
+/// Derivative at zero by central differences with the steps h and h/2, extrapolated, and a bound of
+/// its error: the difference of both, which is large where the derivative is discontinuous.
+fn slope<const N: usize>(
+    f: impl Fn(f64) -> SVector<f64, N>,
+    h: f64,
+) -> (SVector<f64, N>, SVector<f64, N>) {
     let central = |h: f64| (f(h) - f(-h)) / (2.0 * h);
     let (coarse, fine) = (central(h), central(0.5 * h));
     ((fine * 4.0 - coarse) / 3.0, (fine - coarse).abs())

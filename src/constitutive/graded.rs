@@ -6,8 +6,8 @@ use super::{Constitutive, ElasticResponse, LineResponse, Tissue};
 use crate::error::ParameterError;
 use nalgebra::Vector3;
 
-/// An elastic law multiplied by a function of the tissue: energy, couple, tangent, and the stiffness against
-/// shear and stretch.
+/// An elastic law multiplied by a function of the tissue: energy, couple, tangent, and the
+/// stiffness against shear and stretch.
 ///
 /// ```
 /// use morphorod::Shoot;
@@ -66,7 +66,9 @@ pub struct Graded<C, F> {
 
 impl<C: fmt::Debug, F> fmt::Debug for Graded<C, F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Graded").field("law", &self.law).finish_non_exhaustive()
+        f.debug_struct("Graded")
+            .field("law", &self.law)
+            .finish_non_exhaustive()
     }
 }
 
@@ -74,7 +76,11 @@ impl<C: Constitutive, F: Fn(&Tissue) -> f64> Constitutive for Graded<C, F> {
     #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let (factor, law) = ((self.factor)(tissue), self.law.respond(tissue, strain));
-        ElasticResponse { energy: law.energy * factor, couple: law.couple * factor, tangent: law.tangent * factor }
+        ElasticResponse {
+            energy: law.energy * factor,
+            couple: law.couple * factor,
+            tangent: law.tangent * factor,
+        }
     }
 
     #[inline]
@@ -82,7 +88,11 @@ impl<C: Constitutive, F: Fn(&Tissue) -> f64> Constitutive for Graded<C, F> {
         // The strain depends on force over stiffness.
         let factor = (self.factor)(tissue);
         let law = self.law.line_response(tissue, &(force / factor))?;
-        Some(LineResponse { energy: law.energy * factor, compliance: law.compliance / factor, ..law })
+        Some(LineResponse {
+            energy: law.energy * factor,
+            compliance: law.compliance / factor,
+            ..law
+        })
     }
 
     fn check(&self) -> Result<(), ParameterError> {

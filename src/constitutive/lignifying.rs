@@ -5,12 +5,13 @@ use nalgebra::Vector3;
 use super::{Constitutive, ElasticResponse, LinearElastic, Tissue};
 use crate::error::ParameterError;
 
-/// Lignifying tissue, equation (13): E = E0 in the growth zone, and E = E1 − (E1 − E0) exp(−age/τℓ) outside.
-/// The torsional stiffness is proportional to E.
+/// Lignifying tissue, equation (13): E = E0 in the growth zone, and E = E1 − (E1 − E0) exp(−age/τℓ)
+/// outside. The torsional stiffness is proportional to E.
 ///
 /// Usual values: E0 = 10 MPa, E1 = 200 E0, τℓ = 6 d (Agostinelli, DeSimone and Noselli 2021).
 ///
-/// The intrinsic strain does not change with E, so the elastic strain of a loaded shoot decreases as it lignifies.
+/// The intrinsic strain does not change with E, so the elastic strain of a loaded shoot decreases
+/// as it lignifies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Lignifying {
@@ -38,7 +39,8 @@ impl Lignifying {
 impl Constitutive for Lignifying {
     #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        self.young.scaled(self.ratio(tissue.age), tissue.section, strain)
+        self.young
+            .scaled(self.ratio(tissue.age), tissue.section, strain)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

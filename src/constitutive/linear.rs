@@ -6,11 +6,11 @@ use super::{Constitutive, ElasticResponse, Tissue};
 use crate::error::ParameterError;
 use crate::section::Section;
 
-/// Linear elasticity, equation (10): mj = Kj (uj − uj*) with K1 = E I1, K2 = E I2, K3 = μ J and μ = E/(2 (1 +
-/// ν)). For a circle, I1 = I2 = π r⁴/4 and J = 2 I1; for an ellipse, see [`Section`].
+/// Linear elasticity, equation (10): mj = Kj (uj − uj*) with K1 = E I1, K2 = E I2, K3 = μ J and μ =
+/// E/(2 (1 + ν)). For a circle, I1 = I2 = π r⁴/4 and J = 2 I1; for an ellipse, see [`Section`].
 ///
-/// Usual values: E = 10 MPa and ν = 0.5 for young tissue of *Arabidopsis thaliana*, 2 GPa for mature tissue,
-/// with a radius of 0.5 mm (Agostinelli, DeSimone and Noselli 2021).
+/// Usual values: E = 10 MPa and ν = 0.5 for young tissue of *Arabidopsis thaliana*, 2 GPa for
+/// mature tissue, with a radius of 0.5 mm (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearElastic {
@@ -33,10 +33,19 @@ impl LinearElastic {
 
     /// The response with every stiffness multiplied by `factor`.
     #[inline]
-    pub(super) fn scaled(&self, factor: f64, section: Section, strain: &Vector3<f64>) -> ElasticResponse {
+    pub(super) fn scaled(
+        &self,
+        factor: f64,
+        section: Section,
+        strain: &Vector3<f64>,
+    ) -> ElasticResponse {
         let stiffness = self.stiffness(section) * factor;
         let couple = stiffness.component_mul(strain);
-        ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&stiffness) }
+        ElasticResponse {
+            energy: 0.5 * couple.dot(strain),
+            couple,
+            tangent: Matrix3::from_diagonal(&stiffness),
+        }
     }
 }
 
@@ -49,6 +58,11 @@ impl Constitutive for LinearElastic {
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::positive("Young's modulus", self.youngs_modulus, "Pa")?;
         let nu = self.poissons_ratio;
-        ParameterError::unless(nu > -1.0 && nu <= 0.5, "Poisson's ratio", nu, "above −1 and at most 0.5")
+        ParameterError::unless(
+            nu > -1.0 && nu <= 0.5,
+            "Poisson's ratio",
+            nu,
+            "above −1 and at most 0.5",
+        )
     }
 }

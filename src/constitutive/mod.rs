@@ -22,8 +22,8 @@ pub use crate::rod::tissue::Tissue;
 pub struct ElasticResponse {
     /// Elastic energy per unit length, J/m.
     pub energy: f64,
-    /// Gradient of the energy: the couple m (bending about d1 and d2, twist about d3), components along the
-    /// directors, N m.
+    /// Gradient of the energy: the couple m (bending about d1 and d2, twist about d3), components
+    /// along the directors, N m.
     pub couple: Vector3<f64>,
     /// Second derivative of the energy, symmetric, N m².
     pub tangent: Matrix3<f64>,
@@ -32,16 +32,18 @@ pub struct ElasticResponse {
 /// Response of the centre line to the force in the rod: shear and stretch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineResponse {
-    /// Strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) without
-    /// force.
+    /// Strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0,
+    /// 1) without force.
     pub strain: Vector3<f64>,
     /// Elastic energy Φ(v) per unit of unstretched length, J/m; zero without force.
     pub energy: f64,
-    /// Derivative of v with respect to the force along the directors, symmetric and positive semidefinite, 1/N.
+    /// Derivative of v with respect to the force along the directors, symmetric and positive
+    /// semidefinite, 1/N.
     pub compliance: Matrix3<f64>,
 }
 
-/// A hyperelastic law: the couple is the gradient of an energy density, which the equilibrium minimises.
+/// A hyperelastic law: the couple is the gradient of an energy density, which the equilibrium
+/// minimises.
 ///
 /// Tissue that stiffens with strain and hardens with age ([chapter](crate::guide::own_laws)):
 ///
@@ -87,14 +89,15 @@ pub struct LineResponse {
     note = "elastic laws implement `morphorod::constitutive::Constitutive`, as `LinearElastic` does"
 )]
 pub trait Constitutive {
-    /// The response to the elastic strain u − u* (1/m, components along the directors), equations (9) and (10).
+    /// The response to the elastic strain u − u* (1/m, components along the directors), equations
+    /// (9) and (10).
     ///
-    /// Energy and couple must be zero at zero strain. The tangent must be the exact derivative of the couple, since
-    /// Newton's method does not converge quadratically otherwise.
+    /// Energy and couple must be zero at zero strain. The tangent must be the exact derivative of
+    /// the couple, since Newton's method does not converge quadratically otherwise.
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
 
-    /// The response of the centre line to a force (N, components along the directors), which is the gradient of
-    /// the energy, ∂Φ/∂v. `None`, the default, for a law without shear and stretch.
+    /// The response of the centre line to a force (N, components along the directors), which is the
+    /// gradient of the energy, ∂Φ/∂v. `None`, the default, for a law without shear and stretch.
     ///
     /// A law returns `None` at all places and forces, or at none of them. The derivation is in
     /// [`guide::method`](crate::guide::method), "Shear and stretch".
@@ -115,8 +118,9 @@ pub trait Constitutive {
 /// Relative residual of the couple that is attributed to rounding: that of some tens of operations.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// The elastic strain at which a law returns the given couple, by one Newton step from zero. It is exact for a linear
-/// law; for others it is one Newton step from the strain `near`, which doubles the order of accuracy.
+/// The elastic strain at which a law returns the given couple, by one Newton step from zero. It is
+/// exact for a linear law; for others it is one Newton step from the strain `near`, which doubles
+/// the order of accuracy.
 #[inline]
 pub(crate) fn strain_near(
     law: &impl Constitutive,
@@ -126,16 +130,23 @@ pub(crate) fn strain_near(
 ) -> Vector3<f64> {
     let from = |strain: &Vector3<f64>| {
         let response = law.respond(tissue, strain);
-        let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let inverse = response
+            .tangent
+            .try_inverse()
+            .unwrap_or_else(Matrix3::zeros);
         strain + inverse * (couple - response.couple)
     };
     let strain = from(&Vector3::zeros());
     let residual = law.respond(tissue, &strain).couple - couple;
-    if residual.norm_squared() <= ROUNDING * ROUNDING * couple.norm_squared() { strain } else { from(&near()) }
+    if residual.norm_squared() <= ROUNDING * ROUNDING * couple.norm_squared() {
+        strain
+    } else {
+        from(&near())
+    }
 }
 
-/// The derivative ∂p/∂s of the centre line at a place with the given frame and force (N, fixed frame),
-/// components along the directors.
+/// The derivative ∂p/∂s of the centre line at a place with the given frame and force (N, fixed
+/// frame), components along the directors.
 #[inline]
 pub(crate) fn line_strain_under(
     law: &impl Constitutive,

@@ -1,4 +1,5 @@
-//! The interface between one kind of orbit and the corrector and continuation, which are common to all kinds.
+//! The interface between one kind of orbit and the corrector and continuation, which are common to
+//! all kinds.
 
 use std::fmt::Debug;
 
@@ -57,22 +58,35 @@ pub trait Equations: Clone {
     type Jacobian: StateJacobian;
     /// The equations at some unknowns.
     type Evaluation<'a, M: Model + 'a>: EvaluatedEquations<Self>;
-    /// Whether exponents are logarithms of Floquet multipliers, determined up to multiples of 2πi/T.
+    /// Whether exponents are logarithms of Floquet multipliers, determined up to multiples of
+    /// 2πi/T.
     const FLOQUET: bool;
 
     /// Settings of Newton's method.
     fn newton(&self) -> Newton;
 
     /// Initial guess from a mode, with a small amplitude of the tip (m).
-    fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Outcome<OrbitUnknowns>;
+    fn of_mode<M: Model>(
+        &self,
+        shoot: &Shoot<M>,
+        root: &Root,
+        amplitude: f64,
+    ) -> Outcome<OrbitUnknowns>;
 
     /// Initial guess from a known orbit.
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Outcome<OrbitUnknowns>;
 
-    /// Evaluates the residual. `rods` of an earlier evaluation are the initial guesses of the equilibria.
-    fn evaluate<'a, M: Model>(&self, shoot: &'a Shoot<M>, at: &OrbitUnknowns, rods: Vec<Rod>) -> Computed<'a, Self, M>;
+    /// Evaluates the residual. `rods` of an earlier evaluation are the initial guesses of the
+    /// equilibria.
+    fn evaluate<'a, M: Model>(
+        &self,
+        shoot: &'a Shoot<M>,
+        at: &OrbitUnknowns,
+        rods: Vec<Rod>,
+    ) -> Computed<'a, Self, M>;
 
-    /// Size and stability of an orbit: at least [`OBSERVED`] leading exponents, and all with positive real part.
+    /// Size and stability of an orbit: at least [`OBSERVED`] leading exponents, and all with
+    /// positive real part.
     fn observe<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>) -> Outcome<Observation>;
 
     /// Extends the past in a state if a delay of the shoot is longer. Returns whether it did.
@@ -85,9 +99,12 @@ pub trait Equations: Clone {
         Ok(())
     }
 
-    /// Refines the grid in time, and returns the given unknowns or differences on it. `None`, without a change, if
-    /// there is no finer grid.
-    fn refine<const N: usize>(&mut self, _states: [OrbitUnknowns; N]) -> Option<[OrbitUnknowns; N]> {
+    /// Refines the grid in time, and returns the given unknowns or differences on it. `None`,
+    /// without a change, if there is no finer grid.
+    fn refine<const N: usize>(
+        &mut self,
+        _states: [OrbitUnknowns; N],
+    ) -> Option<[OrbitUnknowns; N]> {
         None
     }
 }
@@ -109,13 +126,17 @@ pub trait EvaluatedEquations<E: Equations> {
     /// Returns an error unless the shoot has the properties that the equations assume.
     fn check(&self) -> Outcome;
 
-    /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown of its own.
-    /// None if the laws are singular.
+    /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown
+    /// of its own. None if the laws are singular.
     fn linearise(&mut self) -> Outcome<Option<(E::Jacobian, Vec<Symmetry>)>>;
 
     /// The tangents of the symmetries.
     fn symmetry_tangents(&self) -> Vec<DVector<f64>>;
 
     /// The orbit at converged unknowns. The linearisation at nearby unknowns may be known.
-    fn into_orbit(self, known: Option<BorderedSystem<E::Jacobian>>, effort: Effort) -> Outcome<E::Orbit>;
+    fn into_orbit(
+        self,
+        known: Option<BorderedSystem<E::Jacobian>>,
+        effort: Effort,
+    ) -> Outcome<E::Orbit>;
 }

@@ -31,8 +31,9 @@ pub enum CycleError {
         /// Largest growth gradient of the twist, 1/m.
         twist: f64,
     },
-    /// The shoot lacks a symmetry that the equations assume: laws, loads, elasticity or the scene change under a
-    /// rotation about the tangent of the base, or under a shift in time by the period of the forcing.
+    /// The shoot lacks a symmetry that the equations assume: laws, loads, elasticity or the scene
+    /// change under a rotation about the tangent of the base, or under a shift in time by the
+    /// period of the forcing.
     #[error("{what}, but it changes by {:.2} of its size", Number(*change))]
     NotInvariant {
         /// Requirement of the symmetry, which names the part of the shoot.
@@ -40,12 +41,16 @@ pub enum CycleError {
         /// Change relative to the size.
         change: f64,
     },
-    /// The relative periodic orbit is a rotating wave, which returns rotated after any time: its period is not
-    /// determined.
-    #[error("the orbit is a rotating wave, whose period is not determined: use `RotatingWaveSolver`, or no angle")]
+    /// The relative periodic orbit is a rotating wave, which returns rotated after any time: its
+    /// period is not determined.
+    #[error(
+        "the orbit is a rotating wave, whose period is not determined: use `RotatingWaveSolver`, or no angle"
+    )]
     RotatingWave,
     /// A law does not declare how one of its variables rotates with the shoot.
-    #[error("variable {variable} of the laws, counted from zero over all laws, does not declare its rotation")]
+    #[error(
+        "variable {variable} of the laws, counted from zero over all laws, does not declare its rotation"
+    )]
     Undeclared {
         /// Number of the variable at a material point, counted from zero over all laws.
         variable: usize,
@@ -60,7 +65,8 @@ pub enum CycleError {
         /// Largest change of the intrinsic strain, 1/m.
         strain: f64,
     },
-    /// A branch cannot be followed, or a bifurcation on it cannot be located, with the shortest step.
+    /// A branch cannot be followed, or a bifurcation on it cannot be located, with the shortest
+    /// step.
     #[error("at parameter {}, with a step of {:.2}: {what}", Number(*parameter), Number(*step))]
     Lost {
         /// What fails.
@@ -70,7 +76,8 @@ pub enum CycleError {
         /// Shortest step that was tried.
         step: f64,
     },
-    /// Leading roots or multipliers did not converge. A list without them could omit an unstable one.
+    /// Leading roots or multipliers did not converge. A list without them could omit an unstable
+    /// one.
     #[error("only {found} of {wanted} leading eigenvalues converged; the others may be unstable")]
     Incomplete {
         /// Number of converged eigenvalues.
@@ -85,8 +92,9 @@ pub enum CycleError {
         Known(*error)
     )]
     Unresolved {
-        /// Relative error of period and shape, distance of a trivial multiplier from 1, or difference between a
-        /// root of a rotating wave and its multiplier in units of the rate; infinite if there is no such root.
+        /// Relative error of period and shape, distance of a trivial multiplier from 1, or
+        /// difference between a root of a rotating wave and its multiplier in units of the rate;
+        /// infinite if there is no such root.
         error: f64,
         /// Number of intervals in the period.
         intervals: usize,
@@ -124,19 +132,29 @@ debug_by_display!(CycleError);
 impl CycleError {
     /// The error of Newton's method for an orbit.
     pub(super) fn not_converged(iterations: usize, residual: f64) -> Self {
-        Self::NotConverged { what: "the orbit", iterations, residual }
+        Self::NotConverged {
+            what: "the orbit",
+            iterations,
+            residual,
+        }
     }
 
     /// The error of an iteration for the variables of the laws, by its last relative change.
     pub(super) fn variables(iterations: usize, residual: f64) -> Self {
-        Self::NotConverged { what: "the variables of the laws", iterations, residual }
+        Self::NotConverged {
+            what: "the variables of the laws",
+            iterations,
+            residual,
+        }
     }
 
-    /// Converts an equilibrium or parameter error of a later Newton iteration into `NotConverged`. All other errors,
-    /// and those of the initial guess, are returned unchanged.
+    /// Converts an equilibrium or parameter error of a later Newton iteration into `NotConverged`.
+    /// All other errors, and those of the initial guess, are returned unchanged.
     pub(super) fn after(self, iterations: usize, residual: f64) -> Self {
         match self {
-            Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::not_converged(iterations, residual),
+            Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => {
+                Self::not_converged(iterations, residual)
+            }
             error => error,
         }
     }

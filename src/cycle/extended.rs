@@ -1,30 +1,31 @@
 //! Extended systems: the equations of an orbit with its scalar unknowns and their conditions.
 //!
-//! The unknowns are a state x and scalars: the logarithm of the period T or of the rate of rotation ν, the angle of a
-//! relative periodic orbit, and the parameter of a branch. The strain in a state is components 1 and 2 of u* at the
-//! material points. [`OrbitUnknowns`] contain T or ν itself; a difference contains its change. Each scalar
-//! unknown is determined by a linear condition: a phase condition for time, one for rotation, and the pseudo-arclength
-//! condition for the parameter. Newton's method solves the bordered system
+//! The unknowns are a state x and scalars: the logarithm of the period T or of the rate of rotation
+//! ν, the angle of a relative periodic orbit, and the parameter of a branch. The strain in a state
+//! is components 1 and 2 of u* at the material points. [`OrbitUnknowns`] contain T or ν itself; a
+//! difference contains its change. Each scalar unknown is determined by a linear condition: a phase
+//! condition for time, one for rotation, and the pseudo-arclength condition for the parameter.
+//! Newton's method solves the bordered system
 //!
 //! ```text
 //! J δx + Σ columns δs = −residual,     rows · δx + corners δs = residuals of the conditions.
 //! ```
 //!
-//! See E. J. Doedel, *Lecture notes on numerical analysis of nonlinear equations* (2007), and the extended systems
-//! of DDE-BIFTOOL.
+//! See E. J. Doedel, *Lecture notes on numerical analysis of nonlinear equations* (2007), and the
+//! extended systems of DDE-BIFTOOL.
 
 use nalgebra::DVector;
 
 use super::error::{CycleError, Outcome};
 use super::map::PhaseState;
 
-/// Half-width of central differences by period, rate and parameter; relative to period and rate, and for the
-/// parameter relative to its range. Their truncation error is of the order of its square, 1e-10, as is the rounding
-/// error of 1e-15 divided by it.
+/// Half-width of central differences by period, rate and parameter; relative to period and rate,
+/// and for the parameter relative to its range. Their truncation error is of the order of its
+/// square, 1e-10, as is the rounding error of 1e-15 divided by it.
 pub(super) const DIFFERENCE: f64 = 1e-5;
 
-/// Unknowns of the extended system, or a difference of two: an update of Newton's method, or a secant or tangent of a
-/// branch.
+/// Unknowns of the extended system, or a difference of two: an update of Newton's method, or a
+/// secant or tangent of a branch.
 #[derive(Debug, Clone)]
 pub struct OrbitUnknowns {
     /// State of the shoot at t = 0.
@@ -43,7 +44,9 @@ impl OrbitUnknowns {
     /// The unknowns at a distance along a difference.
     pub fn along(&self, difference: &Self, distance: f64) -> Self {
         Self {
-            start: self.start.with_values(&(self.start.flat() + difference.start.flat() * distance)),
+            start: self
+                .start
+                .with_values(&(self.start.flat() + difference.start.flat() * distance)),
             period_or_rate: self.period_or_rate + difference.period_or_rate * distance,
             forced: self.forced,
             angle: self.angle + difference.angle * distance,
@@ -58,8 +61,18 @@ impl OrbitUnknowns {
 
     /// The difference multiplied by a number.
     pub fn scaled(&self, by: f64) -> Self {
-        let (period_or_rate, angle, parameter) = (self.period_or_rate * by, self.angle * by, self.parameter * by);
-        Self { start: self.start.with_values(&(self.start.flat() * by)), period_or_rate, angle, parameter, ..*self }
+        let (period_or_rate, angle, parameter) = (
+            self.period_or_rate * by,
+            self.angle * by,
+            self.parameter * by,
+        );
+        Self {
+            start: self.start.with_values(&(self.start.flat() * by)),
+            period_or_rate,
+            angle,
+            parameter,
+            ..*self
+        }
     }
 
     /// The same unknowns with a past as long as that of others.
@@ -83,7 +96,11 @@ impl Condition {
     /// The condition with given coefficients that some unknowns satisfy.
     pub fn through(state: DVector<f64>, parameter: f64, at: &OrbitUnknowns) -> Self {
         let value = state.dot(&at.start.present()) + parameter * at.parameter;
-        Self { state, parameter, value }
+        Self {
+            state,
+            parameter,
+            value,
+        }
     }
 
     fn residual(&self, at: &OrbitUnknowns) -> f64 {
@@ -100,21 +117,25 @@ pub struct Arclength {
 }
 
 impl Arclength {
-    /// Two parameters for a difference quotient at a third one. They lie within the range if the third one does,
-    /// since the family may not be defined outside.
+    /// Two parameters for a difference quotient at a third one. They lie within the range if the
+    /// third one does, since the family may not be defined outside.
     pub fn beside(&self, parameter: f64) -> [f64; 2] {
         let [from, to] = self.range;
         let step = DIFFERENCE * (to - from);
         let both = [parameter - step, parameter + step];
-        if (from..=to).contains(&parameter) { both.map(|beside| beside.clamp(from, to)) } else { both }
+        if (from..=to).contains(&parameter) {
+            both.map(|beside| beside.clamp(from, to))
+        } else {
+            both
+        }
     }
 }
 
 /// The conditions that close the extended system.
 #[derive(Default)]
 pub struct ExtraConditions {
-    /// Phase conditions in time and in rotation. Where none is given, an update has no component along the tangent
-    /// of the symmetry.
+    /// Phase conditions in time and in rotation. Where none is given, an update has no component
+    /// along the tangent of the symmetry.
     pub phases: Vec<Condition>,
     /// Weights of strain and variables in the phase conditions; by default those of the state.
     pub weights: Option<DVector<f64>>,
@@ -123,10 +144,17 @@ pub struct ExtraConditions {
 }
 
 impl ExtraConditions {
-    /// Adds phase conditions: the difference to a reference is orthogonal to the tangents of its symmetries.
-    pub fn with_phases_of(mut self, reference: &OrbitUnknowns, symmetry_tangents: &[DVector<f64>]) -> Self {
+    /// Adds phase conditions: the difference to a reference is orthogonal to the tangents of its
+    /// symmetries.
+    pub fn with_phases_of(
+        mut self,
+        reference: &OrbitUnknowns,
+        symmetry_tangents: &[DVector<f64>],
+    ) -> Self {
         let weights = self.weights_at(reference);
-        let phase = |tangent: &DVector<f64>| Condition::through(weights.component_mul(tangent), 0.0, reference);
+        let phase = |tangent: &DVector<f64>| {
+            Condition::through(weights.component_mul(tangent), 0.0, reference)
+        };
         self.phases = symmetry_tangents.iter().map(phase).collect();
         self
     }
@@ -138,12 +166,20 @@ impl ExtraConditions {
 
     /// Residuals of a number of phase conditions and of the pseudo-arclength condition.
     pub fn residuals(&self, number: usize, at: &OrbitUnknowns) -> Vec<f64> {
-        let phases = (0..number).map(|k| self.phases.get(k).map_or(0.0, |phase| phase.residual(at)));
-        phases.chain(self.arclength.iter().map(|arclength| arclength.condition.residual(at))).collect()
+        let phases =
+            (0..number).map(|k| self.phases.get(k).map_or(0.0, |phase| phase.residual(at)));
+        phases
+            .chain(
+                self.arclength
+                    .iter()
+                    .map(|arclength| arclength.condition.residual(at)),
+            )
+            .collect()
     }
 }
 
-/// A scalar unknown of the extended system, with its condition: log T or log ν, the angle, or the parameter.
+/// A scalar unknown of the extended system, with its condition: log T or log ν, the angle, or the
+/// parameter.
 pub struct Border {
     /// Derivative of the residual by the unknown.
     pub column: DVector<f64>,
@@ -153,8 +189,8 @@ pub struct Border {
     pub corner: f64,
 }
 
-/// A continuous symmetry of the equations, with the scalar unknown that its phase condition determines: log T or log
-/// ν for a shift in time, the angle for a rotation.
+/// A continuous symmetry of the equations, with the scalar unknown that its phase condition
+/// determines: log T or log ν for a shift in time, the angle for a rotation.
 pub struct Symmetry {
     /// Derivative of strain and variables along the symmetry.
     pub tangent: DVector<f64>,
@@ -164,8 +200,8 @@ pub struct Symmetry {
 
 /// The derivative J of a residual by the state.
 pub trait StateJacobian {
-    /// Solves the bordered system for the update of the state and of the scalar unknowns, given the residual and the
-    /// residuals of the conditions. Returns none if the linear solver fails.
+    /// Solves the bordered system for the update of the state and of the scalar unknowns, given the
+    /// residual and the residuals of the conditions. Returns none if the linear solver fails.
     fn solve(&self, border: &[Border], residuals: &DVector<f64>) -> Outcome<Option<DVector<f64>>>;
 }
 
@@ -178,7 +214,8 @@ pub struct BorderedSystem<J> {
 }
 
 impl<J: StateJacobian> BorderedSystem<J> {
-    /// The system with the phase conditions of `conditions`, and with the border of the parameter if it is unknown.
+    /// The system with the phase conditions of `conditions`, and with the border of the parameter
+    /// if it is unknown.
     pub fn new(
         jacobian: J,
         symmetries: Vec<Symmetry>,
@@ -187,15 +224,26 @@ impl<J: StateJacobian> BorderedSystem<J> {
         at: &OrbitUnknowns,
     ) -> Self {
         let (number, weights) = (symmetries.len(), conditions.weights_at(at));
-        let phases = symmetries.into_iter().enumerate().map(|(k, Symmetry { tangent, column })| {
-            let given = conditions.phases.get(k).map(|phase| phase.state.clone());
-            Border { column, row: given.unwrap_or_else(|| weights.component_mul(&tangent)), corner: 0.0 }
-        });
-        Self { jacobian, border: phases.chain(parameter).collect(), symmetries: number }
+        let phases = symmetries
+            .into_iter()
+            .enumerate()
+            .map(|(k, Symmetry { tangent, column })| {
+                let given = conditions.phases.get(k).map(|phase| phase.state.clone());
+                Border {
+                    column,
+                    row: given.unwrap_or_else(|| weights.component_mul(&tangent)),
+                    corner: 0.0,
+                }
+            });
+        Self {
+            jacobian,
+            border: phases.chain(parameter).collect(),
+            symmetries: number,
+        }
     }
 
-    /// The Newton update at some unknowns, for a residual and the residuals of the conditions. Conditions without a
-    /// residual hold.
+    /// The Newton update at some unknowns, for a residual and the residuals of the conditions.
+    /// Conditions without a residual hold.
     pub fn update(
         &self,
         at: &OrbitUnknowns,
@@ -203,9 +251,17 @@ impl<J: StateJacobian> BorderedSystem<J> {
         conditions: &[f64],
     ) -> Result<Option<OrbitUnknowns>, CycleError> {
         let n = residual.len();
-        let mut residuals = residual.clone().resize_vertically(n + self.border.len(), 0.0);
-        residuals.iter_mut().skip(n).zip(conditions).for_each(|(to, condition)| *to = *condition);
-        let Some(found) = self.jacobian.solve(&self.border, &residuals)? else { return Ok(None) };
+        let mut residuals = residual
+            .clone()
+            .resize_vertically(n + self.border.len(), 0.0);
+        residuals
+            .iter_mut()
+            .skip(n)
+            .zip(conditions)
+            .for_each(|(to, condition)| *to = *condition);
+        let Some(found) = self.jacobian.solve(&self.border, &residuals)? else {
+            return Ok(None);
+        };
         let scalars = &found.as_slice()[n..];
         let symmetry = |k: usize| if k < self.symmetries { scalars[k] } else { 0.0 };
         let update = OrbitUnknowns {
@@ -216,7 +272,10 @@ impl<J: StateJacobian> BorderedSystem<J> {
             angle: symmetry(1),
             parameter: scalars.get(self.symmetries).copied().unwrap_or(0.0),
         };
-        let finite = found.iter().chain([&update.period_or_rate]).all(|x| x.is_finite());
+        let finite = found
+            .iter()
+            .chain([&update.period_or_rate])
+            .all(|x| x.is_finite());
         Ok(finite.then_some(update))
     }
 }

@@ -1,8 +1,8 @@
 //! Harmonic balance: the laws at a material point under periodic stimuli.
 //!
-//! Stimuli and variables are trigonometric polynomials in the phase, given by their values on a [`PhaseGrid`].
-//! Newton's method solves ẏ = rates(y, x) for the periodic variables y. Floquet's ansatz y(θ) exp(λt) gives the
-//! linear response to disturbances of the stimuli.
+//! Stimuli and variables are trigonometric polynomials in the phase, given by their values on a
+//! [`PhaseGrid`]. Newton's method solves ẏ = rates(y, x) for the periodic variables y. Floquet's
+//! ansatz y(θ) exp(λt) gives the linear response to disturbances of the stimuli.
 
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, Vector3};
 
@@ -22,7 +22,8 @@ pub(super) struct HarmonicBalance<'a> {
     earlier: Vec<Option<DMatrix<f64>>>,
 }
 
-/// A point under periodic stimuli: its periodic variables, and the derivatives of its laws at all phases.
+/// A point under periodic stimuli: its periodic variables, and the derivatives of its laws at all
+/// phases.
 pub(super) struct HarmonicPoint {
     /// Place of the point.
     pub at: Growing,
@@ -32,16 +33,21 @@ pub(super) struct HarmonicPoint {
     pub variables: DMatrix<f64>,
     rates_y: Vec<DMatrix<f64>>,
     rates_x: Vec<DMatrix<f64>>,
-    /// Derivatives of the gradient at the first phase, by the delayed variables and by the present stimuli.
+    /// Derivatives of the gradient at the first phase, by the delayed variables and by the present
+    /// stimuli.
     read: [DMatrix<f64>; 2],
 }
 
 impl HarmonicPoint {
     /// Whether the laws have the same derivatives as at another point.
     pub fn is_like(&self, other: &Self) -> bool {
-        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ROUNDING * a.amax().max(b.amax());
+        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| {
+            (a - b).amax() <= ROUNDING * a.amax().max(b.amax())
+        };
         let all = |a: &[DMatrix<f64>], b: &[DMatrix<f64>]| a.iter().zip(b).all(near);
-        all(&self.rates_y, &other.rates_y) && all(&self.rates_x, &other.rates_x) && all(&self.read, &other.read)
+        all(&self.rates_y, &other.rates_y)
+            && all(&self.rates_x, &other.rates_x)
+            && all(&self.read, &other.read)
     }
 }
 
@@ -49,8 +55,16 @@ impl<'a> HarmonicBalance<'a> {
     pub fn new(law: &'a dyn TropismLaw, phases: &'a PhaseGrid, rate: f64) -> Self {
         let laws = Declaration::of(law);
         let delays = laws.variables().iter().map(|variable| variable.delay);
-        let earlier = delays.map(|delay| delay.map(|delay| phases.earlier(rate * delay))).collect();
-        Self { law, phases, rate, laws, earlier }
+        let earlier = delays
+            .map(|delay| delay.map(|delay| phases.earlier(rate * delay)))
+            .collect();
+        Self {
+            law,
+            phases,
+            rate,
+            laws,
+            earlier,
+        }
     }
 
     /// Solves for the periodic variables of a point under given stimuli, a column for each phase.
@@ -58,10 +72,20 @@ impl<'a> HarmonicBalance<'a> {
         let (v, n) = (self.laws.size().variables, self.phases.len());
         let mut variables = DMatrix::zeros(v, n);
         for j in 0..n {
-            self.law.steady(stimuli.column(j).as_slice(), variables.column_mut(j).as_mut_slice());
+            self.law.steady(
+                stimuli.column(j).as_slice(),
+                variables.column_mut(j).as_mut_slice(),
+            );
         }
         let (rates_y, rates_x, read) = Default::default();
-        let mut point = HarmonicPoint { at, stimuli, variables, rates_y, rates_x, read };
+        let mut point = HarmonicPoint {
+            at,
+            stimuli,
+            variables,
+            rates_y,
+            rates_x,
+            read,
+        };
         if v == 0 {
             return Ok(self.read(point));
         }
@@ -72,11 +96,15 @@ impl<'a> HarmonicBalance<'a> {
             let mut rates = DVector::zeros(v);
             for j in 0..n {
                 let (y, x) = (point.variables.column(j), point.stimuli.column(j));
-                self.law.rates(y.as_slice(), x.as_slice(), rates.as_mut_slice());
+                self.law
+                    .rates(y.as_slice(), x.as_slice(), rates.as_mut_slice());
                 let mut column = residual.column_mut(j);
                 column -= &rates;
             }
-            let change = self.matrix(&point, 0.0_f64).lu().solve(&DVector::from_column_slice(residual.as_slice()));
+            let change = self
+                .matrix(&point, 0.0_f64)
+                .lu()
+                .solve(&DVector::from_column_slice(residual.as_slice()));
             let change = change.filter(|change| change.iter().all(|x| x.is_finite()));
             let change = change.ok_or(CycleError::variables(PASSES, f64::INFINITY))?;
             point.variables -= DMatrix::from_column_slice(v, n, change.as_slice());
@@ -93,7 +121,8 @@ impl<'a> HarmonicBalance<'a> {
     fn read(&self, mut point: HarmonicPoint) -> HarmonicPoint {
         self.differentiate(&mut point);
         let x = point.stimuli.column(0);
-        let [.., by_variables, by_stimuli] = law_matrices(&self.law, &point.at, &self.past(&point, 0), x.as_slice());
+        let [.., by_variables, by_stimuli] =
+            law_matrices(&self.law, &point.at, &self.past(&point, 0), x.as_slice());
         point.read = [by_variables, by_stimuli];
         point
     }
@@ -101,19 +130,40 @@ impl<'a> HarmonicBalance<'a> {
     /// The growth gradient of a point at a phase.
     pub fn gradient(&self, point: &HarmonicPoint, phase: usize) -> Vector3<f64> {
         let x = point.stimuli.column(phase);
-        self.law.gradient(&point.at, &self.past(point, phase), self.laws.size().present(x.as_slice()))
+        self.law.gradient(
+            &point.at,
+            &self.past(point, phase),
+            self.laws.size().present(x.as_slice()),
+        )
     }
 
     /// The delayed variables at a phase.
     fn past(&self, point: &HarmonicPoint, phase: usize) -> Vec<f64> {
-        let read = |a: usize, earlier: &DMatrix<f64>| (earlier.row(phase) * point.variables.row(a).transpose())[0];
-        self.earlier.iter().enumerate().map(|(a, earlier)| earlier.as_ref().map_or(0.0, |e| read(a, e))).collect()
+        let read = |a: usize, earlier: &DMatrix<f64>| {
+            (earlier.row(phase) * point.variables.row(a).transpose())[0]
+        };
+        self.earlier
+            .iter()
+            .enumerate()
+            .map(|(a, earlier)| earlier.as_ref().map_or(0.0, |e| read(a, e)))
+            .collect()
     }
 
-    /// The response of the gradient at the first phase to stimuli δx exp(λt), and its derivative by λ: three rows,
-    /// a column for each stimulus, phase by phase. None if the laws are singular.
-    pub fn response(&self, point: &HarmonicPoint, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
-        let (Size { variables: v, stimuli: m, reads_present }, n) = (self.laws.size(), self.phases.len());
+    /// The response of the gradient at the first phase to stimuli δx exp(λt), and its derivative by
+    /// λ: three rows, a column for each stimulus, phase by phase. None if the laws are singular.
+    pub fn response(
+        &self,
+        point: &HarmonicPoint,
+        z: Complex<f64>,
+    ) -> Option<[DMatrix<Complex<f64>>; 2]> {
+        let (
+            Size {
+                variables: v,
+                stimuli: m,
+                reads_present,
+            },
+            n,
+        ) = (self.laws.size(), self.phases.len());
         let [gradient_y, gradient_x] = &point.read;
         let mut read = DMatrix::zeros(v * n, 3);
         let mut later = read.clone();
@@ -170,8 +220,13 @@ impl<'a> HarmonicBalance<'a> {
 
     /// Sets the derivatives of the rates at all phases.
     fn differentiate(&self, point: &mut HarmonicPoint) {
-        let all = point.variables.column_iter().zip(point.stimuli.column_iter());
+        let all = point
+            .variables
+            .column_iter()
+            .zip(point.stimuli.column_iter());
         let each = all.map(|(y, x)| law_matrices(&self.law, &point.at, y.as_slice(), x.as_slice()));
-        (point.rates_y, point.rates_x) = each.map(|[rates_y, rates_x, ..]| (rates_y, rates_x)).unzip();
+        (point.rates_y, point.rates_x) = each
+            .map(|[rates_y, rates_x, ..]| (rates_y, rates_x))
+            .unzip();
     }
 }

@@ -1,13 +1,14 @@
-//! Periodic orbits and rotating waves, stable or unstable: their computation, their stability, and their branches
-//! along a parameter.
+//! Periodic orbits and rotating waves, stable or unstable: their computation, their stability, and
+//! their branches along a parameter.
 //!
-//! [`RotatingWaveSolver`] finds shapes that rotate rigidly about the vertical, [`PeriodicSolver`] periodic orbits
-//! of any kind, and [`Continuation`] follows either along a parameter. Any law that can be integrated in time can
-//! be used; it supplies nothing else. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
+//! [`RotatingWaveSolver`] finds shapes that rotate rigidly about the vertical, [`PeriodicSolver`]
+//! periodic orbits of any kind, and [`Continuation`] follows either along a parameter. Any law that
+//! can be integrated in time can be used; it supplies nothing else. Method, accuracy and limits:
+//! [`guide::cycles`](crate::guide::cycles).
 //!
-//! The terms are those of DDE-BIFTOOL and BifurcationKit. "Strain" means components 1 and 2 of the intrinsic strain
-//! u* at the material points of the growth zone. "Slopes" are derivatives by time multiplied by the length of an
-//! interval. The parts, from the bottom:
+//! The terms are those of DDE-BIFTOOL and BifurcationKit. "Strain" means components 1 and 2 of the
+//! intrinsic strain u* at the material points of the growth zone. "Slopes" are derivatives by time
+//! multiplied by the length of an interval. The parts, from the bottom:
 //!
 //! | part | task |
 //! |---|---|

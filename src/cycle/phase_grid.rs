@@ -1,15 +1,16 @@
-//! Trigonometric interpolation: periodic functions by their values at equally spaced phases. See L. N. Trefethen,
-//! *Spectral methods in MATLAB* (2000), chapter 3.
+//! Trigonometric interpolation: periodic functions by their values at equally spaced phases. See L.
+//! N. Trefethen, *Spectral methods in MATLAB* (2000), chapter 3.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::DMatrix;
 
-/// Largest resolved wave number. Stimuli of isotropic laws have the wave numbers 0 and ±1; products of three of
-/// them are resolved.
+/// Largest resolved wave number. Stimuli of isotropic laws have the wave numbers 0 and ±1; products
+/// of three of them are resolved.
 pub(super) const WAVES: usize = 3;
 
-/// An odd number n of phases 2πj/n. With even n the sine of the highest wave vanishes at all phases.
+/// An odd number n of phases 2πj/n. With even n the sine of the highest wave vanishes at all
+/// phases.
 pub(super) struct PhaseGrid {
     /// Phases, rad.
     pub angles: Vec<f64>,

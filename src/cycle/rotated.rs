@@ -4,14 +4,16 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::rod::Rod;
 
-/// The rod rotated by an angle (rad) about the tangent of its base, counterclockwise as seen from above the apex.
-/// The base is unchanged; components 1 and 2 along the directors rotate as pairs.
+/// The rod rotated by an angle (rad) about the tangent of its base, counterclockwise as seen from
+/// above the apex. The base is unchanged; components 1 and 2 along the directors rotate as pairs.
 pub(super) fn rotated(rod: &Rod, angle: f64) -> Rod {
     let along_directors = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     let base = rod.frames()[0];
     let in_space = base * along_directors * base.inverse();
     let mut out = rod.with_turned_directors(&along_directors.inverse());
-    out.frames.iter_mut().for_each(|frame| *frame = in_space * *frame);
+    out.frames
+        .iter_mut()
+        .for_each(|frame| *frame = in_space * *frame);
     // Removes the rounding error of the clamped base.
     out.frames[0] = base;
     out

@@ -1,8 +1,8 @@
 //! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
 //!
 //! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ
-//! rotates the whole element, θ is the polynomial through the rotation vectors of its nodes. Derivation:
-//! `docs/method.md`, "One element".
+//! rotates the whole element, θ is the polynomial through the rotation vectors of its nodes.
+//! Derivation: `docs/method.md`, "One element".
 
 mod nodes;
 
@@ -14,7 +14,9 @@ use super::line::line_yields;
 use super::points::{Responses, at_points, vectors_at_points};
 use crate::constitutive::{Constitutive, Tissue};
 use crate::load::{InternalForce, PointReaction};
-use crate::reference_element::{AtPoints, ChordPoint, MAX_POINTS, ReferenceElement, interpolated, total};
+use crate::reference_element::{
+    AtPoints, ChordPoint, MAX_POINTS, ReferenceElement, interpolated, total,
+};
 use crate::rod::{MaterialPoint, Rod, centre_line_tangent, weighted, weighted_jacobian};
 use crate::so3::{Form, Real, s_functions};
 
@@ -35,8 +37,9 @@ pub(super) struct ElementData<'a> {
 
 /// Derivatives of the energy of an element, later the factors of its interior.
 ///
-/// The unknowns are the rotation vectors of the nodes 1 … p and the rotation φ of the whole element, in this
-/// order. The first 3 (p − 1) are interior; [`condense`](Self::condense) eliminates them.
+/// The unknowns are the rotation vectors of the nodes 1 … p and the rotation φ of the whole
+/// element, in this order. The first 3 (p − 1) are interior; [`condense`](Self::condense)
+/// eliminates them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ElementSystem {
     gradient: [Vector3<f64>; MAX_POINTS + 1],
@@ -46,15 +49,15 @@ pub(super) struct ElementSystem {
     /// Jr(θ)⁻¹ at the last node: the change of its rotation vector by a rotation of the last frame.
     inverse: Form,
     chain: Matrix3<f64>,
-    /// Smallest bending or twist of the element by a couple, ∫ ds/K with the largest K, rad/(N m), at the last
-    /// Hessian.
+    /// Smallest bending or twist of the element by a couple, ∫ ds/K with the largest K, rad/(N m),
+    /// at the last Hessian.
     pub compliance: f64,
     /// Largest strain of the centre line by the force, |C| |n|, at the last Hessian.
     pub yielding: f64,
 }
 
-/// Contribution of the element to the condensed system: blocks for the rotations of its last frame (1) and of
-/// its first (0).
+/// Contribution of the element to the condensed system: blocks for the rotations of its last frame
+/// (1) and of its first (0).
 pub(super) struct Condensed {
     pub h11: Matrix3<f64>,
     /// Rows of the first frame, columns of the last.
@@ -70,24 +73,36 @@ impl ElementSystem {
         data: &ElementData,
     ) -> f64 {
         let rotate = data.frame.to_rotation_matrix().into_inner();
-        let (shape, slopes) = (&data.reference.shape_at_points, &data.reference.slope_at_points);
+        let (shape, slopes) = (
+            &data.reference.shape_at_points,
+            &data.reference.slope_at_points,
+        );
         let inverse = AtPoints::ONE / at_points::<P>(1.0, |g| data.points[g].jacobian);
-        let weight = data.reference.weights_at_points * at_points::<P>(1.0, |g| data.points[g].jacobian);
+        let weight =
+            data.reference.weights_at_points * at_points::<P>(1.0, |g| data.points[g].jacobian);
         let theta = interpolated(data.rotations, shape);
         let slope = interpolated(data.rotations, slopes) * inverse;
         let s = s_functions(theta.dot(&theta));
         let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
-        let strain = to_strain.apply(&theta, &slope) - vectors_at_points::<P>(|g| data.points[g].intrinsic);
-        let force = rotate.transpose().map(AtPoints::splat) * vectors_at_points::<P>(|g| data.forces[g]);
+        let strain =
+            to_strain.apply(&theta, &slope) - vectors_at_points::<P>(|g| data.points[g].intrinsic);
+        let force =
+            rotate.transpose().map(AtPoints::splat) * vectors_at_points::<P>(|g| data.forces[g]);
         let along_directors = exp.transpose().apply(&theta, &force);
-        let response = Responses::of::<P>(material, (data.points, data.time), &strain, &along_directors);
+        let response = Responses::of::<P>(
+            material,
+            (data.points, data.time),
+            &strain,
+            &along_directors,
+        );
         let (couple, along, load) = (response.couple * weight, response.along, force * weight);
         let turned = exp.apply(&theta, &along);
         let mut energy = total(weight * response.energy - load.dot(&turned));
 
         // Derivative of the strain by that of θ along the element coordinate.
         let strain_slope = to_strain.matrix(&theta) * inverse;
-        let by_theta = to_strain.gradient(&theta, &couple, &slope) - exp.gradient(&theta, &load, &along);
+        let by_theta =
+            to_strain.gradient(&theta, &couple, &slope) - exp.gradient(&theta, &load, &along);
         let by_slope = strain_slope.transpose() * couple;
         for k in 0..P {
             self.gradient[k] = (by_theta * shape[k] + by_slope * slopes[k]).map(total);
@@ -99,7 +114,8 @@ impl ElementSystem {
             self.compliance = total(weight / response.stiffness);
             let strain_theta = to_strain.jacobian(&theta, &slope);
             let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
-            let mut a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)
+            let mut a = symmetric_product(&strain_theta, &c_theta)
+                + to_strain.hessian(&theta, &couple, &slope)
                 - exp.hessian(&theta, &load, &along);
             let b = strain_theta.transpose() * c_slope
                 + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
@@ -111,7 +127,8 @@ impl ElementSystem {
                 let [theta_yields, mixed_yields, turn_yields] =
                     line_yields(&(compliance * weight), &exp, &theta, &force);
                 let size = |m: &Matrix3<AtPoints>| m.component_mul(m).sum().simd_sqrt();
-                self.yielding = (size(compliance) * force.dot(&force).simd_sqrt()).simd_horizontal_max();
+                self.yielding =
+                    (size(compliance) * force.dot(&force).simd_sqrt()).simd_horizontal_max();
                 a -= theta_yields;
                 theta_turn -= mixed_yields;
                 turn_turn -= turn_yields;
@@ -122,9 +139,14 @@ impl ElementSystem {
                 let x = a * shape[l] + b * slopes[l];
                 let y = bt * shape[l] + c * slopes[l];
                 for k in 0..=l {
-                    self.hessian.set_block(3 * k, 3 * l, &(x * shape[k] + y * slopes[k]).map(total));
+                    self.hessian.set_block(
+                        3 * k,
+                        3 * l,
+                        &(x * shape[k] + y * slopes[k]).map(total),
+                    );
                 }
-                self.hessian.set_block(3 * l, 3 * P, &(theta_turn * shape[l]).map(total));
+                self.hessian
+                    .set_block(3 * l, 3 * P, &(theta_turn * shape[l]).map(total));
             }
             self.hessian.set_block(3 * P, 3 * P, &turn_turn.map(total));
         }
@@ -138,15 +160,25 @@ impl ElementSystem {
         energy
     }
 
-    /// Adds the derivatives of the energy by the reactions inside the element, for a rod without shear and stretch.
-    /// Returns their work, J.
+    /// Adds the derivatives of the energy by the reactions inside the element, for a rod without
+    /// shear and stretch. Returns their work, J.
     #[inline(never)]
     fn add_inside<const P: usize, const HESSIAN: bool>(&mut self, data: &ElementData) -> f64 {
-        let (rotate, along) = (data.frame.to_rotation_matrix().into_inner(), centre_line_tangent());
+        let (rotate, along) = (
+            data.frame.to_rotation_matrix().into_inner(),
+            centre_line_tangent(),
+        );
         let mut work = 0.0;
-        for (reaction, k) in data.inside.iter().flat_map(|reaction| (0..P).map(move |k| (reaction, k))) {
+        for (reaction, k) in data
+            .inside
+            .iter()
+            .flat_map(|reaction| (0..P).map(move |k| (reaction, k)))
+        {
             let (shape, length) = data.part_of_chord(reaction.x, k);
-            let (theta, load) = (weighted(data.rotations, &shape), rotate.tr_mul(&reaction.force) * length);
+            let (theta, load) = (
+                weighted(data.rotations, &shape),
+                rotate.tr_mul(&reaction.force) * length,
+            );
             let exp = Form::exp(&s_functions(theta.norm_squared()));
             let turned = exp.apply(&theta, &along);
             work += load.dot(&turned);
@@ -155,12 +187,15 @@ impl ElementSystem {
             self.gradient[P] += load.cross(&turned);
             if HESSIAN {
                 let a = exp.hessian(&theta, &load, &along);
-                let (theta_turn, turn_turn) = turn_hessians(&load, &turned, &exp.jacobian(&theta, &along));
+                let (theta_turn, turn_turn) =
+                    turn_hessians(&load, &turned, &exp.jacobian(&theta, &along));
                 for l in 0..P {
                     for m in 0..=l {
-                        self.hessian.add_block(3 * m, 3 * l, &(a * (-shape[l] * shape[m])));
+                        self.hessian
+                            .add_block(3 * m, 3 * l, &(a * (-shape[l] * shape[m])));
                     }
-                    self.hessian.add_block(3 * l, 3 * P, &(theta_turn * shape[l]));
+                    self.hessian
+                        .add_block(3 * l, 3 * P, &(theta_turn * shape[l]));
                 }
                 self.hessian.add_block(3 * P, 3 * P, &turn_turn);
             }
@@ -168,14 +203,24 @@ impl ElementSystem {
         work
     }
 
-    /// The derivatives of the chord from the start of the element to coordinate `x` by its unknowns: one row for each
-    /// component in the fixed frame, eliminated as the gradient. With shear or stretch, the chord inside the element is
-    /// that of the polynomial through the tangents at the Gauss points.
-    pub fn chord_rows<const P: usize>(&self, material: &impl Constitutive, data: &ElementData, x: f64) -> [Row; 3] {
+    /// The derivatives of the chord from the start of the element to coordinate `x` by its
+    /// unknowns: one row for each component in the fixed frame, eliminated as the gradient. With
+    /// shear or stretch, the chord inside the element is that of the polynomial through the
+    /// tangents at the Gauss points.
+    pub fn chord_rows<const P: usize>(
+        &self,
+        material: &impl Constitutive,
+        data: &ElementData,
+        x: f64,
+    ) -> [Row; 3] {
         let rotate = data.frame.to_rotation_matrix().into_inner();
-        let line_at =
-            |g: usize, along: &Vector3<f64>| material.line_response(&Tissue::of(&data.points[g], data.time), along);
-        let (exact, upto) = (x < 1.0 && line_at(0, &Vector3::zeros()).is_none(), data.reference.within(x));
+        let line_at = |g: usize, along: &Vector3<f64>| {
+            material.line_response(&Tissue::of(&data.points[g], data.time), along)
+        };
+        let (exact, upto) = (
+            x < 1.0 && line_at(0, &Vector3::zeros()).is_none(),
+            data.reference.within(x),
+        );
         let mut rows = [Row::default(); 3];
         for g in 0..P {
             let (shape, length) = if exact {
@@ -225,8 +270,8 @@ impl ElementSystem {
         rows
     }
 
-    /// The parts of an eliminated row that belong to the rotations of the last and of the first frame, with `points`
-    /// Gauss points.
+    /// The parts of an eliminated row that belong to the rotations of the last and of the first
+    /// frame, with `points` Gauss points.
     #[inline]
     pub fn outer(&self, row: &Row, points: usize) -> (Vector3<f64>, Vector3<f64>) {
         let m = 3 * (points - 1);
@@ -236,45 +281,69 @@ impl ElementSystem {
 
     /// Subtracts a multiple of an eliminated row from the eliminated gradient.
     pub fn subtract(&mut self, row: &Row, factor: f64) {
-        for (to, from) in self.condensed.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+        for (to, from) in self
+            .condensed
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(row.as_flattened())
+        {
             *to -= factor * from;
         }
     }
 
-    /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and changes the unknown from the
-    /// rotation vector of the last node to the rotation of the last frame. Counts the interior pivots.
-    pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: f64, inertia: &mut Inertia) -> Condensed {
+    /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and changes the
+    /// unknown from the rotation vector of the last node to the rotation of the last frame. Counts
+    /// the interior pivots.
+    pub fn condense<const P: usize>(
+        &mut self,
+        data: &ElementData,
+        shift: f64,
+        inertia: &mut Inertia,
+    ) -> Condensed {
         let m = 3 * (P - 1);
         self.hessian.eliminate::<P>(shift, inertia);
         let theta = data.rotations[P - 1];
         let (chain, chain_t) = (self.chain, self.chain.transpose());
-        // Second derivatives of the last rotation vector, contracted with the gradient there (docs/method.md).
+        // Second derivatives of the last rotation vector, contracted with the gradient there
+        // (docs/method.md).
         let g = self.gradient[P - 1];
         let [by_last, by_first] = chain_slopes(&self.inverse, &theta, &g);
-        let (pp, tt) = (self.hessian.diagonal_block(m), self.hessian.diagonal_block(m + 3));
+        let (pp, tt) = (
+            self.hessian.diagonal_block(m),
+            self.hessian.diagonal_block(m + 3),
+        );
         let pt = self.hessian.block(m, m + 3);
         let (pp_chain_t, chain_pt) = (pp * chain_t, chain * pt);
         let mixed = chain_t * (pt - pp_chain_t) - by_last * chain_t;
         Condensed {
             h11: chain_t * pp * chain + symmetric_part(&(by_last * chain)),
             h01: mixed.transpose(),
-            h00: chain * pp_chain_t - chain_pt - chain_pt.transpose() + tt + symmetric_part(&(by_first * chain_t)),
+            h00: chain * pp_chain_t - chain_pt - chain_pt.transpose()
+                + tt
+                + symmetric_part(&(by_first * chain_t)),
         }
     }
 
-    /// Eliminates the interior from the gradient with the factors of [`condense`](Self::condense). Returns the
-    /// gradient by the rotations of the last and of the first frame.
+    /// Eliminates the interior from the gradient with the factors of [`condense`](Self::condense).
+    /// Returns the gradient by the rotations of the last and of the first frame.
     pub fn condense_gradient<const P: usize>(&mut self) -> (Vector3<f64>, Vector3<f64>) {
         for k in 0..=P {
-            self.condensed.as_flattened_mut()[3 * k..3 * k + 3].copy_from_slice(self.gradient[k].as_slice());
+            self.condensed.as_flattened_mut()[3 * k..3 * k + 3]
+                .copy_from_slice(self.gradient[k].as_slice());
         }
         self.hessian.reduce::<P>(&mut self.condensed);
         self.outer(&self.condensed, P)
     }
 
     /// The Newton step of the interior rotation vectors from the gradient of
-    /// [`condense_gradient`](Self::condense_gradient), given the rotations of the last and of the first frame.
-    pub fn recover<const P: usize>(&self, last: &Vector3<f64>, first: &Vector3<f64>, steps: &mut [Vector3<f64>]) {
+    /// [`condense_gradient`](Self::condense_gradient), given the rotations of the last and of the
+    /// first frame.
+    pub fn recover<const P: usize>(
+        &self,
+        last: &Vector3<f64>,
+        first: &Vector3<f64>,
+        steps: &mut [Vector3<f64>],
+    ) {
         let m = 3 * (P - 1);
         let mut x = Row::default();
         let outer = self.chain * last - self.chain.tr_mul(first);
@@ -287,8 +356,8 @@ impl ElementSystem {
         steps[P - 1] = outer;
     }
 
-    /// The derivative of the energy along a step: rotation vectors of the nodes 1 … p, and the rotation of the
-    /// element.
+    /// The derivative of the energy along a step: rotation vectors of the nodes 1 … p, and the
+    /// rotation of the element.
     pub fn slope<const P: usize>(&self, steps: &[Vector3<f64>], first: &Vector3<f64>) -> f64 {
         (0..P).map(|k| self.gradient[k].dot(&steps[k])).sum::<f64>() + self.gradient[P].dot(first)
     }
@@ -309,17 +378,26 @@ impl<'a> ElementData<'a> {
         }
     }
 
-    /// The values of the nodal polynomials at point k of the Gauss rule from the start of the element to `x`, and the
-    /// weight of the point, m.
+    /// The values of the nodal polynomials at point k of the Gauss rule from the start of the
+    /// element to `x`, and the weight of the point, m.
     fn part_of_chord(&self, x: f64, k: usize) -> ([f64; MAX_POINTS], f64) {
-        let ChordPoint { weight, points, nodes } = self.reference.chord_point(k, x);
+        let ChordPoint {
+            weight,
+            points,
+            nodes,
+        } = self.reference.chord_point(k, x);
         (nodes, weight * weighted_jacobian(self.points, &points))
     }
 }
 
-/// Adds the derivatives at a place to a row: `by[0]`, by the rotation vector at the place, times the values `shape` of
-/// the nodal polynomials there, and `by[1]`, by the rotation of the whole element.
-fn add_derivatives<const P: usize>(row: &mut Row, shape: &[f64; MAX_POINTS], by: [Vector3<f64>; 2]) {
+/// Adds the derivatives at a place to a row: `by[0]`, by the rotation vector at the place, times
+/// the values `shape` of the nodal polynomials there, and `by[1]`, by the rotation of the whole
+/// element.
+fn add_derivatives<const P: usize>(
+    row: &mut Row,
+    shape: &[f64; MAX_POINTS],
+    by: [Vector3<f64>; 2],
+) {
     let row = row.as_flattened_mut();
     for i in 0..3 {
         (0..P).for_each(|n| row[3 * n + i] += by[0][i] * shape[n]);
@@ -327,9 +405,9 @@ fn add_derivatives<const P: usize>(row: &mut Row, shape: &[f64; MAX_POINTS], by:
     }
 }
 
-/// Second derivatives of the energy −F · R v of a load F on a rotated vector R v: the mixed ones by the rotation vector
-/// θ and the rotation φ of the whole element, and those by φ alone. `turned` is R v, and `turned_theta` is its
-/// derivative by θ.
+/// Second derivatives of the energy −F · R v of a load F on a rotated vector R v: the mixed ones by
+/// the rotation vector θ and the rotation φ of the whole element, and those by φ alone. `turned` is
+/// R v, and `turned_theta` is its derivative by θ.
 #[inline]
 fn turn_hessians<T: Real>(
     load: &Vector3<T>,
@@ -337,7 +415,11 @@ fn turn_hessians<T: Real>(
     turned_theta: &Matrix3<T>,
 ) -> (Matrix3<T>, Matrix3<T>) {
     let mixed = Matrix3::from_fn(|i, j| load.cross(&turned_theta.column(i))[j]);
-    (mixed, Matrix3::from_diagonal_element(load.dot(turned)) - symmetric_part(&(turned * load.transpose())))
+    (
+        mixed,
+        Matrix3::from_diagonal_element(load.dot(turned))
+            - symmetric_part(&(turned * load.transpose())),
+    )
 }
 
 /// The product aᵀ b, for matrices for which it is symmetric.
@@ -349,11 +431,15 @@ fn symmetric_product<T: Real>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     Matrix3::new(x, xy, xz, xy, y, yz, xz, yz, z)
 }
 
-/// Second derivatives of a rotation vector by rotations of the frame of the node and of the first frame, contracted
-/// with the gradient `g` by the rotation vector: B = ∂(Aᵀ g)/∂θ and C = ∂(A g)/∂θ, where `inverse` is A.
+/// Second derivatives of a rotation vector by rotations of the frame of the node and of the first
+/// frame, contracted with the gradient `g` by the rotation vector: B = ∂(Aᵀ g)/∂θ and C = ∂(A
+/// g)/∂θ, where `inverse` is A.
 #[inline]
 fn chain_slopes(inverse: &Form, theta: &Vector3<f64>, g: &Vector3<f64>) -> [Matrix3<f64>; 2] {
-    [inverse.transpose().jacobian(theta, g), inverse.jacobian(theta, g)]
+    [
+        inverse.transpose().jacobian(theta, g),
+        inverse.jacobian(theta, g),
+    ]
 }
 
 #[inline]

@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::Inertia;
 use crate::reference_element::MAX_POINTS;
 
-/// Largest interior pivot that is neutral, relative to the diagonal entry before elimination: rounding of a few units
-/// of 1e-16 times the growth of the elimination.
+/// Largest interior pivot that is neutral, relative to the diagonal entry before elimination:
+/// rounding of a few units of 1e-16 times the growth of the elimination.
 const NEUTRAL: f64 = 1e-10;
 /// Largest number of unknowns of an element: p rotation vectors and the rotation of the whole.
 const MAX: usize = 3 * (MAX_POINTS + 1);
@@ -19,7 +19,8 @@ pub(super) type Row = [[f64; LANES]; MAX.div_ceil(LANES)];
 
 /// A symmetric matrix by its upper triangle, then the factors of its interior part.
 ///
-/// Rows are processed in whole groups of columns, so some entries left of the diagonal are computed as well.
+/// Rows are processed in whole groups of columns, so some entries left of the diagonal are computed
+/// as well.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Elimination {
     /// After the elimination the interior rows hold D Lᵀ.
@@ -42,7 +43,11 @@ fn add<const N: usize>(row: &mut Row, factors: [f64; N], others: [&Row; N], col:
 
 /// Adds multiples of other rows to `row`, from the group `FROM` on.
 #[inline]
-fn add_groups<const FROM: usize, const N: usize>(row: &mut Row, factors: [f64; N], others: [&Row; N]) {
+fn add_groups<const FROM: usize, const N: usize>(
+    row: &mut Row,
+    factors: [f64; N],
+    others: [&Row; N],
+) {
     for g in FROM..row.len() {
         let mut sum = row[g];
         for n in 0..N {
@@ -91,8 +96,8 @@ impl Elimination {
         self.set_block(row, col, &(self.block(row, col) + block));
     }
 
-    /// Adds `shift` to the diagonal of the interior unknowns, which are the first, and eliminates them. Counts their
-    /// pivots.
+    /// Adds `shift` to the diagonal of the interior unknowns, which are the first, and eliminates
+    /// them. Counts their pivots.
     pub fn eliminate<const P: usize>(&mut self, shift: f64, inertia: &mut Inertia) {
         let (m, n) = (3 * (P - 1), 3 * (P + 1));
         let mut diagonal = [0.0; MAX];
@@ -101,7 +106,8 @@ impl Elimination {
             *entry += shift;
             diagonal[k] = entry.abs();
         }
-        // Three pivot rows are eliminated together, so that the rows below are read and written once for all of them.
+        // Three pivot rows are eliminated together, so that the rows below are read and written
+        // once for all of them.
         for k in (0..m).step_by(3) {
             let (above, below) = self.rows.split_at_mut(k + 3);
             let block = &mut above[k..];
@@ -114,7 +120,12 @@ impl Elimination {
                 inverse[b] = if pivot == 0.0 { 0.0 } else { 1.0 / pivot };
                 for (i, row) in rest.iter_mut().enumerate() {
                     let col = k + b + 1 + i;
-                    add(row, [-pivot_row.as_flattened()[col] * inverse[b]], [pivot_row], col);
+                    add(
+                        row,
+                        [-pivot_row.as_flattened()[col] * inverse[b]],
+                        [pivot_row],
+                        col,
+                    );
                 }
             }
             let block: [&Row; 3] = [&block[0], &block[1], &block[2]];
@@ -138,8 +149,8 @@ impl Elimination {
         }
     }
 
-    /// Solves for the interior unknowns, given the reduced vector and the outer unknowns, which follow the
-    /// interior ones in `x`.
+    /// Solves for the interior unknowns, given the reduced vector and the outer unknowns, which
+    /// follow the interior ones in `x`.
     pub fn recover<const P: usize>(&self, vector: &Row, x: &mut Row) {
         for k in (0..3 * (P - 1)).rev() {
             let mut sums = [0.0; LANES];

@@ -8,13 +8,15 @@ use crate::check::LawError;
 use crate::error::{Number, ParameterError, debug_by_display, ensure};
 use crate::rod::RodError;
 
-/// Rotation of a frame (rad) below which a step of a search is rounding: that of the sums over some hundreds of nodes.
+/// Rotation of a frame (rad) below which a step of a search is rounding: that of the sums over some
+/// hundreds of nodes.
 const ROUNDING: f64 = 1e-13;
 /// Causes of a step that is rounding.
 const HINT: &str = "; this step is rounding: perhaps the tolerance is too small, or the rod, which does not stretch, \
                     is held at places that are as far apart as the part between them is long";
 /// Causes of a contact whose condition is violated.
-const CAUSES: &str = ", perhaps since the search began inside the obstacle, or since a hold is too far around it";
+const CAUSES: &str =
+    ", perhaps since the search began inside the obstacle, or since a hold is too far around it";
 
 /// Contact that violates its condition at the end of a search without success.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,16 +25,23 @@ pub struct ContactViolation {
     pub obstacle: usize,
     /// Arc length s of the place from the base, m.
     pub arc_length: f64,
-    /// Distance by which the condition is violated, m: the penetration of the surface, or the distance from it of a
-    /// place on which the obstacle exerts a force. Positive.
+    /// Distance by which the condition is violated, m: the penetration of the surface, or the
+    /// distance from it of a place on which the obstacle exerts a force. Positive.
     pub violation: f64,
 }
 
 impl std::fmt::Display for ContactViolation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { obstacle, arc_length, violation } = self;
+        let Self {
+            obstacle,
+            arc_length,
+            violation,
+        } = self;
         let (place, by) = (Number(*arc_length), Number(*violation));
-        write!(f, "the contact with obstacle {obstacle} at {place:.4} m from the base is violated by {by:.2} m")
+        write!(
+            f,
+            "the contact with obstacle {obstacle} at {place:.4} m from the base is violated by {by:.2} m"
+        )
     }
 }
 
@@ -40,7 +49,8 @@ impl std::fmt::Display for ContactViolation {
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EquilibriumError {
-    /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
+    /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may
+    /// help.
     #[error(
         "no equilibrium after {iterations} iterations: {}{}; shorter steps, more elements, a smaller load, a larger \
          tolerance or a larger `max_iterations` may help",
@@ -56,8 +66,8 @@ pub enum EquilibriumError {
         residual: f64,
         /// The largest force in the rod, N.
         force: f64,
-        /// The contact whose condition is violated most; `None` without contacts, and for a solver that does not
-        /// report it.
+        /// The contact whose condition is violated most; `None` without contacts, and for a solver
+        /// that does not report it.
         contact: Option<ContactViolation>,
     },
     /// Supports do not balance the load of a rod whose base is free.
@@ -67,16 +77,18 @@ pub enum EquilibriumError {
         Number(force.x), Number(force.y), Number(force.z)
     )]
     NotHeld {
-        /// Resultant force of the load and of the reactions on the rod at the end of the search, in the fixed frame, N.
+        /// Resultant force of the load and of the reactions on the rod at the end of the search, in
+        /// the fixed frame, N.
         force: Vector3<f64>,
     },
-    /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
+    /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements
+    /// are needed.
     #[error("element {element}, counted from the base, would rotate by π: {}", describe_fold(*intrinsic))]
     Folded {
         /// The element, counted from zero at the base.
         element: usize,
-        /// Rotation of the element by the magnitude of its intrinsic strain alone, rad. It is the cause if it is not
-        /// much less than π, and the load otherwise.
+        /// Rotation of the element by the magnitude of its intrinsic strain alone, rad. It is the
+        /// cause if it is not much less than π, and the load otherwise.
         intrinsic: f64,
     },
     /// The only equilibrium found is unstable.
@@ -101,7 +113,9 @@ pub enum EquilibriumError {
         arc_length: f64,
     },
     /// An input or a value of an elastic law is not finite.
-    #[error("the {what} is not finite: check the elastic law, the strains, the load and the supports")]
+    #[error(
+        "the {what} is not finite: check the elastic law, the strains, the load and the supports"
+    )]
     NotFinite {
         /// The quantity that is not finite.
         what: &'static str,
@@ -122,7 +136,8 @@ pub enum EquilibriumError {
         Number(*rotation), Number(*reported)
     )]
     Unbalanced {
-        /// Largest rotation of a frame to the equilibrium that Newton's method finds from the shape, rad.
+        /// Largest rotation of a frame to the equilibrium that Newton's method finds from the
+        /// shape, rad.
         rotation: f64,
         /// Error of the shape that the solver has reported, rad.
         reported: f64,
@@ -130,11 +145,12 @@ pub enum EquilibriumError {
     /// A solver has computed a shape that the rod refuses.
     #[error(transparent)]
     Shape(#[from] RodError),
-    /// The search failed, and the methods of the elastic law contradict each other, as [`check`](crate::check) finds.
+    /// The search failed, and the methods of the elastic law contradict each other, as
+    /// [`check`](crate::check) finds.
     #[error(transparent)]
     Law(#[from] Box<LawError>),
-    /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as
-    /// unloaded, or a number of elements that exceeds the memory.
+    /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is
+    /// solved as unloaded, or a number of elements that exceeds the memory.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
 }
@@ -144,8 +160,9 @@ debug_by_display!(EquilibriumError);
 /// The result of a part of a search.
 pub(super) type Outcome<T = ()> = Result<T, EquilibriumError>;
 
-/// Describes the end of a search: the largest rotation of its last step (rad), which is infinite or zero without a
-/// step, the largest unbalanced couple (N m), which is zero before an evaluation, and the largest force (N).
+/// Describes the end of a search: the largest rotation of its last step (rad), which is infinite or
+/// zero without a step, the largest unbalanced couple (N m), which is zero before an evaluation,
+/// and the largest force (N).
 fn describe_search(step: f64, couple: f64, force: f64) -> String {
     let moved = if step > 0.0 && step.is_finite() {
         format!("the last step rotated a frame by {:.4} rad", Number(step))
@@ -159,8 +176,14 @@ fn describe_search(step: f64, couple: f64, force: f64) -> String {
         return format!("{moved}, and the unbalanced couples are not finite");
     }
     let [couple, force] = [couple, force].map(Number);
-    let balance = format!("the largest unbalanced couple is {couple:.4} N m, and the largest force {force:.4} N");
-    let hint = if (f64::MIN_POSITIVE..ROUNDING).contains(&step) { HINT } else { "" };
+    let balance = format!(
+        "the largest unbalanced couple is {couple:.4} N m, and the largest force {force:.4} N"
+    );
+    let hint = if (f64::MIN_POSITIVE..ROUNDING).contains(&step) {
+        HINT
+    } else {
+        ""
+    };
     format!("{moved}, {balance}{hint}")
 }
 
@@ -186,14 +209,19 @@ impl EquilibriumError {
     }
 }
 
-/// Describes the cause of a fold of an element that its intrinsic strain alone rotates by an angle (rad), and the
-/// remedies.
+/// Describes the cause of a fold of an element that its intrinsic strain alone rotates by an angle
+/// (rad), and the remedies.
 fn describe_fold(intrinsic: f64) -> String {
     if intrinsic < FRAC_PI_2 {
         let check = "check the units of length, radius, stiffness and load";
-        return format!("{check}; if the shape is as expected, take more elements or a smaller load");
+        return format!(
+            "{check}; if the shape is as expected, take more elements or a smaller load"
+        );
     }
-    let (turn, remedy) = (Number(intrinsic), "if the shape is as expected, take more elements");
+    let (turn, remedy) = (
+        Number(intrinsic),
+        "if the shape is as expected, take more elements",
+    );
     let check = "check the tropism laws, their sensitivities, a strain that was set (1/m), and the units of growth \
                  time, length and radius";
     format!("its intrinsic strain alone rotates it by {turn:.3} rad; {check}; {remedy}")

@@ -10,12 +10,13 @@ pub(super) struct ElasticJoint {
     pub node: usize,
     /// Couple on the rod, along the directors, N m.
     pub couple: Vector3<f64>,
-    /// Second derivative of the energy by a rotation of the frame, along the directors, N m; symmetric.
+    /// Second derivative of the energy by a rotation of the frame, along the directors, N m;
+    /// symmetric.
     pub stiffness: Matrix3<f64>,
 }
 
-/// A base whose position is unknown. A spring, whose force is zero at the start of each step, makes the tangent
-/// regular.
+/// A base whose position is unknown. A spring, whose force is zero at the start of each step, makes
+/// the tangent regular.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FreeBase {
     /// Length of the rod, m. Displacements relative to it count as rotations in the size of a step.
@@ -26,7 +27,8 @@ pub(super) struct FreeBase {
     pub stiffness: f64,
     /// Least share of the spring, and of the increases of pivots, that remains in a step.
     pub least: f64,
-    /// Whether the spring is removed from the step completely. Holds and springs must then prevent all rigid motions.
+    /// Whether the spring is removed from the step completely. Holds and springs must then prevent
+    /// all rigid motions.
     pub exact: bool,
 }
 
@@ -37,7 +39,8 @@ pub(super) struct Joints {
     pub base_rotates: bool,
     /// The base if its position is unknown, too.
     pub free_base: Option<FreeBase>,
-    /// Frames with confined rotations: node, and the projection to the free directions along the directors.
+    /// Frames with confined rotations: node, and the projection to the free directions along the
+    /// directors.
     pub confined: Vec<(usize, Matrix3<f64>)>,
     pub elastic: Vec<ElasticJoint>,
     /// Unbalanced couples in the confined directions at the last balance, along the directors, N m.
@@ -52,7 +55,11 @@ impl Joints {
 
     /// Adds the elastic joints to a tangent and confines its rotations.
     pub fn apply(&self, tangent: &mut Tangent) {
-        for joint in self.elastic.iter().filter(|joint| joint.node >= self.first_free()) {
+        for joint in self
+            .elastic
+            .iter()
+            .filter(|joint| joint.node >= self.first_free())
+        {
             tangent.add_diagonal(joint.node - self.first_free(), &joint.stiffness);
         }
         for (node, projection) in &self.confined {
@@ -62,14 +69,17 @@ impl Joints {
         }
     }
 
-    /// Adds the couples of the elastic joints to the unbalanced couples on the frames, and removes the confined
-    /// directions, whose couples are kept.
+    /// Adds the couples of the elastic joints to the unbalanced couples on the frames, and removes
+    /// the confined directions, whose couples are kept.
     pub fn release(&mut self, couples: &mut [Vector3<f64>]) {
         for joint in &self.elastic {
             couples[joint.node] += joint.couple;
         }
         if !self.base_rotates {
-            couples.iter_mut().take(1).for_each(|couple| *couple = Vector3::zeros());
+            couples
+                .iter_mut()
+                .take(1)
+                .for_each(|couple| *couple = Vector3::zeros());
         }
         self.held.clear();
         for (node, projection) in &self.confined {
@@ -82,7 +92,10 @@ impl Joints {
     /// Removes the confined directions of a vector of couples.
     pub fn confine(&self, couples: &mut [Vector3<f64>]) {
         if !self.base_rotates {
-            couples.iter_mut().take(1).for_each(|couple| *couple = Vector3::zeros());
+            couples
+                .iter_mut()
+                .take(1)
+                .for_each(|couple| *couple = Vector3::zeros());
         }
         for (node, projection) in &self.confined {
             couples[*node] = projection * couples[*node];
@@ -91,12 +104,19 @@ impl Joints {
 
     /// Moves the joints to other nodes.
     pub fn move_nodes(&mut self, moved: impl Fn(usize) -> usize) {
-        self.confined.iter_mut().for_each(|(node, _)| *node = moved(*node));
-        self.elastic.iter_mut().for_each(|joint| joint.node = moved(joint.node));
+        self.confined
+            .iter_mut()
+            .for_each(|(node, _)| *node = moved(*node));
+        self.elastic
+            .iter_mut()
+            .for_each(|joint| joint.node = moved(joint.node));
     }
 
     /// Number of confined directions among the unknowns.
     pub fn confined_directions(&self) -> usize {
-        self.confined.iter().map(|(_, projection)| (3.0 - projection.trace()).round() as usize).sum()
+        self.confined
+            .iter()
+            .map(|(_, projection)| (3.0 - projection.trace()).round() as usize)
+            .sum()
     }
 }

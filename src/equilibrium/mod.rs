@@ -42,26 +42,32 @@ use crate::support::{Patch, Reaction, Support};
 pub struct Inertia {
     /// Number of negative eigenvalues, the Morse index: zero at a stable equilibrium.
     pub negative: usize,
-    /// Number of eigenvalues that are zero up to rounding. An isotropic buckled shoot on an exactly upright base has
-    /// one, for rotations about the vertical, and is stable.
+    /// Number of eigenvalues that are zero up to rounding. An isotropic buckled shoot on an exactly
+    /// upright base has one, for rotations about the vertical, and is stable.
     pub neutral: usize,
     /// Number of positive eigenvalues.
     pub positive: usize,
-    /// Smallest pivot relative to the diagonal entry before elimination: a measure of the distance from a change of
-    /// stability. It is negative if an eigenvalue is, and infinite by default, without any pivot. With a support it has
-    /// no sign: it is the magnitude of this pivot, or of the smallest scaled eigenvalue for the reactions if that is
-    /// less, and only the counts decide stability.
+    /// Smallest pivot relative to the diagonal entry before elimination: a measure of the distance
+    /// from a change of stability. It is negative if an eigenvalue is, and infinite by default,
+    /// without any pivot. With a support it has no sign: it is the magnitude of this pivot, or of
+    /// the smallest scaled eigenvalue for the reactions if that is less, and only the counts decide
+    /// stability.
     pub margin: f64,
 }
 
 impl Default for Inertia {
     fn default() -> Self {
-        Self { negative: 0, neutral: 0, positive: 0, margin: f64::INFINITY }
+        Self {
+            negative: 0,
+            neutral: 0,
+            positive: 0,
+            margin: f64::INFINITY,
+        }
     }
 }
 
-/// Counts, error and stability of an equilibrium. The counts do not include the search on a coarse mesh that improves a
-/// straight initial guess.
+/// Counts, error and stability of an equilibrium. The counts do not include the search on a coarse
+/// mesh that improves a straight initial guess.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
@@ -73,32 +79,35 @@ pub struct Equilibrium {
     pub factorisations: usize,
     /// Number of evaluations of the energy and its gradient without tangent.
     pub evaluations: usize,
-    /// Estimated largest error of a frame against the exact stationary point of the discrete energy, rad. With
-    /// obstacles it is at least the largest penetration of the discrete rod relative to the length, which a coarse rod
-    /// may have between its stations. A contact point is at a node, and a contact segment has nodes at its ends. A
-    /// solver moves these nodes a limited number of times. If a node is still away from its place, the error is at
-    /// least its distance along the rod relative to the length, which may be far larger than the error of the shape. It
-    /// does not contain rotations in the directions that [`Inertia::neutral`] counts: the couples along them are
-    /// rounding.
+    /// Estimated largest error of a frame against the exact stationary point of the discrete
+    /// energy, rad. With obstacles it is at least the largest penetration of the discrete rod
+    /// relative to the length, which a coarse rod may have between its stations. A contact point is
+    /// at a node, and a contact segment has nodes at its ends. A solver moves these nodes a limited
+    /// number of times. If a node is still away from its place, the error is at least its distance
+    /// along the rod relative to the length, which may be far larger than the error of the shape.
+    /// It does not contain rotations in the directions that [`Inertia::neutral`] counts: the
+    /// couples along them are rounding.
     pub error: f64,
-    /// Total energy, J: the elastic energy, which is zero without elastic strain, minus ∫ n · p′ ds, the work of
-    /// the load as the tissue moves from the position of the base to its own. Zero for [`Unloaded`], which does not
-    /// evaluate it.
+    /// Total energy, J: the elastic energy, which is zero without elastic strain, minus ∫ n · p′
+    /// ds, the work of the load as the tissue moves from the position of the base to its own. Zero
+    /// for [`Unloaded`], which does not evaluate it.
     pub energy: f64,
-    /// Numbers of positive, negative and neutral eigenvalues of the tangent at the equilibrium. For a solver without
-    /// tangent the counts are zero and the margin is infinite.
+    /// Numbers of positive, negative and neutral eigenvalues of the tangent at the equilibrium. For
+    /// a solver without tangent the counts are zero and the margin is infinite.
     pub inertia: Inertia,
-    /// Displacement of the tip (m) since the first unstable configuration of the search, unless the equilibrium is the
-    /// continuation of the initial guess. It is the continuation if the unbalanced couples of the guess cause at least
-    /// a fifth of the rotation from there. For a rod with a support it is the largest displacement of the centre line
-    /// from the initial guess. `None` if all configurations of the search were stable. For a rod with a support it is
-    /// also `None` if Newton's method or a descent within 1e-3 of the length found the equilibrium, unless the rod
-    /// touched no obstacle before and the search without obstacles jumped. After a jump the friction of contacts
-    /// depends on the iterations of the descent, in each of which it dissipates energy.
+    /// Displacement of the tip (m) since the first unstable configuration of the search, unless the
+    /// equilibrium is the continuation of the initial guess. It is the continuation if the
+    /// unbalanced couples of the guess cause at least a fifth of the rotation from there. For a rod
+    /// with a support it is the largest displacement of the centre line from the initial guess.
+    /// `None` if all configurations of the search were stable. For a rod with a support it is also
+    /// `None` if Newton's method or a descent within 1e-3 of the length found the equilibrium,
+    /// unless the rod touched no obstacle before and the search without obstacles jumped. After a
+    /// jump the friction of contacts depends on the iterations of the descent, in each of which it
+    /// dissipates energy.
     pub jump: Option<f64>,
-    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
-    /// stability that does not depend on the mesh. Zero with a neutral rotation of frames, and for a solver without
-    /// tangent.
+    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a
+    /// distance from the loss of stability that does not depend on the mesh. Zero with a neutral
+    /// rotation of frames, and for a solver without tangent.
     pub(crate) resistance: f64,
 }
 
@@ -109,11 +118,13 @@ pub struct Equilibrium {
 pub struct Held {
     /// Counts, error and stability. The inertia is that on the directions that the supports permit.
     pub equilibrium: Equilibrium,
-    /// Number of increments in which the holds were moved to their places, and in a time step also the base and the
-    /// obstacles. They are the load path, on which an equilibrium depends if there are several.
+    /// Number of increments in which the holds were moved to their places, and in a time step also
+    /// the base and the obstacles. They are the load path, on which an equilibrium depends if there
+    /// are several.
     pub increments: usize,
-    /// The reactions: of the holds of positions in their order, of the springs with a potential, of the
-    /// contacts, and of the holds of frames alone. They are also the [`Rod::reactions`] of `rod`.
+    /// The reactions: of the holds of positions in their order, of the springs with a potential, of
+    /// the contacts, and of the holds of frames alone. They are also the [`Rod::reactions`] of
+    /// `rod`.
     pub reactions: Vec<Reaction>,
     /// The rod in its shape, with additional nodes where contacts begin and end.
     pub rod: Rod,
@@ -148,17 +159,19 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) past: Past<'a>,
 }
 
-/// What a search takes from earlier equilibria, and whether it omits the last descent; nothing, and no, by default.
+/// What a search takes from earlier equilibria, and whether it omits the last descent; nothing, and
+/// no, by default.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Past<'a> {
     /// Reactions and contacts of the last equilibrium.
     pub earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
     pub shape: Option<&'a Rod>,
-    /// The start of the increment in time: contacts are followed from there, and friction depends on the displacement.
+    /// The start of the increment in time: contacts are followed from there, and friction depends
+    /// on the displacement.
     pub start: Option<&'a IncrementStart>,
-    /// Whether the descent to any equilibrium is omitted. In contact this descent follows a failure of Newton's method
-    /// and of a descent within 1e-3 of the length. A free rod ignores it.
+    /// Whether the descent to any equilibrium is omitted. In contact this descent follows a failure
+    /// of Newton's method and of a descent within 1e-3 of the length. A free rod ignores it.
     pub omits_descent: bool,
 }
 
@@ -168,29 +181,60 @@ impl Equilibrium {
     /// # Errors
     /// The first number that no equilibrium has.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::not_negative("error that the equilibrium solver reports", self.error, "rad")?;
-        ParameterError::finite("energy that the equilibrium solver reports", self.energy, "J")?;
-        ParameterError::not_negative("jump that the equilibrium solver reports", self.jump.unwrap_or(0.0), "m")?;
-        let (name, margin) = ("margin of stability that the equilibrium solver reports", self.inertia.margin);
-        ParameterError::unless(!margin.is_nan(), name, margin, "a number, or infinite without a tangent")
+        ParameterError::not_negative(
+            "error that the equilibrium solver reports",
+            self.error,
+            "rad",
+        )?;
+        ParameterError::finite(
+            "energy that the equilibrium solver reports",
+            self.energy,
+            "J",
+        )?;
+        ParameterError::not_negative(
+            "jump that the equilibrium solver reports",
+            self.jump.unwrap_or(0.0),
+            "m",
+        )?;
+        let (name, margin) = (
+            "margin of stability that the equilibrium solver reports",
+            self.inertia.margin,
+        );
+        ParameterError::unless(
+            !margin.is_nan(),
+            name,
+            margin,
+            "a number, or infinite without a tangent",
+        )
     }
 }
 
 impl std::fmt::Display for Equilibrium {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Inertia { negative, neutral, positive, .. } = self.inertia;
-        write!(f, "{} iterations, error {:.1e} rad, energy {:.6e} J", self.iterations, self.error, self.energy)?;
+        let Inertia {
+            negative,
+            neutral,
+            positive,
+            ..
+        } = self.inertia;
+        write!(
+            f,
+            "{} iterations, error {:.1e} rad, energy {:.6e} J",
+            self.iterations, self.error, self.energy
+        )?;
         if negative + neutral + positive > 0 {
             write!(f, ", {negative} negative and {neutral} neutral eigenvalues")?;
         }
-        self.jump.map_or(Ok(()), |jump| write!(f, ", {jump:.1e} m from an unstable shape"))
+        self.jump.map_or(Ok(()), |jump| {
+            write!(f, ", {jump:.1e} m from an unstable shape")
+        })
     }
 }
 
 /// Equilibria next to a given one, to first order.
 pub(crate) trait NearbyEquilibria {
-    /// Moves the frames of `rod` to equilibrium to first order. `rod` is a copy of the linearised rod with a small
-    /// disturbance of the intrinsic strain.
+    /// Moves the frames of `rod` to equilibrium to first order. `rod` is a copy of the linearised
+    /// rod with a small disturbance of the intrinsic strain.
     fn follow(&mut self, rod: &mut Rod);
 
     /// The force in the rod that was moved last.
@@ -256,12 +300,13 @@ pub(crate) trait NearbyEquilibria {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait EquilibriumSolver {
-    /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial
-    /// guess is the current configuration. The frame of the base does not change. The force must be that in
-    /// this rod.
+    /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it.
+    /// The initial guess is the current configuration. The frame of the base does not change. The
+    /// force must be that in this rod.
     ///
-    /// An integrator adds the counts of the result to its [`Statistics`](crate::integrator::Statistics), on which
-    /// limits of work depend. It reports a snap for a result with `jump`. `error` is a part of the error estimate of
+    /// An integrator adds the counts of the result to its
+    /// [`Statistics`](crate::integrator::Statistics), on which limits of work depend. It reports a
+    /// snap for a result with `jump`. `error` is a part of the error estimate of
     /// [`Adaptive`](crate::integrator::Adaptive). The other fields are for the user.
     ///
     /// An integrator examines the result of a solver that is not [trusted](Self::is_trusted).
@@ -275,16 +320,19 @@ pub trait EquilibriumSolver {
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError>;
 
-    /// Whether the solver examines its results itself, as those of the crate do; `false` by default.
+    /// Whether the solver examines its results itself, as those of the crate do; `false` by
+    /// default.
     ///
-    /// If not, an integrator compares elements, growth zone and base of a shoot without supports with those before each
-    /// call, and its material points with those before the first one. A shape that is farther from equilibrium than 0.1
-    /// rad and than the `error` that the solver reports is an error. This costs one evaluation of the couples.
+    /// If not, an integrator compares elements, growth zone and base of a shoot without supports
+    /// with those before each call, and its material points with those before the first one. A
+    /// shape that is farther from equilibrium than 0.1 rad and than the `error` that the solver
+    /// reports is an error. This costs one evaluation of the couples.
     fn is_trusted(&self) -> bool {
         false
     }
 
-    /// Finds an equilibrium of a rod with a support. A solver that does not implement this method returns an error.
+    /// Finds an equilibrium of a rod with a support. A solver that does not implement this method
+    /// returns an error.
     ///
     /// # Errors
     /// See [`EquilibriumError`].
@@ -297,7 +345,8 @@ pub trait EquilibriumSolver {
         Err(ParameterError::refused(name, 1.0, requirement).into())
     }
 
-    /// Moves the frames of `rod` to an equilibrium under a load. The parameters of the elastic law are checked.
+    /// Moves the frames of `rod` to an equilibrium under a load. The parameters of the elastic law
+    /// are checked.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.

@@ -9,7 +9,8 @@ use super::line::{check_line, strain_line};
 use super::search::NewtonSearch;
 use super::system::System;
 use super::{
-    Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria, Past, RodEnergy,
+    Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria,
+    Past, RodEnergy,
 };
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
@@ -20,8 +21,8 @@ use crate::support::{Reaction, Support};
 
 /// Newton's method for equations (9) to (12), with faer's sparse LDLᵀ factorisation.
 ///
-/// The solver has settings and workspace, but no state: calls with equal rods give equal results. Settings are
-/// written as a struct literal:
+/// The solver has settings and workspace, but no state: calls with equal rods give equal results.
+/// Settings are written as a struct literal:
 ///
 /// ```
 /// use morphorod::equilibrium::NewtonSolver;
@@ -31,18 +32,20 @@ use crate::support::{Reaction, Support};
 /// ```
 #[derive(Debug, Clone)]
 pub struct NewtonSolver {
-    /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad: from 2.3e-16
-    /// to 0.1, 1e-11 by default. `Adaptive` sets it from its tolerance, and `MethodOfSteps::new` uses 1e-8.
+    /// Largest acceptable error of a frame against the exact stationary point of the discrete
+    /// energy, rad: from 2.3e-16 to 0.1, 1e-11 by default. `Adaptive` sets it from its tolerance,
+    /// and `MethodOfSteps::new` uses 1e-8.
     pub tolerance: f64,
-    /// Largest number of Newton iterations. With a support, it holds for each increment of the load path, and
-    /// [`Equilibrium::iterations`], the sum over the increments, may be larger.
+    /// Largest number of Newton iterations. With a support, it holds for each increment of the load
+    /// path, and [`Equilibrium::iterations`], the sum over the increments, may be larger.
     pub max_iterations: usize,
-    /// Whether only stable equilibria are accepted: the energy is minimised, and the search leaves saddles. Otherwise
-    /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded
-    /// step. If this fails for a rod with supports, a descent to a stable equilibrium follows, whose distance is
-    /// [`Equilibrium::jump`].
+    /// Whether only stable equilibria are accepted: the energy is minimised, and the search leaves
+    /// saddles. Otherwise the search finds the equilibrium close to the initial guess, stable or
+    /// not, by Newton's method with a bounded step. If this fails for a rod with supports, a
+    /// descent to a stable equilibrium follows, whose distance is [`Equilibrium::jump`].
     pub stable_only: bool,
-    /// Memory that successive calls reuse, allocated by the first of them; `..NewtonSolver::default()` sets it.
+    /// Memory that successive calls reuse, allocated by the first of them;
+    /// `..NewtonSolver::default()` sets it.
     pub workspace: NewtonWorkspace,
 }
 
@@ -63,25 +66,34 @@ impl Clone for NewtonWorkspace {
 impl Default for NewtonSolver {
     /// Error 1e-11 rad, at most 1000 iterations, stable equilibria only.
     fn default() -> Self {
-        Self { tolerance: 1e-11, max_iterations: 1000, stable_only: true, workspace: NewtonWorkspace::default() }
+        Self {
+            tolerance: 1e-11,
+            max_iterations: 1000,
+            stable_only: true,
+            workspace: NewtonWorkspace::default(),
+        }
     }
 }
 
 impl NewtonSolver {
-    /// A solver with the given largest error of a frame, rad, and the other defaults. The tolerance must be positive;
-    /// [`equilibrate`](EquilibriumSolver::equilibrate) returns an error otherwise.
+    /// A solver with the given largest error of a frame, rad, and the other defaults. The tolerance
+    /// must be positive; [`equilibrate`](EquilibriumSolver::equilibrate) returns an error
+    /// otherwise.
     #[must_use]
     pub fn with_tolerance(tolerance: f64) -> Self {
-        Self { tolerance, ..Self::default() }
+        Self {
+            tolerance,
+            ..Self::default()
+        }
     }
 
-    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not. The variables
-    /// are the rotations of the frames at the ends of the elements, except the base, and the rotation vectors of the
-    /// nodes inside the elements.
+    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or
+    /// not. The variables are the rotations of the frames at the ends of the elements, except the
+    /// base, and the rotation vectors of the nodes inside the elements.
     ///
     /// # Errors
-    /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for
-    /// a rod of more elements than fit in memory.
+    /// [`EquilibriumError::NotFinite`] for an input that is not finite, and
+    /// [`EquilibriumError::Parameter`] for a rod of more elements than fit in memory.
     #[doc(alias = "self-buckling")]
     pub fn inertia(
         &mut self,
@@ -92,14 +104,19 @@ impl NewtonSolver {
     ) -> Result<Inertia, EquilibriumError> {
         material.check()?;
         let force = InternalForce::of(rod, load, environment);
-        Ok(self.workspace.system.assemble(rod, &RodEnergy::new(material, &force), 0.0)?.1)
+        Ok(self
+            .workspace
+            .system
+            .assemble(rod, &RodEnergy::new(material, &force), 0.0)?
+            .1)
     }
 
-    /// Factorises the tangent at an equilibrium under a load and with a support. `force` is the force in the rod, with
-    /// the reactions.
+    /// Factorises the tangent at an equilibrium under a load and with a support. `force` is the
+    /// force in the rod, with the reactions.
     ///
     /// # Errors
-    /// See [`inertia`](Self::inertia); holds for which shape or reactions are not determined to first order.
+    /// See [`inertia`](Self::inertia); holds for which shape or reactions are not determined to
+    /// first order.
     pub(crate) fn linearise<'a>(
         &'a mut self,
         rod: &'a Rod,
@@ -110,7 +127,10 @@ impl NewtonSolver {
         if support.is_absent() {
             let body = RodEnergy::new(material, force);
             self.workspace.system.assemble(rod, &body, 0.0)?;
-            return Ok(Box::new(FactorisedTangent { system: &mut self.workspace.system, body }));
+            return Ok(Box::new(FactorisedTangent {
+                system: &mut self.workspace.system,
+                body,
+            }));
         }
         let reactions = force.reactions().to_vec();
         let mut search = self.held(rod, (material, load), force, support, (false, 1.0))?;
@@ -128,17 +148,28 @@ impl NewtonSolver {
         kind: (bool, f64),
     ) -> Result<HeldSearch<'a>, EquilibriumError> {
         let system = &mut self.workspace.system;
-        HeldSearch::new(Box::new(Body { system, material, load, force }), rod, support, kind)
+        HeldSearch::new(
+            Box::new(Body {
+                system,
+                material,
+                load,
+                force,
+            }),
+            rod,
+            support,
+            kind,
+        )
     }
 
     /// Moves the frames of `rod` to an equilibrium under a load and with supports.
     ///
-    /// Holds move from the present places of the rod to the requested ones in increments of at most 0.05 times the
-    /// length and 0.3 rad, each of which ends in equilibrium. This is the load path. Beside obstacles the increments
-    /// become shorter, so that held frames do not move the rod past one. A start inside an obstacle is
-    /// pushed out along the normal. `rod` keeps its nodes. [`Held::rod`] has additional nodes where contacts begin and
-    /// end, and represents the shape between nodes more accurately. Both have the [`reactions`](Rod::reactions), which
-    /// a [`Profile`](crate::profile::Profile) of them includes.
+    /// Holds move from the present places of the rod to the requested ones in increments of at most
+    /// 0.05 times the length and 0.3 rad, each of which ends in equilibrium. This is the load path.
+    /// Beside obstacles the increments become shorter, so that held frames do not move the rod past
+    /// one. A start inside an obstacle is pushed out along the normal. `rod` keeps its nodes.
+    /// [`Held::rod`] has additional nodes where contacts begin and end, and represents the shape
+    /// between nodes more accurately. Both have the [`reactions`](Rod::reactions), which a
+    /// [`Profile`](crate::profile::Profile) of them includes.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.
@@ -151,7 +182,14 @@ impl NewtonSolver {
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
         material.check()?;
-        let held = self.hold(&HeldRod { rod, material, load, support, environment, past: Past::default() })?;
+        let held = self.hold(&HeldRod {
+            rod,
+            material,
+            load,
+            support,
+            environment,
+            past: Past::default(),
+        })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
         } else {
@@ -160,9 +198,9 @@ impl NewtonSolver {
         Ok(held)
     }
 
-    /// The inertia of the second derivative of the energy on the directions that holds, springs and joints permit, at
-    /// the current frames and with the given reactions, of which a missing one is zero. For contacts see
-    /// [`Equilibrium::inertia`].
+    /// The inertia of the second derivative of the energy on the directions that holds, springs and
+    /// joints permit, at the current frames and with the given reactions, of which a missing one is
+    /// zero. For contacts see [`Equilibrium::inertia`].
     ///
     /// # Errors
     /// See [`EquilibriumError`]; a reaction of an obstacle.
@@ -177,16 +215,25 @@ impl NewtonSolver {
     ) -> Result<Inertia, EquilibriumError> {
         material.check()?;
         support.check()?;
-        let contacts = reactions.iter().filter(|reaction| reaction.obstacle.is_some()).count();
+        let contacts = reactions
+            .iter()
+            .filter(|reaction| reaction.obstacle.is_some())
+            .count();
         let requirement = "zero: `Equilibrium::inertia` is that of an equilibrium in contact";
-        ParameterError::unless(contacts == 0, "number of reactions of obstacles", contacts as f64, requirement)?;
+        ParameterError::unless(
+            contacts == 0,
+            "number of reactions of obstacles",
+            contacts as f64,
+            requirement,
+        )?;
         let mut force = InternalForce::of(rod, load, environment);
         let mut search = self.held(rod, (material, load), &mut force, support, (false, 1.0))?;
         search.guess_forces(reactions);
         search.inertia(rod)
     }
 
-    /// The reactions of springs and elastic joints at a shape, in equilibrium or not. Holds keep the forces of `guess`.
+    /// The reactions of springs and elastic joints at a shape, in equilibrium or not. Holds keep
+    /// the forces of `guess`.
     ///
     /// # Errors
     /// Holds that do not belong to the rod.
@@ -204,18 +251,31 @@ impl NewtonSolver {
         Ok(search.reactions_at(rod))
     }
 
-    /// The equilibrium of the free rod, for a rod with obstacles only that touched none at the start of the increment.
-    /// `None` if it is not found next to the initial guess, or if the rod touches or could pass an obstacle.
-    /// The counts of the search are written to `spent`.
+    /// The equilibrium of the free rod, for a rod with obstacles only that touched none at the
+    /// start of the increment. `None` if it is not found next to the initial guess, or if the rod
+    /// touches or could pass an obstacle. The counts of the search are written to `spent`.
     fn search_free<C: Constitutive, L: Load, U: Support>(
         &mut self,
         held: &HeldRod<C, L, U>,
         spent: &mut Equilibrium,
     ) -> Result<Option<Held>, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, past } = held;
-        let Some(start) = past.start.filter(|start| start.reactions.is_empty()) else { return Ok(None) };
-        let touches = !past.earlier.1.is_empty() || support.base().is_some() || support.contacts().is_empty();
-        if touches || !support.holds(environment.time).is_empty() || !support.potentials().is_empty() {
+        let &HeldRod {
+            rod,
+            material,
+            load,
+            support,
+            environment,
+            past,
+        } = held;
+        let Some(start) = past.start.filter(|start| start.reactions.is_empty()) else {
+            return Ok(None);
+        };
+        let touches =
+            !past.earlier.1.is_empty() || support.base().is_some() || support.contacts().is_empty();
+        if touches
+            || !support.holds(environment.time).is_empty()
+            || !support.potentials().is_empty()
+        {
             return Ok(None);
         }
         let mut shape = rod.clone();
@@ -231,16 +291,32 @@ impl NewtonSolver {
         }
         let mut search = self.held(rod, (material, load), &mut force, support, (true, 1.0))?;
         search.since(start, None);
-        let held = Held { equilibrium, increments: 1, reactions: Vec::new(), rod: shape, patches: Vec::new() };
+        let held = Held {
+            equilibrium,
+            increments: 1,
+            reactions: Vec::new(),
+            rod: shape,
+            patches: Vec::new(),
+        };
         Ok(search.stays_clear(&held.rod)?.then_some(held))
     }
 
-    fn search_held<C: Constitutive, L: Load, U: Support>(&mut self, held: &HeldRod<C, L, U>) -> Outcome<Held> {
+    fn search_held<C: Constitutive, L: Load, U: Support>(
+        &mut self,
+        held: &HeldRod<C, L, U>,
+    ) -> Outcome<Held> {
         let mut spent = Equilibrium::default();
         if let Some(free) = self.search_free(held, &mut spent)? {
             return Ok(free);
         }
-        let &HeldRod { rod, material, load, support, environment, past } = held;
+        let &HeldRod {
+            rod,
+            material,
+            load,
+            support,
+            environment,
+            past,
+        } = held;
         let mut force = InternalForce::of(rod, load, environment);
         check_finite(rod, &force)?;
         let (kind, bound) = ((self.stable_only, self.tolerance), self.max_iterations);
@@ -253,9 +329,11 @@ impl NewtonSolver {
         search.guess(&mut shape, past.earlier, past.shape);
         let mut held = search.run(shape, bound)?;
         if spent.jump.is_some() {
-            // The search without obstacles passed an unstable shape and jumped. The obstacles may have stopped the
-            // fall.
-            held.equilibrium.jump.get_or_insert(jump_between(rod, &held.rod));
+            // The search without obstacles passed an unstable shape and jumped. The obstacles may
+            // have stopped the fall.
+            held.equilibrium
+                .jump
+                .get_or_insert(jump_between(rod, &held.rod));
         }
         held.equilibrium.iterations += spent.iterations;
         held.equilibrium.factorisations += spent.factorisations;
@@ -267,13 +345,20 @@ impl NewtonSolver {
     }
 }
 
-/// Largest tolerance of frames and corrections, rad. With a larger one no digit of the shape would be correct.
+/// Largest tolerance of frames and corrections, rad. With a larger one no digit of the shape would
+/// be correct.
 pub(crate) const LARGEST_TOLERANCE: f64 = 0.1;
 
-/// Returns an error for a tolerance (rad) below the rounding of a rotation or above [`LARGEST_TOLERANCE`].
+/// Returns an error for a tolerance (rad) below the rounding of a rotation or above
+/// [`LARGEST_TOLERANCE`].
 pub(crate) fn check_tolerance(name: &'static str, tolerance: f64) -> Result<(), ParameterError> {
     let ok = (f64::EPSILON..=LARGEST_TOLERANCE).contains(&tolerance);
-    ParameterError::unless(ok, name, tolerance, "from 2.3e-16, the rounding of a number, to 0.1 (rad)")
+    ParameterError::unless(
+        ok,
+        name,
+        tolerance,
+        "from 2.3e-16, the rounding of a number, to 0.1 (rad)",
+    )
 }
 
 impl EquilibriumSolver for NewtonSolver {
@@ -281,10 +366,19 @@ impl EquilibriumSolver for NewtonSolver {
         true
     }
 
-    fn hold<C: Constitutive, L: Load, U: Support>(&mut self, held: &HeldRod<C, L, U>) -> Outcome<Held> {
+    fn hold<C: Constitutive, L: Load, U: Support>(
+        &mut self,
+        held: &HeldRod<C, L, U>,
+    ) -> Outcome<Held> {
         check_tolerance("tolerance of the equilibrium", self.tolerance)?;
         held.support.check()?;
-        let &HeldRod { rod, material, load, environment, .. } = held;
+        let &HeldRod {
+            rod,
+            material,
+            load,
+            environment,
+            ..
+        } = held;
         let with_reason = |error| {
             let force = InternalForce::of(rod, load, environment);
             explained(error, rod, &RodEnergy::new(material, &force))
@@ -307,7 +401,12 @@ impl EquilibriumSolver for NewtonSolver {
         let (body, system) = (RodEnergy::new(material, force), &mut self.workspace.system);
         let search = NewtonSearch::new(system, rod, &body, self.stable_only, self.tolerance);
         let answer = search.run(rod, self.max_iterations).and_then(|found| {
-            let strains = strain_line(std::mem::take(&mut self.workspace.line_strains), rod, material, force);
+            let strains = strain_line(
+                std::mem::take(&mut self.workspace.line_strains),
+                rod,
+                material,
+                force,
+            );
             check_line(&strains, force)?;
             self.workspace.line_strains = std::mem::replace(&mut rod.line_strains, strains);
             rod.reactions.clear();
@@ -329,7 +428,8 @@ struct FactorisedTangent<'a, C> {
 
 impl<C: Constitutive> NearbyEquilibria for FactorisedTangent<'_, C> {
     fn follow(&mut self, rod: &mut Rod) {
-        // The rod moves by a Newton step with the factorised tangent and the gradient at its frames.
+        // The rod moves by a Newton step with the factorised tangent and the gradient at its
+        // frames.
         self.system.evaluate(rod, &self.body);
         self.system.balance();
         self.system.solve();

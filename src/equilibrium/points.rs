@@ -32,7 +32,9 @@ pub(super) fn at_points<const P: usize>(idle: f64, value: impl Fn(usize) -> f64)
 
 /// A vector at each of the first `P` points, and zero in the other lanes.
 #[inline]
-pub(super) fn vectors_at_points<const P: usize>(vector: impl Fn(usize) -> Vector3<f64>) -> Vector3<AtPoints> {
+pub(super) fn vectors_at_points<const P: usize>(
+    vector: impl Fn(usize) -> Vector3<f64>,
+) -> Vector3<AtPoints> {
     Vector3::from_fn(|i, _| at_points::<P>(0.0, |g| vector(g)[i]))
 }
 
@@ -51,8 +53,8 @@ pub(super) struct Responses {
 }
 
 impl Responses {
-    /// Responses to elastic strains, and to forces along the directors, at a time (s). In lanes without a point the
-    /// stiffness is one, and the other quantities are zero.
+    /// Responses to elastic strains, and to forces along the directors, at a time (s). In lanes
+    /// without a point the stiffness is one, and the other quantities are zero.
     #[inline]
     pub fn of<const P: usize>(
         material: &impl Constitutive,
@@ -62,11 +64,13 @@ impl Responses {
     ) -> Self {
         let tissue: [Tissue; P] = std::array::from_fn(|g| Tissue::of(&points[g], time));
         let strain = strain.map(AtPoints::into_arr);
-        let responses: [_; P] =
-            std::array::from_fn(|g| material.respond(&tissue[g], &strain.map(|at_points| at_points[g])));
+        let responses: [_; P] = std::array::from_fn(|g| {
+            material.respond(&tissue[g], &strain.map(|at_points| at_points[g]))
+        });
         let force = force.map(AtPoints::into_arr);
-        let lines: [_; P] =
-            std::array::from_fn(|g| material.line_response(&tissue[g], &force.map(|at_points| at_points[g])));
+        let lines: [_; P] = std::array::from_fn(|g| {
+            material.line_response(&tissue[g], &force.map(|at_points| at_points[g]))
+        });
         let line = |g: usize| lines[g].unwrap_or_else(unyielding);
         Self {
             energy: at_points::<P>(0.0, |g| responses[g].energy + line(g).energy),
@@ -74,7 +78,9 @@ impl Responses {
             tangent: Matrix3::from_fn(|i, j| at_points::<P>(0.0, |g| responses[g].tangent[(i, j)])),
             stiffness: at_points::<P>(1.0, |g| responses[g].tangent.diagonal().max()),
             along: vectors_at_points::<P>(|g| line(g).strain),
-            line: lines[0].map(|_| Matrix3::from_fn(|i, j| at_points::<P>(0.0, |g| line(g).compliance[(i, j)]))),
+            line: lines[0].map(|_| {
+                Matrix3::from_fn(|i, j| at_points::<P>(0.0, |g| line(g).compliance[(i, j)]))
+            }),
         }
     }
 }
@@ -82,5 +88,9 @@ impl Responses {
 /// Response of a centre line without shear and stretch.
 #[inline]
 fn unyielding() -> LineResponse {
-    LineResponse { strain: centre_line_tangent(), energy: 0.0, compliance: Matrix3::zeros() }
+    LineResponse {
+        strain: centre_line_tangent(),
+        energy: 0.0,
+        compliance: Matrix3::zeros(),
+    }
 }

@@ -1,4 +1,5 @@
-//! Energy of a rod as a function of the frames at its nodes, with its derivatives: what a solver of equilibria needs.
+//! Energy of a rod as a function of the frames at its nodes, with its derivatives: what a solver of
+//! equilibria needs.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
@@ -16,14 +17,16 @@ use crate::rod::Rod;
 /// Π = ∫ W(u − u*) + Φ(v) − n · p′ ds,   R′ = R û,   p′ = R v,
 /// ```
 ///
-/// with the elastic energies W of bending and twist and Φ of shear and stretch, and the force n in the rod, equations
-/// (1) and (9) to (12). Its derivatives are by rotations φi of the frames, Ri → Ri exp(φ̂i), with components along the
-/// directors of the node. The strain v follows from the frames point by point and minimises the energy, so that it is
-/// not an unknown. [`NewtonSolver`](super::NewtonSolver) minimises the same function, from the same elements. It
+/// with the elastic energies W of bending and twist and Φ of shear and stretch, and the force n in
+/// the rod, equations (1) and (9) to (12). Its derivatives are by rotations φi of the frames, Ri →
+/// Ri exp(φ̂i), with components along the directors of the node. The strain v follows from the
+/// frames point by point and minimises the energy, so that it is not an unknown.
+/// [`NewtonSolver`](super::NewtonSolver) minimises the same function, from the same elements. It
 /// eliminates the nodes inside elements, whose rotation vectors it changes additively.
 ///
 /// This is the interface for [solvers](super::EquilibriumSolver) outside the crate, together with
-/// [`Rod::set_shape`](crate::rod::Rod::set_shape). The chapter [own methods](crate::guide::own_methods) has examples.
+/// [`Rod::set_shape`](crate::rod::Rod::set_shape). The chapter [own
+/// methods](crate::guide::own_methods) has examples.
 ///
 /// ```
 /// # use morphorod::{Order, Scene, Still, constitutive::LinearElastic, load::{InternalForce, Weight}, rod::Rod};
@@ -49,8 +52,9 @@ pub struct RodEnergy<'a, C> {
 
 impl<'a, C: Constitutive> RodEnergy<'a, C> {
     /// The energy under an elastic law and the force in a rod. The methods return
-    /// [`Parameter`](EquilibriumError::Parameter) for a rod with another number of material points than the rod of the
-    /// force. A force that was computed for other lengths or another time is not detected.
+    /// [`Parameter`](EquilibriumError::Parameter) for a rod with another number of material points
+    /// than the rod of the force. A force that was computed for other lengths or another time is
+    /// not detected.
     #[must_use]
     pub fn new(material: &'a C, force: &'a InternalForce) -> Self {
         Self { material, force }
@@ -65,9 +69,10 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
         Ok(self.couples(rod)?.0)
     }
 
-    /// The energy Π, J, and the residual: the unbalanced couples −∂Π/∂φi on the nodes, N m, along the directors of each
-    /// node, [`Rod::nodes`](crate::rod::Rod::nodes) of them. They vanish in equilibrium, except that of the base, which
-    /// is minus the couple of the clamp. The force of the clamp is minus [`InternalForce::at_base`].
+    /// The energy Π, J, and the residual: the unbalanced couples −∂Π/∂φi on the nodes, N m, along
+    /// the directors of each node, [`Rod::nodes`](crate::rod::Rod::nodes) of them. They vanish in
+    /// equilibrium, except that of the base, which is minus the couple of the clamp. The force of
+    /// the clamp is minus [`InternalForce::at_base`].
     ///
     /// # Errors
     /// [`NotFinite`](EquilibriumError::NotFinite) for an energy or a couple that is not finite, and
@@ -85,8 +90,9 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
 
     /// The tangent ∂²Π/∂φi∂φj, N m, which is exact at any frames, in equilibrium or not.
     ///
-    /// A rotation φj changes the [couple](Self::couples) of node i by −∂²Π/∂φi∂φj · φj. The couple cj of the rotated
-    /// node also changes by −½ φj × cj, since rotations do not commute. This part vanishes in equilibrium.
+    /// A rotation φj changes the [couple](Self::couples) of node i by −∂²Π/∂φi∂φj · φj. The couple
+    /// cj of the rotated node also changes by −½ φj × cj, since rotations do not commute. This part
+    /// vanishes in equilibrium.
     ///
     /// # Errors
     /// [`NotFinite`](EquilibriumError::NotFinite) for an entry that is not finite, and
@@ -94,13 +100,20 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
     pub fn tangent(&self, rod: &Rod) -> Result<NodeTangent, EquilibriumError> {
         self.force.check(rod)?;
         let tangent = with_points!(rod.order().points(), self.hessian::<P>(rod));
-        EquilibriumError::finite(tangent.blocks.iter().all(|(.., block)| block.sum().is_finite()), "tangent")?;
+        EquilibriumError::finite(
+            tangent
+                .blocks
+                .iter()
+                .all(|(.., block)| block.sum().is_finite()),
+            "tangent",
+        )?;
         Ok(tangent)
     }
 
-    /// The strain v of the centre line at the material points that minimises the energy at the frames of a rod, along
-    /// the directors; empty for a law without shear and stretch. A solver passes it to
-    /// [`Rod::set_shape`](crate::rod::Rod::set_shape) with the frames of the equilibrium.
+    /// The strain v of the centre line at the material points that minimises the energy at the
+    /// frames of a rod, along the directors; empty for a law without shear and stretch. A solver
+    /// passes it to [`Rod::set_shape`](crate::rod::Rod::set_shape) with the frames of the
+    /// equilibrium.
     ///
     /// # Errors
     /// [`Crushed`](EquilibriumError::Crushed), [`NotFinite`](EquilibriumError::NotFinite), and
@@ -139,12 +152,15 @@ impl<'a, C: Constitutive> RodEnergy<'a, C> {
             let pairs = (0..=P).flat_map(|k| (k..=P).map(move |l| (k, l))).skip(1);
             blocks.extend(pairs.map(|(k, l)| (e * P + k, e * P + l, of_nodes[k][l])));
         }
-        NodeTangent { nodes: rod.nodes(), blocks }
+        NodeTangent {
+            nodes: rod.nodes(),
+            blocks,
+        }
     }
 }
 
-/// The second derivative of the energy of a rod by the rotations of its nodes, N m: symmetric, with full blocks of the
-/// p + 1 nodes of each element.
+/// The second derivative of the energy of a rod by the rotations of its nodes, N m: symmetric, with
+/// full blocks of the p + 1 nodes of each element.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodeTangent {
     nodes: usize,
@@ -152,15 +168,16 @@ pub struct NodeTangent {
 }
 
 impl NodeTangent {
-    /// The blocks on and above the diagonal: indices i ≤ j of two nodes, and ∂²Π/∂φi∂φj with the components of φi as
-    /// rows. Each pair of nodes of an element occurs once. Node 0 is the base, whose rows and columns a solver for a
-    /// clamped rod leaves out. The blocks can be written to a matrix of any library for linear algebra.
+    /// The blocks on and above the diagonal: indices i ≤ j of two nodes, and ∂²Π/∂φi∂φj with the
+    /// components of φi as rows. Each pair of nodes of an element occurs once. Node 0 is the base,
+    /// whose rows and columns a solver for a clamped rod leaves out. The blocks can be written to a
+    /// matrix of any library for linear algebra.
     pub fn blocks(&self) -> impl Iterator<Item = (usize, usize, &Matrix3<f64>)> {
         self.blocks.iter().map(|(i, j, block)| (*i, *j, block))
     }
 
-    /// The whole matrix for the nodes except the base: component c of φi belongs to row 3 (i − 1) + c. Its memory
-    /// grows with the square of the number of nodes.
+    /// The whole matrix for the nodes except the base: component c of φi belongs to row 3 (i − 1) +
+    /// c. Its memory grows with the square of the number of nodes.
     #[must_use]
     pub fn to_dense(&self) -> DMatrix<f64> {
         let size = 3 * (self.nodes - 1);
@@ -168,7 +185,9 @@ impl NodeTangent {
         for (i, j, block) in self.blocks().filter(|(i, ..)| *i > 0) {
             let (row, column) = (3 * (i - 1), 3 * (j - 1));
             dense.fixed_view_mut::<3, 3>(row, column).copy_from(block);
-            dense.fixed_view_mut::<3, 3>(column, row).copy_from(&block.transpose());
+            dense
+                .fixed_view_mut::<3, 3>(column, row)
+                .copy_from(&block.transpose());
         }
         dense
     }

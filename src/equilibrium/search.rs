@@ -1,5 +1,6 @@
-//! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step and a line
-//! search. Saddles are left in [`super::saddle`], and steps are corrected in [`super::valley`].
+//! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step
+//! and a line search. Saddles are left in [`super::saddle`], and steps are corrected in
+//! [`super::valley`].
 
 use nalgebra::Vector3;
 
@@ -12,30 +13,36 @@ use crate::rod::{LARGEST_ROTATION, Rod};
 
 /// Largest rotation of a frame in a step, rad. The quadratic model does not hold beyond it.
 const LARGEST_TURN: f64 = 1.0;
-/// Largest rotation in a step without line search, rad. The change of the energy in it is close to rounding.
+/// Largest rotation in a step without line search, rad. The change of the energy in it is close to
+/// rounding.
 const SMALL_TURN: f64 = 1e-4;
-/// Negligible rotation in a step, rad. After a Newton step of this size only rounding remains, since Newton's method
-/// squares the error. A line search fails and a saddle is reached at steps of this size.
+/// Negligible rotation in a step, rad. After a Newton step of this size only rounding remains,
+/// since Newton's method squares the error. A line search fails and a saddle is reached at steps of
+/// this size.
 pub(super) const NEGLIGIBLE_TURN: f64 = 1e-7;
-/// Number of successive steps below [`SMALL_TURN`] that end the search as rounding, if each is at least half as long as
-/// the step before the first of them. At a bifurcation the ratio of successive steps is 2/3, so that two iterations
-/// halve a step.
+/// Number of successive steps below [`SMALL_TURN`] that end the search as rounding, if each is at
+/// least half as long as the step before the first of them. At a bifurcation the ratio of
+/// successive steps is 2/3, so that two iterations halve a step.
 const ROUNDING_STEPS: usize = 4;
-/// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes
-/// estimate the error.
+/// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation.
+/// Their sizes estimate the error.
 const CHORD_TURN: f64 = 0.05;
-/// Largest number of successive chord steps: a gradient and its solution cost a quarter of a new tangent.
+/// Largest number of successive chord steps: a gradient and its solution cost a quarter of a new
+/// tangent.
 const CHORDS: i32 = 4;
-/// Smallest ratio of the smallest pivot, relative to that without load, to its largest change by the load in a step.
+/// Smallest ratio of the smallest pivot, relative to that without load, to its largest change by
+/// the load in a step.
 const SAFE_LOAD: f64 = 2.0;
-/// Smallest ratio of that relative pivot to the step, 1/rad: the change of the couples is not bounded by the load.
+/// Smallest ratio of that relative pivot to the step, 1/rad: the change of the couples is not
+/// bounded by the load.
 const SAFE: f64 = 10.0;
 /// Fraction of the predicted decrease that a step must achieve (Armijo), the usual value.
 const DECREASE: f64 = 1e-4;
-/// Smallest ratio of the rotation that the couples unbalanced in the initial guess cause to the actual one, for an
-/// equilibrium that is its continuation. The ratio tends to one for small rotations, and to zero where a branch ends.
-/// At a pitchfork bifurcation it is (x + x²)/2 if the guess has the share x of the amplitude, and the guess is
-/// unstable for x < 0.58; a step that begins there with x < 0.3 is a snap.
+/// Smallest ratio of the rotation that the couples unbalanced in the initial guess cause to the
+/// actual one, for an equilibrium that is its continuation. The ratio tends to one for small
+/// rotations, and to zero where a branch ends. At a pitchfork bifurcation it is (x + x²)/2 if the
+/// guess has the share x of the amplitude, and the guess is unstable for x < 0.58; a step that
+/// begins there with x < 0.3 is a snap.
 const CONTINUES: f64 = 0.2;
 /// Unbalanced couple over force times length at which couples are balanced to rounding.
 const BALANCED: f64 = 1e-14;
@@ -68,25 +75,32 @@ pub(super) struct NewtonSearch<'a, C> {
     rounding_steps: usize,
     /// Number of saddles that were left.
     pub(super) saddles: usize,
-    /// Position of the tip at the first tangent that was not positive definite (m), and the largest number of
-    /// negative pivots.
+    /// Position of the tip at the first tangent that was not positive definite (m), and the largest
+    /// number of negative pivots.
     lost: Option<(Vector3<f64>, usize)>,
     /// Largest rotation in a step since then, rad.
     pub(super) longest_turn: f64,
-    /// Whether the rod was corrected towards the floor of a valley after the current step. The sizes of chord steps do
-    /// not estimate the error then.
+    /// Whether the rod was corrected towards the floor of a valley after the current step. The
+    /// sizes of chord steps do not estimate the error then.
     pub(super) corrected: bool,
-    /// Whether the rod was corrected in this search. The stiffness along a valley may change much in a short step, so
-    /// that the iteration continues to rounding.
+    /// Whether the rod was corrected in this search. The stiffness along a valley may change much
+    /// in a short step, so that the iteration continues to rounding.
     pub(super) in_valley: bool,
-    /// Smallest resistance of a tangent with which the search goes on; negative infinity to leave unstable shapes.
+    /// Smallest resistance of a tangent with which the search goes on; negative infinity to leave
+    /// unstable shapes.
     pub(super) least_resistance: f64,
     /// Counts, and energy and inertia of the last assembly.
     pub(super) found: Equilibrium,
 }
 
 impl<'a, C: Constitutive> NewtonSearch<'a, C> {
-    pub fn new(system: &'a mut System, rod: &Rod, body: &'a RodEnergy<'a, C>, stable: bool, tolerance: f64) -> Self {
+    pub fn new(
+        system: &'a mut System,
+        rod: &Rod,
+        body: &'a RodEnergy<'a, C>,
+        stable: bool,
+        tolerance: f64,
+    ) -> Self {
         Self {
             system,
             body,
@@ -111,20 +125,23 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         }
     }
 
-    /// Moves the rod to an equilibrium in at most `bound` Newton iterations: tangent, step, line search, chord steps.
+    /// Moves the rod to an equilibrium in at most `bound` Newton iterations: tangent, step, line
+    /// search, chord steps.
     pub fn run(mut self, rod: &mut Rod, bound: usize) -> Outcome<Equilibrium> {
         let (mut first, mut guessed) = (true, self.guess_on_coarse_mesh(rod));
         for iteration in 1..=bound {
             self.found.iterations = iteration;
             let step = self.find_tangent(rod).and_then(|()| self.find_step());
-            // The search starts again from the straight shape if the guess is not close to an equilibrium.
+            // The search starts again from the straight shape if the guess is not close to an
+            // equilibrium.
             if std::mem::take(&mut guessed) && !(step.is_ok() && self.is_close()) {
                 self.system.initial.restore(rod);
                 (self.turn, self.last_shift, self.lost) = (f64::INFINITY, 0.0, None);
                 continue;
             }
             step?;
-            if std::mem::take(&mut first) && self.is_far(rod) && self.moves_to_intrinsic_shape(rod) {
+            if std::mem::take(&mut first) && self.is_far(rod) && self.moves_to_intrinsic_shape(rod)
+            {
                 continue;
             }
             if self.is_at_saddle() {
@@ -150,28 +167,46 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
     fn not_found(&mut self) -> EquilibriumError {
         self.system.balance();
         let (step, residual, force) = (self.turn, self.system.unbalanced, self.largest_force);
-        EquilibriumError::NoConvergence { iterations: self.found.iterations, step, residual, force, contact: None }
+        EquilibriumError::NoConvergence {
+            iterations: self.found.iterations,
+            step,
+            residual,
+            force,
+            contact: None,
+        }
     }
 
     /// The result of the search, with the displacement of the tip since stability was lost.
     fn finish(&mut self, rod: &mut Rod) -> Equilibrium {
-        let lost = self.lost.filter(|(_, negative)| !self.is_neutral(*negative));
-        let lost = if lost.is_some() && self.continues_from_guess(rod) { None } else { lost };
+        let lost = self
+            .lost
+            .filter(|(_, negative)| !self.is_neutral(*negative));
+        let lost = if lost.is_some() && self.continues_from_guess(rod) {
+            None
+        } else {
+            lost
+        };
         let jump = lost.map(|(tip, _)| (rod.tip() - tip).norm());
-        Equilibrium { jump, resistance: self.system.resistance, ..self.found }
+        Equilibrium {
+            jump,
+            resistance: self.system.resistance,
+            ..self.found
+        }
     }
 
-    /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that occurred close to
-    /// it. The energy of a buckled shoot on an upright base does not depend on rotations about the vertical.
-    /// Before couples are balanced it changes a little in that direction, without a loss of stability.
+    /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that
+    /// occurred close to it. The energy of a buckled shoot on an upright base does not depend on
+    /// rotations about the vertical. Before couples are balanced it changes a little in that
+    /// direction, without a loss of stability.
     fn is_neutral(&self, negative: usize) -> bool {
         negative <= self.found.inertia.neutral && self.longest_turn < LARGEST_TURN
     }
 
-    /// Whether the equilibrium is the continuation of the initial guess, although the search passed an unstable shape:
-    /// the couples that are unbalanced in the guess cause most of the rotation from there to the equilibrium, with the
-    /// stiffness in the equilibrium. Where a branch of equilibria ends, the couples are small and the rotation is not.
-    /// In a soft direction both are small, as for a buckled shoot on a base that is almost upright.
+    /// Whether the equilibrium is the continuation of the initial guess, although the search passed
+    /// an unstable shape: the couples that are unbalanced in the guess cause most of the rotation
+    /// from there to the equilibrium, with the stiffness in the equilibrium. Where a branch of
+    /// equilibria ends, the couples are small and the rotation is not. In a soft direction both are
+    /// small, as for a buckled shoot on a base that is almost upright.
     fn continues_from_guess(&mut self, rod: &mut Rod) -> bool {
         self.system.start.keep(rod);
         self.system.initial.restore(rod);
@@ -199,18 +234,22 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
 
     /// Magnitude of the force in the rod, N: without load the strain energy per length.
     fn force_scale(&self) -> f64 {
-        self.largest_force.max(self.found.energy.abs() / self.length).max(f64::MIN_POSITIVE)
+        self.largest_force
+            .max(self.found.energy.abs() / self.length)
+            .max(f64::MIN_POSITIVE)
     }
 
-    /// Assembles and factorises the tangent. For a stable equilibrium the shift is increased until no pivot is
-    /// negative.
+    /// Assembles and factorises the tangent. For a stable equilibrium the shift is increased until
+    /// no pivot is negative.
     fn find_tangent(&mut self, rod: &Rod) -> Outcome {
         (self.shift, self.shift_is_needed) = (0.0, false);
         let mut negative = None;
         loop {
             (self.found.energy, self.found.inertia) = self.assemble(rod)?;
             if self.system.resistance < self.least_resistance {
-                return Err(EquilibriumError::Unstable { negative: self.found.inertia.negative });
+                return Err(EquilibriumError::Unstable {
+                    negative: self.found.inertia.negative,
+                });
             }
             // The first assembly has no shift.
             negative.get_or_insert(self.found.inertia.negative);
@@ -223,7 +262,8 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
             } else if self.last_shift > 0.0 {
                 self.last_shift / 16.0
             } else {
-                // A shift of the magnitude of the force makes the energy of a rod in tension convex.
+                // A shift of the magnitude of the force makes the energy of a rod in tension
+                // convex.
                 0.1 * self.force_scale()
             };
             EquilibriumError::finite(self.shift.is_finite(), "tangent")?;
@@ -258,14 +298,16 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         self.shift == 0.0 && self.turn < LARGEST_TURN
     }
 
-    /// Whether the initial guess is a straight rod far from a minimum, where the tangent is not positive definite or
-    /// the step too long. A bent initial guess selects a branch and is kept.
+    /// Whether the initial guess is a straight rod far from a minimum, where the tangent is not
+    /// positive definite or the step too long. A bent initial guess selects a branch and is kept.
     fn is_far(&self, rod: &Rod) -> bool {
-        self.stable && !self.is_close() && rod.rotations.iter().all(|theta| *theta == Vector3::zeros())
+        self.stable
+            && !self.is_close()
+            && rod.rotations.iter().all(|theta| *theta == Vector3::zeros())
     }
 
-    /// Gives the rod its shape without load if the energy of that shape is lower: far from a minimum it is the better
-    /// initial guess.
+    /// Gives the rod its shape without load if the energy of that shape is lower: far from a
+    /// minimum it is the better initial guess.
     fn moves_to_intrinsic_shape(&mut self, rod: &mut Rod) -> bool {
         self.system.start.keep(rod);
         if take_intrinsic_shape(rod).is_ok() {
@@ -278,11 +320,14 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         false
     }
 
-    /// Whether only rounding is left: couples balance to rounding of the largest one, or several small steps have not
-    /// become shorter. In an almost neutral direction rounding still causes a step, whose size is reported as the
-    /// error.
+    /// Whether only rounding is left: couples balance to rounding of the largest one, or several
+    /// small steps have not become shorter. In an almost neutral direction rounding still causes a
+    /// step, whose size is reported as the error.
     fn is_balanced_to_rounding(&self) -> bool {
-        let balanced = self.shift == 0.0 && self.stagnates && self.turn < CHORD_TURN && self.has_only_rounding();
+        let balanced = self.shift == 0.0
+            && self.stagnates
+            && self.turn < CHORD_TURN
+            && self.has_only_rounding();
         balanced || self.rounding_steps >= ROUNDING_STEPS
     }
 
@@ -291,8 +336,8 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         self.system.unbalanced <= BALANCED * self.force_scale() * self.length
     }
 
-    /// Moves the rod by a fraction of the step with which the energy decreases sufficiently, possibly after
-    /// corrections. Returns the fraction.
+    /// Moves the rod by a fraction of the step with which the energy decreases sufficiently,
+    /// possibly after corrections. Returns the fraction.
     fn search_line(&mut self, rod: &mut Rod) -> Outcome<f64> {
         let mut fraction = (LARGEST_TURN / self.turn).min(1.0);
         let slope = self.system.slope();
@@ -311,8 +356,11 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
             let folds = self.stable && rotation > longest;
             if trial.is_finite() && !folds && (falls || tiny || !self.stable) {
                 self.found.energy = trial;
-                // A step that is not much shorter than the last one may have started beside the floor of a valley.
-                let beside = self.stable && self.stagnates && (NEGLIGIBLE_TURN..CHORD_TURN).contains(&self.turn);
+                // A step that is not much shorter than the last one may have started beside the
+                // floor of a valley.
+                let beside = self.stable
+                    && self.stagnates
+                    && (NEGLIGIBLE_TURN..CHORD_TURN).contains(&self.turn);
                 self.corrected = beside && self.correct(rod, fraction, trial + slack, longest);
                 self.in_valley |= self.corrected;
                 return Ok(fraction);
@@ -328,7 +376,10 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
             if fraction * self.turn < NEGLIGIBLE_TURN {
                 let element = node / rod.order().points();
                 return Err(match folds {
-                    true => EquilibriumError::Folded { element, intrinsic: rod.intrinsic_turn(element) },
+                    true => EquilibriumError::Folded {
+                        element,
+                        intrinsic: rod.intrinsic_turn(element),
+                    },
                     false => self.not_found(),
                 });
             }
@@ -336,8 +387,8 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         }
     }
 
-    /// Chord steps, with the existing factorisation and the gradient at the new frames, while they become shorter.
-    /// Returns the estimate of the remaining error from their sizes, rad.
+    /// Chord steps, with the existing factorisation and the gradient at the new frames, while they
+    /// become shorter. Returns the estimate of the remaining error from their sizes, rad.
     fn follow_chords(&mut self, rod: &mut Rod) -> f64 {
         let (mut last, mut more) = (self.turn, CHORDS);
         loop {
@@ -350,10 +401,14 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
             }
             self.system.start.keep(rod);
             self.system.advance(rod, 1.0);
-            // The error decreases by the same ratio again, or by the change of the tangent with the rotation.
+            // The error decreases by the same ratio again, or by the change of the tangent with the
+            // rotation.
             let ratio = (rest / last).max(self.turn);
             let error = 4.0 * rest * ratio;
-            if error <= self.tolerance || !self.is_safe() || error * ratio.powi(more) > self.tolerance {
+            if error <= self.tolerance
+                || !self.is_safe()
+                || error * ratio.powi(more) > self.tolerance
+            {
                 return error;
             }
             self.found.energy = self.evaluate(rod);
@@ -361,19 +416,23 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         }
     }
 
-    /// Whether no pivot can have changed its sign in the last step: the smallest pivot exceeds the largest change of
-    /// the tangent. Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)² of
-    /// that in the work of the force along the rod, and by 2/π in its couples.
+    /// Whether no pivot can have changed its sign in the last step: the smallest pivot exceeds the
+    /// largest change of the tangent. Relative to the elastic tangent, rotations φ change the
+    /// tangent by |n| ℓ² φ/K at most: by (2/π)² of that in the work of the force along the rod, and
+    /// by 2/π in its couples.
     fn is_safe(&self) -> bool {
-        // The third derivative of ½ n · C n by rotations is at most 4 |C| |n|², that of n · d3 is at most |n|.
+        // The third derivative of ½ n · C n by rotations is at most 4 |C| |n|², that of n · d3 is
+        // at most |n|.
         let force = self.largest_force * (1.0 + 4.0 * self.system.yielding());
         let load = force * self.length * self.system.compliance();
         self.stable && self.system.resistance > (SAFE_LOAD * load).max(SAFE) * self.turn
     }
 
-    /// Whether the frames are an equilibrium of the requested kind within the tolerance, given their error (rad).
+    /// Whether the frames are an equilibrium of the requested kind within the tolerance, given
+    /// their error (rad).
     fn accepts(&mut self, rod: &Rod, error: f64) -> Outcome<bool> {
-        // If the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
+        // If the inertia may have changed, the iteration continues to rounding, and the tangent is
+        // assembled there.
         let safe = self.is_safe();
         if !(error <= self.tolerance && (safe && !self.in_valley || self.turn < NEGLIGIBLE_TURN)) {
             return Ok(false);
@@ -382,7 +441,8 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         if !safe {
             self.found.inertia = self.assemble(rod)?.1;
         }
-        Ok(self.system.tangent.unbalanced.is_empty() && (!self.stable || self.found.inertia.negative == 0))
+        Ok(self.system.tangent.unbalanced.is_empty()
+            && (!self.stable || self.found.inertia.negative == 0))
     }
 }
 

@@ -24,13 +24,14 @@ pub(super) struct System {
     pub coarse: Option<Box<System>>,
     /// Joints of frames with supports; none for a rod with a clamped base and no supports.
     pub joints: Joints,
-    /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), or the unbalanced force on a free
-    /// base times the length if this is larger, N m.
+    /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), or the
+    /// unbalanced force on a free base times the length if this is larger, N m.
     pub unbalanced: f64,
-    /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure of the
-    /// distance from instability.
+    /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure
+    /// of the distance from instability.
     pub resistance: f64,
-    /// Unbalanced couples on the frames after [`balance`](Self::balance), from base (zero) to apex, N m.
+    /// Unbalanced couples on the frames after [`balance`](Self::balance), from base (zero) to apex,
+    /// N m.
     pub couples: Vec<Vector3<f64>>,
     /// Unbalanced force on a free base, N; zero otherwise.
     pub base_force: Vector3<f64>,
@@ -64,7 +65,11 @@ impl Configuration {
 
     /// Largest angle between a frame and that of another configuration, rad.
     pub fn largest_turn_to(&self, other: &Self) -> f64 {
-        self.frames.iter().zip(&other.frames).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max)
+        self.frames
+            .iter()
+            .zip(&other.frames)
+            .map(|(a, b)| a.angle_to(b))
+            .fold(0.0, f64::max)
     }
 
     pub fn restore(&self, rod: &mut Rod) {
@@ -75,9 +80,15 @@ impl Configuration {
 }
 
 impl System {
-    /// Assembles, condenses and factorises the tangent at the rod's frames. `shift` (N), times the length that belongs
-    /// to a frame, is added to its diagonal. Returns the energy, J, and the signs of the pivots.
-    pub fn assemble(&mut self, rod: &Rod, body: &RodEnergy<impl Constitutive>, shift: f64) -> Outcome<(f64, Inertia)> {
+    /// Assembles, condenses and factorises the tangent at the rod's frames. `shift` (N), times the
+    /// length that belongs to a frame, is added to its diagonal. Returns the energy, J, and the
+    /// signs of the pivots.
+    pub fn assemble(
+        &mut self,
+        rod: &Rod,
+        body: &RodEnergy<impl Constitutive>,
+        shift: f64,
+    ) -> Outcome<(f64, Inertia)> {
         let (energy, mut inertia) = self.condense(rod, body, shift)?;
         self.balance();
         let interior = inertia.margin;
@@ -85,14 +96,23 @@ impl System {
         self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance.clone())?);
         if !self.tangent.neutral.is_empty() {
             let least = f64::EPSILON * body.force.largest() * rod.length();
-            self.tangent.find_unbalanced(&self.couples[self.joints.first_free()..], compliance, least);
+            self.tangent.find_unbalanced(
+                &self.couples[self.joints.first_free()..],
+                compliance,
+                least,
+            );
         }
         Ok((energy, inertia))
     }
 
-    /// Assembles and condenses the tangent as [`assemble`](Self::assemble). Returns the energy, J, and the signs of
-    /// the pivots inside the elements.
-    pub fn condense(&mut self, rod: &Rod, body: &RodEnergy<impl Constitutive>, shift: f64) -> Outcome<(f64, Inertia)> {
+    /// Assembles and condenses the tangent as [`assemble`](Self::assemble). Returns the energy, J,
+    /// and the signs of the pivots inside the elements.
+    pub fn condense(
+        &mut self,
+        rod: &Rod,
+        body: &RodEnergy<impl Constitutive>,
+        shift: f64,
+    ) -> Outcome<(f64, Inertia)> {
         let n = rod.elements();
         self.points = rod.order().points();
         self.elements.resize_with(n, ElementSystem::default);
@@ -111,11 +131,15 @@ impl System {
                 let own = shift * rod.length_of(e) / P as f64;
                 let blocks = element.condense::<P>(&data, own, &mut inertia);
                 let last = e + 1 - first;
-                self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(own)));
+                self.tangent
+                    .add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(own)));
                 if last > 0 {
                     // The base, if it rotates, is at the end of one element only.
                     let own = if e == 0 { own } else { 0.0 };
-                    self.tangent.add_diagonal(last - 1, &(blocks.h00 + Matrix3::from_diagonal_element(own)));
+                    self.tangent.add_diagonal(
+                        last - 1,
+                        &(blocks.h00 + Matrix3::from_diagonal_element(own)),
+                    );
                     self.tangent.set_coupling(last, &blocks.h01);
                 }
             }
@@ -124,14 +148,19 @@ impl System {
         Ok((energy, inertia))
     }
 
-    /// Smallest bending or twist of the rod by a couple on the apex, rad/(N m), at the last assembly.
+    /// Smallest bending or twist of the rod by a couple on the apex, rad/(N m), at the last
+    /// assembly.
     pub fn compliance(&self) -> f64 {
         self.elements.iter().map(|element| element.compliance).sum()
     }
 
-    /// Largest strain of the centre line by the force, |C| |n|, at the last assembly. Zero without shear and stretch.
+    /// Largest strain of the centre line by the force, |C| |n|, at the last assembly. Zero without
+    /// shear and stretch.
     pub fn yielding(&self) -> f64 {
-        self.elements.iter().map(|element| element.yielding).fold(0.0, f64::max)
+        self.elements
+            .iter()
+            .map(|element| element.yielding)
+            .fold(0.0, f64::max)
     }
 
     /// The energy, J, and its gradient at the current frames. The factorisation does not change.
@@ -140,14 +169,15 @@ impl System {
         with_points!(
             self.points,
             for (e, element) in self.elements.iter_mut().enumerate() {
-                energy += element.evaluate::<P, false>(body.material, &ElementData::of(rod, body.force, e));
+                energy += element
+                    .evaluate::<P, false>(body.material, &ElementData::of(rod, body.force, e));
             }
         );
         energy
     }
 
-    /// Sets the unbalanced couples, the negative gradient by the frames. It is that of the last evaluation, condensed
-    /// with the factorisation of the last assembly.
+    /// Sets the unbalanced couples, the negative gradient by the frames. It is that of the last
+    /// evaluation, condensed with the factorisation of the last assembly.
     pub fn balance(&mut self) {
         self.couples.fill(Vector3::zeros());
         with_points!(
@@ -163,7 +193,8 @@ impl System {
         self.base_force = Vector3::zeros();
     }
 
-    /// Sets the unbalanced force on a free base after [`balance`](Self::balance), given the force at the base (N).
+    /// Sets the unbalanced force on a free base after [`balance`](Self::balance), given the force
+    /// at the base (N).
     pub fn balance_base(&mut self, force: &Vector3<f64>) {
         if let Some(base) = &self.joints.free_base {
             self.base_force = *force;
@@ -174,23 +205,32 @@ impl System {
     /// Solves for the step by the unbalanced couples and force, with the factorised tangent.
     pub fn solve(&mut self) {
         self.turns.clone_from(&self.couples);
-        self.tangent.solve(&mut self.turns[self.joints.first_free()..]);
-        self.base_motion = self.joints.free_base.map_or_else(Vector3::zeros, |base| self.base_force / base.stiffness);
+        self.tangent
+            .solve(&mut self.turns[self.joints.first_free()..]);
+        self.base_motion = self
+            .joints
+            .free_base
+            .map_or_else(Vector3::zeros, |base| self.base_force / base.stiffness);
         self.recover();
     }
 
-    /// Recovers the changes of the rotation vectors in the elements from the rotations of the frames.
+    /// Recovers the changes of the rotation vectors in the elements from the rotations of the
+    /// frames.
     pub fn recover(&mut self) {
         with_points!(
             self.points,
             for (e, element) in self.elements.iter().enumerate() {
-                element.recover::<P>(&self.turns[e + 1], &self.turns[e], &mut self.steps[e * P..(e + 1) * P]);
+                element.recover::<P>(
+                    &self.turns[e + 1],
+                    &self.turns[e],
+                    &mut self.steps[e * P..(e + 1) * P],
+                );
             }
         );
     }
 
-    /// Sets the current step to the softest direction of the rod among rotations about an axis of the base, by
-    /// inverse iteration with the existing factorisation from uniform bending.
+    /// Sets the current step to the softest direction of the rod among rotations about an axis of
+    /// the base, by inverse iteration with the existing factorisation from uniform bending.
     pub fn soften(&mut self, rod: &Rod, axis: &Vector3<f64>, passes: usize) {
         let mut s = 0.0;
         for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
@@ -208,11 +248,20 @@ impl System {
         self.recover();
     }
 
-    /// The largest rotation in the current step, rad, or displacement of a free base relative to the length; NaN if one
-    /// is.
+    /// The largest rotation in the current step, rad, or displacement of a free base relative to
+    /// the length; NaN if one is.
     pub fn largest_turn(&self) -> f64 {
-        let base = self.joints.free_base.map(|base| self.base_motion.norm() / base.length);
-        largest(self.turns.iter().chain(&self.steps).map(Vector3::norm).chain(base))
+        let base = self
+            .joints
+            .free_base
+            .map(|base| self.base_motion.norm() / base.length);
+        largest(
+            self.turns
+                .iter()
+                .chain(&self.steps)
+                .map(Vector3::norm)
+                .chain(base),
+        )
     }
 
     /// The derivative of the energy along the current step, J.
@@ -220,7 +269,10 @@ impl System {
         let each = self.elements.iter().enumerate();
         with_points!(
             self.points,
-            each.map(|(e, element)| element.slope::<P>(&self.steps[e * P..(e + 1) * P], &self.turns[e])).sum()
+            each.map(
+                |(e, element)| element.slope::<P>(&self.steps[e * P..(e + 1) * P], &self.turns[e])
+            )
+            .sum()
         )
     }
 
@@ -239,7 +291,8 @@ impl System {
                 for k in e * P..(e + 1) * P - 1 {
                     rod.rotations[k] = self.start.rotations[k] + self.steps[k] * fraction;
                 }
-                rod.rotations[(e + 1) * P - 1] = so3::log(&(rod.frames[e].inverse() * rod.frames[e + 1]));
+                rod.rotations[(e + 1) * P - 1] =
+                    so3::log(&(rod.frames[e].inverse() * rod.frames[e + 1]));
             }
         );
     }

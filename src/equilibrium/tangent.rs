@@ -15,30 +15,33 @@ use super::error::Outcome;
 use super::{EquilibriumError, Inertia};
 use crate::error::ParameterError;
 
-/// Largest pivot, relative to the diagonal entry, whose direction is examined. In a shoot that is longer than its
-/// critical length by 1e-7 of it, frames bend by 1e3 times the twist of the apex. The rounding of the pivot is then 1e6
-/// times [`STIFFNESS`], 7e-9.
+/// Largest pivot, relative to the diagonal entry, whose direction is examined. In a shoot that is
+/// longer than its critical length by 1e-7 of it, frames bend by 1e3 times the twist of the apex.
+/// The rounding of the pivot is then 1e6 times [`STIFFNESS`], 7e-9.
 const SUSPECT: f64 = 1e-6;
-/// Rounding of a stiffness vᵀ K v relative to the sum of K_kk v_k². Six products with two operations each contribute
-/// 6 ε, and the error of the equilibrium and of the entries of K contributes too.
+/// Rounding of a stiffness vᵀ K v relative to the sum of K_kk v_k². Six products with two
+/// operations each contribute 6 ε, and the error of the equilibrium and of the entries of K
+/// contributes too.
 const STIFFNESS: f64 = 32.0 * f64::EPSILON;
-/// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is factorised: half of the
-/// digits remain. Smaller ones occur where the rod would be at its stability limit without the holds.
+/// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is
+/// factorised: half of the digits remain. Smaller ones occur where the rod would be at its
+/// stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
-/// Smallest pivot beside a short element, relative to the diagonal entry. The pivot is a difference of numbers of the
-/// size of that entry, so that its relative rounding is 2e-4 at most.
+/// Smallest pivot beside a short element, relative to the diagonal entry. The pivot is a difference
+/// of numbers of the size of that entry, so that its relative rounding is 2e-4 at most.
 const ACCURATE: f64 = 1e-12;
 
-/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex
-/// has no fill-in.
+/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from
+/// base to apex has no fill-in.
 ///
-/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an additional
-/// element does not require a new analysis.
+/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an
+/// additional element does not require a new analysis.
 #[derive(Default)]
 pub(super) struct Tangent {
     /// Blocks on the diagonal, of which the upper triangle is read.
     diagonal: Vec<Matrix3<f64>>,
-    /// Blocks that couple each frame (columns) to the one before it (rows); zero for the first frame.
+    /// Blocks that couple each frame (columns) to the one before it (rows); zero for the first
+    /// frame.
     coupling: Vec<Matrix3<f64>>,
     blocks: usize,
     capacity: usize,
@@ -50,8 +53,8 @@ pub(super) struct Tangent {
     pub(super) symbolic: Option<SymbolicSimplicialCholesky<usize>>,
     stack: Option<MemBuffer>,
     pub(super) rhs: Vec<f64>,
-    /// Columns of neutral directions, each with a positive pivot for steps along it: the size of its pivot, or the
-    /// rounding of its stiffness if that is larger.
+    /// Columns of neutral directions, each with a positive pivot for steps along it: the size of
+    /// its pivot, or the rounding of its stiffness if that is larger.
     pub(super) neutral: Vec<(usize, f64)>,
     /// The neutral directions along which the work of the unbalanced couples exceeds rounding.
     pub(super) unbalanced: Vec<(usize, f64)>,
@@ -59,12 +62,17 @@ pub(super) struct Tangent {
 
 impl std::fmt::Debug for Tangent {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Tangent {{ blocks: {} of {} }}", self.blocks, self.capacity)
+        write!(
+            f,
+            "Tangent {{ blocks: {} of {} }}",
+            self.blocks, self.capacity
+        )
     }
 }
 
 impl Tangent {
-    /// Makes room for `blocks` unknown frames and sets every entry to zero. Allocates only beyond the capacity.
+    /// Makes room for `blocks` unknown frames and sets every entry to zero. Allocates only beyond
+    /// the capacity.
     pub fn reset(&mut self, blocks: usize) -> Outcome {
         if blocks > self.capacity || 2 * blocks < self.capacity {
             // An eighth more than needed, so that a growing shoot allocates rarely.
@@ -94,18 +102,32 @@ impl Tangent {
         }
         self.values = Vec::with_capacity(self.row_idx.len());
         self.rhs = vec![0.0; n];
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
+        let pattern =
+            SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
         let (mut tree, mut counts) = (vec![0isize; n], vec![0usize; n]);
         let mut memory = MemBuffer::new(
             prefactorize_symbolic_cholesky_scratch::<usize>(n, self.row_idx.len())
                 .or(factorize_simplicial_symbolic_cholesky_scratch::<usize>(n)),
         );
-        let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, pattern, MemStack::new(&mut memory));
+        let tree = prefactorize_symbolic_cholesky(
+            &mut tree,
+            &mut counts,
+            pattern,
+            MemStack::new(&mut memory),
+        );
         let requirement = "small enough for the memory to factorise the tangent";
-        let symbolic = factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, MemStack::new(&mut memory))
-            .map_err(|_| ParameterError::refused("number of elements", capacity as f64, requirement))?;
+        let symbolic = factorize_simplicial_symbolic_cholesky(
+            pattern,
+            tree,
+            &counts,
+            MemStack::new(&mut memory),
+        )
+        .map_err(|_| ParameterError::refused("number of elements", capacity as f64, requirement))?;
         self.factors = vec![0.0; symbolic.len_val()];
-        self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(n)));
+        self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<
+            usize,
+            f64,
+        >(n)));
         self.symbolic = Some(symbolic);
         Ok(())
     }
@@ -131,13 +153,17 @@ impl Tangent {
                 // No frame is before the first one.
                 self.values.extend([d[0], e[0], e[1], f[0], f[1], f[2]]);
             } else {
-                self.values.extend([a[0], a[1], a[2], d[0], b[0], b[1], b[2], e[0], e[1]]);
+                self.values
+                    .extend([a[0], a[1], a[2], d[0], b[0], b[1], b[2], e[0], e[1]]);
                 self.values.extend([c[0], c[1], c[2], f[0], f[1], f[2]]);
             }
         }
         let n = 3 * self.capacity;
-        let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else { return Ok(()) };
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
+        let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
+            return Ok(());
+        };
+        let pattern =
+            SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
         let factorised = factorize_simplicial_numeric_ldlt(
             &mut self.factors,
             SparseColMatRef::new(pattern, &self.values),
@@ -150,13 +176,17 @@ impl Tangent {
             symbolic,
             MemStack::new(stack),
         );
-        factorised.map(|_| ()).map_err(|_| EquilibriumError::NotFinite { what: "tangent" })
+        factorised
+            .map(|_| ())
+            .map_err(|_| EquilibriumError::NotFinite { what: "tangent" })
     }
 
     /// The pivot of a column.
     #[inline]
     pub(super) fn pivot(&self, column: usize) -> f64 {
-        self.symbolic.as_ref().map_or(f64::INFINITY, |symbolic| self.factors[symbolic.col_ptr()[column]])
+        self.symbolic.as_ref().map_or(f64::INFINITY, |symbolic| {
+            self.factors[symbolic.col_ptr()[column]]
+        })
     }
 
     /// Replaces the pivot of a column.
@@ -172,15 +202,16 @@ impl Tangent {
         self.diagonal[column / 3][(column % 3, column % 3)].abs()
     }
 
-    /// The smallest size of a block on the diagonal. Short elements have large diagonal entries, relative to which the
-    /// stiffness of the rest of the rod may be tiny. It must not count as a small pivot.
+    /// The smallest size of a block on the diagonal. Short elements have large diagonal entries,
+    /// relative to which the stiffness of the rest of the rod may be tiny. It must not count as a
+    /// small pivot.
     fn floor(&self) -> f64 {
         let largest = |block: usize| (0..3).map(|b| self.size(3 * block + b)).fold(0.0, f64::max);
         (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min)
     }
 
-    /// Confines the rotation of an unknown frame to the range of a projection. The removed directions get the identity,
-    /// scaled as the rest of the block.
+    /// Confines the rotation of an unknown frame to the range of a projection. The removed
+    /// directions get the identity, scaled as the rest of the block.
     pub fn project(&mut self, block: usize, projection: &Matrix3<f64>) {
         let mut diagonal = self.diagonal[block];
         diagonal.fill_lower_triangle_with_upper_triangle();
@@ -192,15 +223,21 @@ impl Tangent {
         }
     }
 
-    /// Factorises a tangent whose leading parts may be singular: a diagonal entry with a small pivot is increased, and
-    /// appended with the increase to `boosts`. Adds the pivots to `inertia`.
-    pub fn factorise_boosted(&mut self, inertia: &mut Inertia, boosts: &mut Vec<(usize, f64)>) -> Outcome {
+    /// Factorises a tangent whose leading parts may be singular: a diagonal entry with a small
+    /// pivot is increased, and appended with the increase to `boosts`. Adds the pivots to
+    /// `inertia`.
+    pub fn factorise_boosted(
+        &mut self,
+        inertia: &mut Inertia,
+        boosts: &mut Vec<(usize, f64)>,
+    ) -> Outcome {
         boosts.clear();
         let floor = self.floor();
         loop {
             self.factorise_values()?;
             let least = |size: f64| (BOOSTED * floor.min(size)).max(ACCURATE * size);
-            let small = (0..3 * self.blocks).find(|&column| !(self.pivot(column).abs() > least(self.size(column))));
+            let small = (0..3 * self.blocks)
+                .find(|&column| !(self.pivot(column).abs() > least(self.size(column))));
             let Some(column) = small else { break };
             if boosts.iter().any(|(boosted, _)| *boosted == column) {
                 return Err(EquilibriumError::NotFinite { what: "tangent" });
@@ -215,30 +252,47 @@ impl Tangent {
         Ok(())
     }
 
-    /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues (Sylvester). Returns the
-    /// smallest pivot relative to that of the same rod without load, given the elements' `compliance`, rad/(N m).
-    pub fn factorise(&mut self, inertia: &mut Inertia, compliance: impl Iterator<Item = f64> + Clone) -> Outcome<f64> {
+    /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues
+    /// (Sylvester). Returns the smallest pivot relative to that of the same rod without load, given
+    /// the elements' `compliance`, rad/(N m).
+    pub fn factorise(
+        &mut self,
+        inertia: &mut Inertia,
+        compliance: impl Iterator<Item = f64> + Clone,
+    ) -> Outcome<f64> {
         self.factorise_values()?;
         self.neutral.clear();
         self.unbalanced.clear();
-        // In a rod without load the part up to a frame and the element beyond it are springs in parallel.
+        // In a rod without load the part up to a frame and the element beyond it are springs in
+        // parallel.
         let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
         let unloaded = compliance.scan(0.0, |sum, c| {
             *sum += c;
             Some(*sum)
         });
-        let unloaded = unloaded.zip(behind).map(|(before, behind)| 1.0 / before + 1.0 / behind);
+        let unloaded = unloaded
+            .zip(behind)
+            .map(|(before, behind)| 1.0 / before + 1.0 / behind);
         let mut least = f64::INFINITY;
         for (column, unloaded) in (0..3 * self.blocks).zip(unloaded.flat_map(|pivot| [pivot; 3])) {
             let (pivot, scale) = (self.pivot(column), self.size(column));
-            let terms = if pivot.abs() <= SUSPECT * scale { self.terms_of_pivot(column) } else { 0.0 };
+            let terms = if pivot.abs() <= SUSPECT * scale {
+                self.terms_of_pivot(column)
+            } else {
+                0.0
+            };
             let neutral = inertia.count(pivot, scale, STIFFNESS * terms);
-            least = least.min(if neutral { 0.0 } else { pivot / unloaded.min(scale) });
+            least = least.min(if neutral {
+                0.0
+            } else {
+                pivot / unloaded.min(scale)
+            });
             if neutral {
-                // An infinite pivot leaves the rotation in this direction unchanged, instead of a quotient of two
-                // rounding errors.
+                // An infinite pivot leaves the rotation in this direction unchanged, instead of a
+                // quotient of two rounding errors.
                 self.set_pivot(column, f64::INFINITY);
-                self.neutral.push((column, pivot.abs().max(f64::EPSILON * terms)));
+                self.neutral
+                    .push((column, pivot.abs().max(f64::EPSILON * terms)));
             }
         }
         Ok(least)
@@ -266,8 +320,8 @@ impl Tangent {
 }
 
 impl Inertia {
-    /// Counts one pivot, given the diagonal entry that it came from and the size below which it is neutral. Returns
-    /// whether it is neutral.
+    /// Counts one pivot, given the diagonal entry that it came from and the size below which it is
+    /// neutral. Returns whether it is neutral.
     pub(super) fn count(&mut self, pivot: f64, scale: f64, neutral: f64) -> bool {
         self.margin = self.margin.min(pivot / scale);
         let is_neutral = pivot.abs() <= neutral;
@@ -296,7 +350,8 @@ mod tests {
         Matrix3::from_fn(|i, j| number(9 * k + 3 * i + j))
     }
 
-    /// A tangent of five frames and the same matrix in full. Diagonal blocks are shifted by multiples of the identity.
+    /// A tangent of five frames and the same matrix in full. Diagonal blocks are shifted by
+    /// multiples of the identity.
     fn tangent(shifts: [f64; 5]) -> (Tangent, DMatrix<f64>) {
         let (mut tangent, mut full) = (Tangent::default(), DMatrix::zeros(15, 15));
         tangent.reset(5).unwrap();
@@ -307,8 +362,10 @@ mod tests {
             if b > 0 {
                 let coupling = block(2 * b + 1);
                 tangent.set_coupling(b, &coupling);
-                full.view_mut((3 * b - 3, 3 * b), (3, 3)).copy_from(&coupling);
-                full.view_mut((3 * b, 3 * b - 3), (3, 3)).copy_from(&coupling.transpose());
+                full.view_mut((3 * b - 3, 3 * b), (3, 3))
+                    .copy_from(&coupling);
+                full.view_mut((3 * b, 3 * b - 3), (3, 3))
+                    .copy_from(&coupling.transpose());
             }
         }
         (tangent, full)
@@ -316,11 +373,12 @@ mod tests {
 
     #[test]
     fn sound_pivots_beside_a_stiff_spring_are_not_increased() {
-        // A chain of springs of stiffness 1, clamped at its start, of which the second one is much stiffer. Couples of
-        // one on the last block rotate it by the sum of the compliances.
+        // A chain of springs of stiffness 1, clamped at its start, of which the second one is much
+        // stiffer. Couples of one on the last block rotate it by the sum of the compliances.
         for stiffness in [1.0, 1e7, 1e10] {
             let springs = [1.0, stiffness, 1.0, 1.0];
-            let (mut tangent, mut inertia, mut boosts) = (Tangent::default(), Inertia::default(), Vec::new());
+            let (mut tangent, mut inertia, mut boosts) =
+                (Tangent::default(), Inertia::default(), Vec::new());
             tangent.reset(springs.len()).unwrap();
             for (block, spring) in springs.into_iter().enumerate() {
                 let matrix = Matrix3::from_diagonal_element(spring);
@@ -330,31 +388,52 @@ mod tests {
                     tangent.set_coupling(block, &-matrix);
                 }
             }
-            tangent.factorise_boosted(&mut inertia, &mut boosts).unwrap();
+            tangent
+                .factorise_boosted(&mut inertia, &mut boosts)
+                .unwrap();
             assert_eq!((boosts, inertia.positive), (Vec::new(), 12));
-            let mut turns = [Vector3::zeros(), Vector3::zeros(), Vector3::zeros(), Vector3::repeat(1.0)];
+            let mut turns = [
+                Vector3::zeros(),
+                Vector3::zeros(),
+                Vector3::zeros(),
+                Vector3::repeat(1.0),
+            ];
             tangent.solve(&mut turns);
             let expected = 3.0 + 1.0 / stiffness;
             // The pivot after the stiff spring has this rounding relative to the other springs.
             let rounding = 4.0 * f64::EPSILON * stiffness;
-            turns[3].iter().for_each(|turn| assert_abs_diff_eq!(*turn, expected, epsilon = rounding * expected));
+            turns[3].iter().for_each(|turn| {
+                assert_abs_diff_eq!(*turn, expected, epsilon = rounding * expected)
+            });
         }
     }
 
     #[test]
     fn solution_and_signs_of_pivots_are_those_of_the_full_matrix() {
-        for shifts in [[8.0; 5], [8.0, -8.0, 8.0, 8.0, -8.0], [8.0, 2.0, -2.0, 2.0, 8.0]] {
+        for shifts in [
+            [8.0; 5],
+            [8.0, -8.0, 8.0, 8.0, -8.0],
+            [8.0, 2.0, -2.0, 2.0, 8.0],
+        ] {
             let (mut tangent, full) = tangent(shifts);
             let mut inertia = Inertia::default();
-            let _ = tangent.factorise(&mut inertia, [1.0; 5].into_iter()).unwrap();
+            let _ = tangent
+                .factorise(&mut inertia, [1.0; 5].into_iter())
+                .unwrap();
             let eigenvalues = full.clone().symmetric_eigenvalues();
             let negative = eigenvalues.iter().filter(|value| **value < 0.0).count();
-            assert_eq!((inertia.negative, inertia.neutral, inertia.positive), (negative, 0, 15 - negative));
+            assert_eq!(
+                (inertia.negative, inertia.neutral, inertia.positive),
+                (negative, 0, 15 - negative)
+            );
             let rhs: Vec<Vector3<f64>> = (0..5).map(|k| block(20 + k).column(0).into()).collect();
             let mut x = rhs.clone();
             tangent.solve(&mut x);
-            let flat = |x: &[Vector3<f64>]| DVector::from_iterator(15, x.iter().flat_map(|x| x.iter().copied()));
-            // Elimination multiplies the rounding of entries of the order of ten by the largest entry of L.
+            let flat = |x: &[Vector3<f64>]| {
+                DVector::from_iterator(15, x.iter().flat_map(|x| x.iter().copied()))
+            };
+            // Elimination multiplies the rounding of entries of the order of ten by the largest
+            // entry of L.
             assert_abs_diff_eq!((full * flat(&x) - flat(&rhs)).norm(), 0.0, epsilon = 1e-12);
         }
     }
@@ -363,18 +442,33 @@ mod tests {
     fn direction_without_stiffness_is_neutral_and_keeps_its_rotation() {
         let (mut tangent, mut inertia) = (Tangent::default(), Inertia::default());
         tangent.reset(2).unwrap();
-        tangent.add_diagonal(0, &Matrix3::new(2.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0));
+        tangent.add_diagonal(
+            0,
+            &Matrix3::new(2.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0),
+        );
         tangent.add_diagonal(1, &Matrix3::identity());
-        let _ = tangent.factorise(&mut inertia, [1.0; 2].into_iter()).unwrap();
-        assert_eq!((inertia.negative, inertia.neutral, inertia.positive), (0, 1, 5));
+        let _ = tangent
+            .factorise(&mut inertia, [1.0; 2].into_iter())
+            .unwrap();
+        assert_eq!(
+            (inertia.negative, inertia.neutral, inertia.positive),
+            (0, 1, 5)
+        );
         let mut x = [Vector3::new(1.0, 1.0, 1.0); 2];
         tangent.solve(&mut x);
-        assert_eq!(x, [Vector3::new(0.5, 1.0, 0.0), Vector3::new(1.0, 1.0, 1.0)]);
+        assert_eq!(
+            x,
+            [Vector3::new(0.5, 1.0, 0.0), Vector3::new(1.0, 1.0, 1.0)]
+        );
     }
 
     #[test]
     fn matrix_that_is_not_finite_is_an_error() {
         let (mut tangent, _) = tangent([8.0, 8.0, f64::NAN, 8.0, 8.0]);
-        assert!(tangent.factorise(&mut Inertia::default(), [1.0; 5].into_iter()).is_err());
+        assert!(
+            tangent
+                .factorise(&mut Inertia::default(), [1.0; 5].into_iter())
+                .is_err()
+        );
     }
 }

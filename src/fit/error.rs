@@ -60,9 +60,9 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Extent of the shoot at the initial values, m. For data that are too large, it is the length at the end of
-        /// the data in the view. For data that are too small, it is that length, or the distance of the tip in the
-        /// view.
+        /// Extent of the shoot at the initial values, m. For data that are too large, it is the
+        /// length at the end of the data in the view. For data that are too small, it is that
+        /// length, or the distance of the tip in the view.
         modelled: f64,
     },
     /// A parameter is invalid.
@@ -116,7 +116,10 @@ pub enum FitError {
     #[error("the fits have different data, noise or losses, so that they cannot be compared")]
     OtherData,
     /// The searches of a profile did not find an end of the interval.
-    #[error("{searches} searches did not find the end of an interval, and reached {}", describe(values))]
+    #[error(
+        "{searches} searches did not find the end of an interval, and reached {}",
+        describe(values)
+    )]
     NoInterval {
         /// Number of searches for an end of the interval.
         searches: usize,
@@ -129,10 +132,17 @@ debug_by_display!(FitError);
 
 /// Returns an error, the text of the first condition that is true, if there is one.
 pub(super) fn refuse(conditions: &[(bool, &'static str)]) -> Result<(), &'static str> {
-    conditions.iter().find(|(is_true, _)| *is_true).map_or(Ok(()), |(_, problem)| Err(problem))
+    conditions
+        .iter()
+        .find(|(is_true, _)| *is_true)
+        .map_or(Ok(()), |(_, problem)| Err(problem))
 }
 
 /// Names and values of parameters as text.
 fn describe(values: &[(String, f64)]) -> String {
-    values.iter().map(|(name, value)| format!("{name} = {:.7}", Number(*value))).collect::<Vec<_>>().join(", ")
+    values
+        .iter()
+        .map(|(name, value)| format!("{name} = {:.7}", Number(*value)))
+        .collect::<Vec<_>>()
+        .join(", ")
 }

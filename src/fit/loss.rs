@@ -1,17 +1,20 @@
 //! Losses of residuals.
 
-/// Loss of a residual. The residual is divided by the standard deviation of its noise, and has no unit.
+/// Loss of a residual. The residual is divided by the standard deviation of its noise, and has no
+/// unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Loss {
     /// Half the square: maximum likelihood for normal noise.
     Squares,
-    /// Half the square up to a threshold (in standard deviations of the noise), and linear beyond (P. J. Huber, Ann.
-    /// Math. Stat. 35, 73, 1964). Outliers have a bounded influence. The threshold is at least 0.01.
+    /// Half the square up to a threshold (in standard deviations of the noise), and linear beyond
+    /// (P. J. Huber, Ann. Math. Stat. 35, 73, 1964). Outliers have a bounded influence. The
+    /// threshold is at least 0.01.
     Huber(f64),
 }
 
 impl Loss {
-    /// Huber's loss with the threshold 1.345. For normal noise it has 95 % of the efficiency of squares.
+    /// Huber's loss with the threshold 1.345. For normal noise it has 95 % of the efficiency of
+    /// squares.
     pub const ROBUST: Self = Self::Huber(1.345);
 
     /// Loss of a residual.
@@ -35,9 +38,11 @@ impl Loss {
         self.slope(r) == r
     }
 
-    /// Mean square of the derivative of the loss, and share of residuals in the quadratic part, for normal noise.
+    /// Mean square of the derivative of the loss, and share of residuals in the quadratic part, for
+    /// normal noise.
     pub(super) fn for_normal_noise(self) -> (f64, f64) {
-        // Integrals over the normal distribution by the midpoint rule. The density is below 1e-14 beyond 8.
+        // Integrals over the normal distribution by the midpoint rule. The density is below 1e-14
+        // beyond 8.
         const STEP: f64 = 1e-3;
         let midpoints = (0..8000).map(|k| STEP * (f64::from(k) + 0.5));
         midpoints.fold((0.0, 0.0), |(square, share), r| {

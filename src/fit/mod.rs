@@ -1,8 +1,9 @@
 //! Estimation of the parameters of a shoot from its tracked tip or centre lines.
 //!
-//! A [`Family`] is a function from parameters to a shoot. A [`Series`] contains data. [`Fit::run`] searches for the
-//! parameters for which the simulated shoot is closest to the data. It returns [`Estimates`] with standard errors,
-//! correlations, and a [`Verdict`] on each parameter: whether these data, or any data of this kind, determine it.
+//! A [`Family`] is a function from parameters to a shoot. A [`Series`] contains data. [`Fit::run`]
+//! searches for the parameters for which the simulated shoot is closest to the data. It returns
+//! [`Estimates`] with standard errors, correlations, and a [`Verdict`] on each parameter: whether
+//! these data, or any data of this kind, determine it.
 //!
 //! ```
 //! use morphorod::fit::{Family, Fit, Parameter, Series};
@@ -50,23 +51,26 @@
 //!
 //! # Method
 //!
-//! The residuals are the differences of simulated and measured coordinates over their noise. A point of a centre line
-//! has no known arc length; its residual is its distance from the simulated line across the tangent. A bounded
-//! Levenberg–Marquardt search minimises the loss of the residuals and of the priors: from several initial guesses in
-//! growing parts of the data, then from the best one in all data, and again after each estimate of the noise. Jacobians
-//! are difference quotients of runs that follow the [grid](crate::integrator::Grid) of one run. On a fixed grid the
-//! simulated path is smooth in all parameters. Relative errors are below 1e-4 for the one-sided quotients of the
-//! search, and below 1e-6 for the central ones of the standard errors.
+//! The residuals are the differences of simulated and measured coordinates over their noise. A
+//! point of a centre line has no known arc length; its residual is its distance from the simulated
+//! line across the tangent. A bounded Levenberg–Marquardt search minimises the loss of the
+//! residuals and of the priors: from several initial guesses in growing parts of the data, then
+//! from the best one in all data, and again after each estimate of the noise. Jacobians are
+//! difference quotients of runs that follow the [grid](crate::integrator::Grid) of one run. On a
+//! fixed grid the simulated path is smooth in all parameters. Relative errors are below 1e-4 for
+//! the one-sided quotients of the search, and below 1e-6 for the central ones of the standard
+//! errors.
 //!
-//! Standard errors are those of the linearised problem. They account for outliers, with a robust [`Loss`], and for the
-//! correlation of successive residuals.
+//! Standard errors are those of the linearised problem. They account for outliers, with a robust
+//! [`Loss`], and for the correlation of successive residuals.
 
-// Order of the files for a reader: `run.rs` has the main loop. Its `guess` searches in growing parts of the data, and
-// `last_search` in all data. Both call `search.rs` for a `Problem`, the residuals over the noise
-// (`problem.rs`), which `residuals.rs` simulates and `jacobian.rs` differentiates. `answer.rs` assembles the
-// estimates from the point that the last search has reached, with `noise.rs`, `confidence.rs` and `warning.rs`.
-// `settings.rs`, `parameter.rs` and `series.rs` contain the input and its checks. `dependence.rs`, `profile.rs` and
-// `scan.rs` are further methods of a `Fit`, which begin from estimates.
+// Order of the files for a reader: `run.rs` has the main loop. Its `guess` searches in growing
+// parts of the data, and `last_search` in all data. Both call `search.rs` for a `Problem`, the
+// residuals over the noise (`problem.rs`), which `residuals.rs` simulates and `jacobian.rs`
+// differentiates. `answer.rs` assembles the estimates from the point that the last search has
+// reached, with `noise.rs`, `confidence.rs` and `warning.rs`. `settings.rs`, `parameter.rs` and
+// `series.rs` contain the input and its checks. `dependence.rs`, `profile.rs` and `scan.rs` are
+// further methods of a `Fit`, which begin from estimates.
 
 mod answer;
 mod confidence;

@@ -3,15 +3,15 @@
 use super::{GrowthLaw, check_zone};
 use crate::error::ParameterError;
 
-/// Uniform growth, equation (3): REGR = 1/τg within ℓg of the apex and 0 elsewhere; 1/τg everywhere while the shoot
-/// is shorter than ℓg.
+/// Uniform growth, equation (3): REGR = 1/τg within ℓg of the apex and 0 elsewhere; 1/τg everywhere
+/// while the shoot is shorter than ℓg.
 ///
-/// A point at distance σ from the apex at t = 0 has the distance σ exp(t/τg) and leaves the zone at τg ln(ℓg/σ).
-/// A shoot longer than ℓg elongates at the rate ℓg/τg.
+/// A point at distance σ from the apex at t = 0 has the distance σ exp(t/τg) and leaves the zone at
+/// τg ln(ℓg/σ). A shoot longer than ℓg elongates at the rate ℓg/τg.
 ///
-/// Usual values for *Arabidopsis thaliana* are ℓg = 7 cm and τg = 40 h, or 20 h for constant length, and 3 cm and
-/// 20 h in figure 3 of Agostinelli, DeSimone and Noselli (2021). With the first two the rate of elongation is 1.75
-/// mm/h.
+/// Usual values for *Arabidopsis thaliana* are ℓg = 7 cm and τg = 40 h, or 20 h for constant
+/// length, and 3 cm and 20 h in figure 3 of Agostinelli, DeSimone and Noselli (2021). With the
+/// first two the rate of elongation is 1.75 mm/h.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct UniformGrowth {

@@ -7,12 +7,13 @@ use crate::error::{Number, ParameterError, debug_by_display, ensure};
 /// Result of an integrator or of a part of a run.
 pub(super) type Outcome<T = ()> = Result<T, IntegrationError>;
 
-/// Largest number of elements into which the tissue that leaves the growth zone in one step is divided.
+/// Largest number of elements into which the tissue that leaves the growth zone in one step is
+/// divided.
 pub(super) const MAX_PARTS: f64 = 1024.0;
 
-/// Largest growth of a shoot in a call, in lengths of its growth zone: that of 2.3 years with a growth time of 20 h.
-/// Steps and elements are proportional to it, and the work to its square, so that more growth takes hours: the unit of
-/// the growth time is wrong.
+/// Largest growth of a shoot in a call, in lengths of its growth zone: that of 2.3 years with a
+/// growth time of 20 h. Steps and elements are proportional to it, and the work to its square, so
+/// that more growth takes hours: the unit of the growth time is wrong.
 pub(super) const MAX_ZONES: f64 = 1000.0;
 
 /// Reason why a call of an integrator failed. The state of the shoot is the one before the call.
@@ -63,7 +64,8 @@ pub enum IntegrationError {
         /// Index of the point, counted from the base.
         point: usize,
     },
-    /// The tissue that leaves the growth zone in a step would be divided into more than 1024 elements.
+    /// The tissue that leaves the growth zone in a step would be divided into more than 1024
+    /// elements.
     #[error(
         "from {} s on a step of {} s would create more than {MAX_PARTS} mature elements: take a shorter step, or \
          check the unit of the growth rate (1/s)",
@@ -75,8 +77,8 @@ pub enum IntegrationError {
         /// Length of the step, s.
         step: f64,
     },
-    /// The shoot would grow by more than 1000 lengths of its growth zone in a call. The work increases with the square
-    /// of this number.
+    /// The shoot would grow by more than 1000 lengths of its growth zone in a call. The work
+    /// increases with the square of this number.
     #[error(
         "from {} s to {} s the shoot would grow by {:.4} lengths of its growth zone, and a call permits {MAX_ZONES}: \
          check the unit of the growth time (s), or advance in several calls",
@@ -105,8 +107,8 @@ pub enum IntegrationError {
         /// Ratio of the largest to the smallest length per coordinate at the points of the element.
         ratio: f64,
     },
-    /// The scene rotates the base, or the axis of its hinge, too far in a step: between the ends of steps stimuli are
-    /// interpolated. A gravity that rotates is not examined.
+    /// The scene rotates the base, or the axis of its hinge, too far in a step: between the ends of
+    /// steps stimuli are interpolated. A gravity that rotates is not examined.
     #[error(
         "in the step to {} s the base rotates by {angle:.2} rad: take steps of at most 1/20 of a rotation, and \
          announce a sudden rotation by `Scene::next_discontinuity`",
@@ -130,9 +132,10 @@ pub enum IntegrationError {
         /// The limit.
         limit: usize,
     },
-    /// The rod is not slender at a place that differential growth has bent: the radius of its intrinsic curvature is
-    /// not larger than that of the section, and the tissue on the inner side would have no length. The response of the
-    /// laws diverges, as that of proprioception does if its sensitivity times its delay exceeds π/2 growth times.
+    /// The rod is not slender at a place that differential growth has bent: the radius of its
+    /// intrinsic curvature is not larger than that of the section, and the tissue on the inner side
+    /// would have no length. The response of the laws diverges, as that of proprioception does if
+    /// its sensitivity times its delay exceeds π/2 growth times.
     #[error(
         "at {} s the intrinsic curvature at {:.4} m from the base is {:.4} 1/m, and the radius {:.4} m: the rod is \
          not slender there. Check the unit of the growth time (s), and strains and histories that were set; if the \
@@ -157,12 +160,13 @@ pub enum IntegrationError {
     ToleranceNotMet {
         /// Tolerance, relative to the length.
         tolerance: f64,
-        /// Estimated error that was reached, relative to the length; infinite if there is no estimate yet.
+        /// Estimated error that was reached, relative to the length; infinite if there is no
+        /// estimate yet.
         reached: f64,
         /// [`Statistics::work`](super::Statistics::work) of all runs.
         work: usize,
-        /// End of the step with a snap in one of the runs, s; `None` without a snap. After a snap the error decreases
-        /// slowly.
+        /// End of the step with a snap in one of the runs, s; `None` without a snap. After a snap
+        /// the error decreases slowly.
         snap: Option<f64>,
     },
     /// A condition did not hold by the latest time.
@@ -213,7 +217,10 @@ debug_by_display!(IntegrationError);
 
 fn describe_estimate(error: f64) -> String {
     if error.is_finite() {
-        return format!("the error is estimated as {:.2} of the length", Number(error));
+        return format!(
+            "the error is estimated as {:.2} of the length",
+            Number(error)
+        );
     }
     "there is no estimate of the error yet".to_owned()
 }
@@ -226,16 +233,23 @@ fn describe_snap(time: Option<f64>) -> String {
             .to_owned();
     };
     let time = Number(time);
-    format!("; after the snap at {time} s errors decrease slowly: advance to an earlier time, or take fixed steps")
+    format!(
+        "; after the snap at {time} s errors decrease slowly: advance to an earlier time, or take fixed steps"
+    )
 }
 
 /// Returns a ratio with one decimal place. It is infinite where growth is discontinuous.
 fn describe_ratio(ratio: f64) -> String {
-    if ratio < 1e6 { format!("{ratio:.1}") } else { "more than a million".to_owned() }
+    if ratio < 1e6 {
+        format!("{ratio:.1}")
+    } else {
+        "more than a million".to_owned()
+    }
 }
 
 impl IntegrationError {
-    /// Returns the error of a value that is not finite unless `ok`. A condition may be infinite, but not NaN.
+    /// Returns the error of a value that is not finite unless `ok`. A condition may be infinite,
+    /// but not NaN.
     #[inline]
     pub(super) fn finite(ok: bool, what: &'static str, time: f64) -> Result<(), Self> {
         ensure(ok, Self::NotFinite { what, time })
@@ -259,10 +273,20 @@ mod tests {
 
     #[test]
     fn messages_have_no_rows_of_zeros_and_no_infinity() {
-        let at_once = IntegrationError::NotFinite { what: "gravity", time: 2e-300 };
+        let at_once = IntegrationError::NotFinite {
+            what: "gravity",
+            time: 2e-300,
+        };
         let expected = "the gravity is not finite at 2e-300 s: check the law, scene or condition that returns it";
         assert_eq!(at_once.to_string(), expected);
-        let torn = IntegrationError::Uneven { time: 600.0, element: 80, ratio: f64::INFINITY };
-        assert!(torn.to_string().contains("up to 600 s stretches one end of element 80 more than a million times"));
+        let torn = IntegrationError::Uneven {
+            time: 600.0,
+            element: 80,
+            ratio: f64::INFINITY,
+        };
+        assert!(
+            torn.to_string()
+                .contains("up to 600 s stretches one end of element 80 more than a million times")
+        );
     }
 }

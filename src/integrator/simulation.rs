@@ -6,8 +6,9 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::{State, StateError};
 
-/// A shoot with its integrator, independent of the types of its laws. The pair `(shoot, integrator)` implements it. The
-/// trait is object safe: shoots with different laws can be elements of one list.
+/// A shoot with its integrator, independent of the types of its laws. The pair `(shoot,
+/// integrator)` implements it. The trait is object safe: shoots with different laws can be elements
+/// of one list.
 ///
 /// ```
 /// use morphorod::Shoot;
@@ -48,7 +49,8 @@ pub trait Simulation {
     /// Restores a state, as [`Shoot::restore`].
     ///
     /// # Errors
-    /// The errors of [`Shoot::restore`]: the state is damaged or belongs to other laws. The shoot keeps its state then.
+    /// The errors of [`Shoot::restore`]: the state is damaged or belongs to other laws. The shoot
+    /// keeps its state then.
     fn restore(&mut self, state: &State) -> Result<(), StateError>;
 }
 

@@ -7,8 +7,8 @@ use crate::equilibrium::Equilibrium;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Statistics {
-    /// Number of time steps, not counting the extra equilibria at output times. A step that is divided where a contact
-    /// begins or ends counts as one.
+    /// Number of time steps, not counting the extra equilibria at output times. A step that is
+    /// divided where a contact begins or ends counts as one.
     pub steps: usize,
     /// Number of equilibria that were solved.
     pub equilibria: usize,
@@ -26,33 +26,35 @@ pub struct Statistics {
     pub halvings: usize,
     /// Number of steps that were repeated with half their length after a recoverable error.
     pub retries: usize,
-    /// Number of times at which a contact began or ended and which were located. They are ends of steps.
+    /// Number of times at which a contact began or ended and which were located. They are ends of
+    /// steps.
     pub contact_changes: usize,
     /// Number of steps that were made to locate these times and then undone.
     pub contact_trials: usize,
-    /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
-    /// quasi-static model does not resolve the motion in between. In a free rod a jump does not count if the unbalanced
-    /// couples of the initial guess cause at least a fifth of the rotation ([`Equilibrium::jump`]). The number of snaps
-    /// therefore depends on the length of the steps. A snap of a shoot that was held or in contact at the start of the
-    /// step counts only if Newton's method did not follow it.
+    /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to
+    /// another one. The quasi-static model does not resolve the motion in between. In a free rod a
+    /// jump does not count if the unbalanced couples of the initial guess cause at least a fifth of
+    /// the rotation ([`Equilibrium::jump`]). The number of snaps therefore depends on the length of
+    /// the steps. A snap of a shoot that was held or in contact at the start of the step counts
+    /// only if Newton's method did not follow it.
     pub snaps: usize,
     /// End of the step with the last snap, s; `None` without a snap.
     pub last_snap: Option<f64>,
-    /// Largest displacement by a snap, m: that of the tip, or of any place of a shoot with supports; zero without a
-    /// snap.
+    /// Largest displacement by a snap, m: that of the tip, or of any place of a shoot with
+    /// supports; zero without a snap.
     pub largest_jump: f64,
-    /// Number of steps of trial runs, and of steps to output times that are not ends of steps. The other costs of trial
-    /// runs are included in the other counts.
+    /// Number of steps of trial runs, and of steps to output times that are not ends of steps. The
+    /// other costs of trial runs are included in the other counts.
     pub trial_steps: usize,
-    /// Estimate of the largest distance between a place of the centre line and the place of the exact one at the same
-    /// share of the length, at any time of the call, relative to the length at that time. It has a safety factor of
-    /// two, and contains the estimates of earlier calls. `None` if the integrator does not estimate it, as
-    /// [`MethodOfSteps`](super::MethodOfSteps).
+    /// Estimate of the largest distance between a place of the centre line and the place of the
+    /// exact one at the same share of the length, at any time of the call, relative to the length
+    /// at that time. It has a safety factor of two, and contains the estimates of earlier calls.
+    /// `None` if the integrator does not estimate it, as [`MethodOfSteps`](super::MethodOfSteps).
     pub error: Option<f64>,
-    /// Largest [error](Equilibrium::error) of an equilibrium, rad: that of the solver, without the errors of steps and
-    /// elements. With obstacles it is at least the largest penetration relative to the length, and it contains the
-    /// misplacement of nodes at contacts that [`Equilibrium::error`] describes. Equilibria of steps that were undone do
-    /// not count.
+    /// Largest [error](Equilibrium::error) of an equilibrium, rad: that of the solver, without the
+    /// errors of steps and elements. With obstacles it is at least the largest penetration relative
+    /// to the length, and it contains the misplacement of nodes at contacts that
+    /// [`Equilibrium::error`] describes. Equilibria of steps that were undone do not count.
     pub equilibrium_error: f64,
     /// Smallest merge tolerance that permits the same mergers, rad.
     pub(super) merge_loss: f64,
@@ -60,17 +62,31 @@ pub struct Statistics {
 
 impl std::fmt::Display for Statistics {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} steps, {} trial steps, ", self.steps, self.trial_steps)?;
-        write!(f, "{} equilibria, {} iterations, {} evaluations", self.equilibria, self.iterations, self.evaluations)?;
+        write!(
+            f,
+            "{} steps, {} trial steps, ",
+            self.steps, self.trial_steps
+        )?;
+        write!(
+            f,
+            "{} equilibria, {} iterations, {} evaluations",
+            self.equilibria, self.iterations, self.evaluations
+        )?;
         if self.snaps > 0 {
-            write!(f, ", {} snaps by up to {:.1e} m", self.snaps, self.largest_jump)?;
+            write!(
+                f,
+                ", {} snaps by up to {:.1e} m",
+                self.snaps, self.largest_jump
+            )?;
         }
-        self.error.map_or(Ok(()), |error| write!(f, ", estimated error {error:.1e} of the length"))
+        self.error.map_or(Ok(()), |error| {
+            write!(f, ", estimated error {error:.1e} of the length")
+        })
     }
 }
 
-/// Adds the statistics of a later run. Counts add, `last_snap` is the later one, and errors, losses and the largest
-/// jump are the larger ones.
+/// Adds the statistics of a later run. Counts add, `last_snap` is the later one, and errors, losses
+/// and the largest jump are the larger ones.
 impl std::ops::AddAssign for Statistics {
     fn add_assign(&mut self, other: Self) {
         // The sums saturate, since an integrator or a solver of a user may report any counts.
@@ -89,19 +105,24 @@ impl std::ops::AddAssign for Statistics {
             (&mut self.snaps, other.snaps),
             (&mut self.trial_steps, other.trial_steps),
         ];
-        counts.into_iter().for_each(|(sum, count)| *sum = sum.saturating_add(count));
+        counts
+            .into_iter()
+            .for_each(|(sum, count)| *sum = sum.saturating_add(count));
         self.last_snap = other.last_snap.or(self.last_snap);
         self.largest_jump = self.largest_jump.max(other.largest_jump);
         // Each estimate includes all calls since the beginning of the run.
-        self.error = [self.error, other.error].into_iter().flatten().reduce(f64::max);
+        self.error = [self.error, other.error]
+            .into_iter()
+            .flatten()
+            .reduce(f64::max);
         self.merge_loss = self.merge_loss.max(other.merge_loss);
         self.equilibrium_error = self.equilibrium_error.max(other.equilibrium_error);
     }
 }
 
 impl Statistics {
-    /// Number of evaluations of the forces in the rod, with and without the Jacobian. It is the measure of work that
-    /// the integrators limit.
+    /// Number of evaluations of the forces in the rod, with and without the Jacobian. It is the
+    /// measure of work that the integrators limit.
     #[must_use]
     pub fn work(&self) -> usize {
         self.factorisations.saturating_add(self.evaluations)
@@ -125,18 +146,51 @@ impl Statistics {
         self.largest_jump = self.largest_jump.max(jump);
     }
 
-    /// Returns the statistics of a run whose result is discarded. The error of its equilibria is kept, since its shapes
-    /// may have been shown.
+    /// Returns the statistics of a run whose result is discarded. The error of its equilibria is
+    /// kept, since its shapes may have been shown.
     pub(super) fn as_trial(self) -> Self {
-        let (trial_steps, equilibrium_error) = (self.trial_steps.saturating_add(self.steps), self.equilibrium_error);
-        Self { trial_steps, equilibrium_error, ..self.undone_since(Self::default()) }
+        let (trial_steps, equilibrium_error) = (
+            self.trial_steps.saturating_add(self.steps),
+            self.equilibrium_error,
+        );
+        Self {
+            trial_steps,
+            equilibrium_error,
+            ..self.undone_since(Self::default())
+        }
     }
 
     /// Returns the results that `then` counts, with the cost that `self` counts.
     pub(super) fn undone_since(self, then: Self) -> Self {
-        let Self { steps, splits, merges, merge_loss, equilibrium_error, .. } = then;
-        let Self { contact_changes, snaps, last_snap, largest_jump, .. } = then;
-        let kept = Self { steps, splits, merges, merge_loss, equilibrium_error, ..self };
-        Self { contact_changes, snaps, last_snap, largest_jump, ..kept }
+        let Self {
+            steps,
+            splits,
+            merges,
+            merge_loss,
+            equilibrium_error,
+            ..
+        } = then;
+        let Self {
+            contact_changes,
+            snaps,
+            last_snap,
+            largest_jump,
+            ..
+        } = then;
+        let kept = Self {
+            steps,
+            splits,
+            merges,
+            merge_loss,
+            equilibrium_error,
+            ..self
+        };
+        Self {
+            contact_changes,
+            snaps,
+            last_snap,
+            largest_jump,
+            ..kept
+        }
     }
 }

@@ -5,8 +5,8 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::State;
 
-/// Calls `work` with the shoot and a copy of its state. Restores this state if `work` fails. The memory of the
-/// copy stays in `backup` for the next call.
+/// Calls `work` with the shoot and a copy of its state. Restores this state if `work` fails. The
+/// memory of the copy stays in `backup` for the next call.
 pub(super) fn undo_on_error<M: Model, T>(
     shoot: &mut Shoot<M>,
     backup: &mut Option<State>,

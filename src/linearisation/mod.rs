@@ -1,5 +1,5 @@
-//! First-order changes of the laws and stimuli of a shoot in equilibrium, for [`stability`](crate::stability) and
-//! [`cycle`](crate::cycle).
+//! First-order changes of the laws and stimuli of a shoot in equilibrium, for
+//! [`stability`](crate::stability) and [`cycle`](crate::cycle).
 
 mod analytic;
 mod autonomous;

@@ -8,12 +8,12 @@ use crate::rod::Rod;
 use crate::scene::Environment;
 use crate::support::{Reaction, Support};
 
-/// Brings a rod into equilibrium under a load and with a support, and returns the force in it with the reactions.
-/// `guess` are the reactions of an earlier equilibrium.
+/// Brings a rod into equilibrium under a load and with a support, and returns the force in it with
+/// the reactions. `guess` are the reactions of an earlier equilibrium.
 ///
 /// # Errors
-/// Errors of the solver, or an equilibrium in which the rod touches an obstacle: the forces of contacts are not
-/// differentiable where contacts begin and end.
+/// Errors of the solver, or an equilibrium in which the rod touches an obstacle: the forces of
+/// contacts are not differentiable where contacts begin and end.
 pub(crate) fn equilibrate(
     rod: &mut Rod,
     material: &impl Constitutive,
@@ -27,8 +27,18 @@ pub(crate) fn equilibrate(
         let found = solver.equilibrate(rod, material, &force)?;
         return Ok((force, found));
     }
-    let past = Past { earlier: (guess, &[]), ..Past::default() };
-    let held = solver.hold(&HeldRod { rod, material, load, support, environment, past })?;
+    let past = Past {
+        earlier: (guess, &[]),
+        ..Past::default()
+    };
+    let held = solver.hold(&HeldRod {
+        rod,
+        material,
+        load,
+        support,
+        environment,
+        past,
+    })?;
     let (name, contacts) = ("number of contacts with obstacles", held.patches.len());
     let requirement = "zero for steady states, linear stability and cycles";
     ParameterError::unless(contacts == 0, name, contacts as f64, requirement)?;

@@ -11,13 +11,13 @@ use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Growing, TropismLaw, rates_in_steady_state};
 
-/// Largest rate of a variable in the steady state of a law, relative to the terms that cancel in it. The value
-/// allows for laws that compute their steady state by iteration, and is the accuracy required of a steady state
-/// of the shoot.
+/// Largest rate of a variable in the steady state of a law, relative to the terms that cancel in
+/// it. The value allows for laws that compute their steady state by iteration, and is the accuracy
+/// required of a steady state of the shoot.
 const STEADY: f64 = 1e-8;
 
-/// Stimuli, steady variables and growth gradients at every material point of the growth zone, for a shape that
-/// has been constant for all time.
+/// Stimuli, steady variables and growth gradients at every material point of the growth zone, for a
+/// shape that has been constant for all time.
 pub(crate) struct SteadyLaws {
     pub gradients: Vec<Vector3<f64>>,
     /// Stimuli, one column for every point.
@@ -44,7 +44,8 @@ impl SteadyLaws {
             let mut variables = out.variables.column_mut(i);
             law.steady(stimuli, variables.as_mut_slice());
             out.places[i] = Growing::at(site);
-            out.gradients[i] = law.gradient(&out.places[i], variables.as_slice(), size.present(stimuli));
+            out.gradients[i] =
+                law.gradient(&out.places[i], variables.as_slice(), size.present(stimuli));
         });
         out
     }
@@ -55,28 +56,46 @@ impl SteadyLaws {
     /// A gradient that is not finite.
     pub fn largest_gradient(&self) -> Result<f64, StabilityError> {
         let largest = largest(self.gradients.iter().map(Vector3::norm));
-        if largest.is_finite() { Ok(largest) } else { Err(StabilityError::NotFinite { what: "growth gradient" }) }
+        if largest.is_finite() {
+            Ok(largest)
+        } else {
+            Err(StabilityError::NotFinite {
+                what: "growth gradient",
+            })
+        }
     }
 
     /// The radius of the shoot at the base of the growth zone, m; one if nothing grows.
     pub fn radius(&self) -> f64 {
-        self.places.first().map_or(1.0, |place| place.section.radius())
+        self.places
+            .first()
+            .map_or(1.0, |place| place.section.radius())
     }
 }
 
-/// Returns an error unless the rates of all variables vanish in their steady state, up to a share of the terms
-/// Σ |∂ẏ/∂y| |y| + Σ |∂ẏ/∂x| |x| that cancel in them.
-pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyLaws) -> Result<(), StabilityError> {
+/// Returns an error unless the rates of all variables vanish in their steady state, up to a share
+/// of the terms Σ |∂ẏ/∂y| |y| + Σ |∂ẏ/∂x| |x| that cancel in them.
+pub(crate) fn check_steady(
+    law: &impl TropismLaw,
+    state: &SteadyLaws,
+) -> Result<(), StabilityError> {
     for (i, place) in state.places.iter().enumerate() {
         let (y, x) = (state.variables.column(i), state.stimuli.column(i));
         let rates = rates_in_steady_state(law, place, y.as_slice(), x.as_slice());
         if !rates.iter().all(|(rate, _)| rate.is_finite()) {
-            return Err(StabilityError::NotFinite { what: "rate of the laws' variables" });
+            return Err(StabilityError::NotFinite {
+                what: "rate of the laws' variables",
+            });
         }
         for (variable, (rate, terms)) in rates.into_iter().enumerate() {
             if !(rate.abs() <= STEADY * terms) {
                 let (law, share) = (law.name_of(variable), rate.abs() / terms);
-                return Err(StabilityError::NotSteady { law, variable, rate, share });
+                return Err(StabilityError::NotSteady {
+                    law,
+                    variable,
+                    rate,
+                    share,
+                });
             }
         }
     }

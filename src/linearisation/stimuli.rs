@@ -9,12 +9,13 @@ use crate::sensing::{self, visit_sites};
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Site, TropismLaw};
 
-/// Rotation of a frame for central differences, rad. The truncation error is 1e-9 of a third derivative, and
-/// the rounding error 1e-12.
+/// Rotation of a frame for central differences, rad. The truncation error is 1e-9 of a third
+/// derivative, and the rounding error 1e-12.
 const TURN: f64 = 1e-4;
 
-/// Evaluates the stimuli at all material points of the growth zone of a rod in equilibrium under a force. Calls
-/// `visit` with the number of each point, counted from the first of the zone, its site and its stimuli.
+/// Evaluates the stimuli at all material points of the growth zone of a rod in equilibrium under a
+/// force. Calls `visit` with the number of each point, counted from the first of the zone, its site
+/// and its stimuli.
 pub(crate) fn visit_stimuli(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -24,11 +25,19 @@ pub(crate) fn visit_stimuli(
     let (material, law) = (shoot.model.constitutive(), shoot.model.tropism());
     let laws = Declaration::of(law);
     let mut stimuli = vec![0.0; laws.size().stimuli];
-    sensing::visit_stimuli((rod, None), (material, law), force, laws.reads_position(), &mut stimuli, visit);
+    sensing::visit_stimuli(
+        (rod, None),
+        (material, law),
+        force,
+        laws.reads_position(),
+        &mut stimuli,
+        visit,
+    );
 }
 
-/// Derivatives of the stimuli at every material point of the growth zone with respect to the strain at the point, and
-/// with respect to the rotation of its frame about the directors (1/rad), by central differences.
+/// Derivatives of the stimuli at every material point of the growth zone with respect to the strain
+/// at the point, and with respect to the rotation of its frame about the directors (1/rad), by
+/// central differences.
 pub(crate) fn stimulus_derivatives(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -44,20 +53,31 @@ pub(crate) fn stimulus_derivatives(
         law.sense(site, x.as_mut_slice());
         x
     };
-    visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
-        for c in 0..3 {
-            let axis = Vector3::ith(c, 1.0);
-            // Most stimuli are linear in the strain. For the others a step of a thousandth of 1/radius is small
-            // enough.
-            let h = 1e-3 / site.section.radius();
-            let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
-            strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
-            let turned = |sign: f64| {
-                let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
-                sensed(&Site { frame, ..*site })
-            };
-            turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
-        }
-    });
+    visit_sites(
+        rod,
+        shoot.model.constitutive(),
+        force,
+        laws.reads_position(),
+        |i, site| {
+            for c in 0..3 {
+                let axis = Vector3::ith(c, 1.0);
+                // Most stimuli are linear in the strain. For the others a step of a thousandth of
+                // 1/radius is small enough.
+                let h = 1e-3 / site.section.radius();
+                let bent = |sign: f64| {
+                    sensed(&Site {
+                        strain: site.strain + axis * (sign * h),
+                        ..*site
+                    })
+                };
+                strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
+                let turned = |sign: f64| {
+                    let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
+                    sensed(&Site { frame, ..*site })
+                };
+                turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
+            }
+        },
+    );
     (strain, turn)
 }

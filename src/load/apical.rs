@@ -8,8 +8,8 @@ use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::scene::Environment;
 
-/// Force on the apex as a smooth function of time, in the fixed frame. The closure or function takes the time in s
-/// and returns N.
+/// Force on the apex as a smooth function of time, in the fixed frame. The closure or function
+/// takes the time in s and returns N.
 ///
 /// ```
 /// use morphorod::load::ApicalForce;
@@ -34,8 +34,8 @@ impl<F: Fn(f64) -> Vector3<f64>> Load for ApicalForce<F> {
     }
 }
 
-/// Force on the apex that increases and decreases as half a sine from `start` to `start + duration`, and is zero
-/// before and after.
+/// Force on the apex that increases and decreases as half a sine from `start` to `start +
+/// duration`, and is zero before and after.
 ///
 /// Its time derivative is discontinuous at both times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +53,11 @@ impl Load for Pulse {
     #[inline]
     fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
         let phase = (environment.time - self.start) / self.duration;
-        if (0.0..=1.0).contains(&phase) { self.peak * (PI * phase).sin() } else { Vector3::zeros() }
+        if (0.0..=1.0).contains(&phase) {
+            self.peak * (PI * phase).sin()
+        } else {
+            Vector3::zeros()
+        }
     }
 
     fn next_discontinuity(&self, t: f64) -> f64 {

@@ -33,26 +33,33 @@ pub struct Cut {
     pub length_beyond: f64,
     /// Volume of tissue beyond the cut, m³.
     pub volume_beyond: f64,
-    /// Distance of the material point from the apex at t = 0, m. It identifies the point during growth.
+    /// Distance of the material point from the apex at t = 0, m. It identifies the point during
+    /// growth.
     pub initial_apex_distance: f64,
 }
 
 impl Cut {
-    /// Cut at an arc length from the base (m) of a uniform shoot that has not grown, with a length (m) and a
-    /// cross-sectional area (m²) beyond it. For other shoots set the fields.
+    /// Cut at an arc length from the base (m) of a uniform shoot that has not grown, with a length
+    /// (m) and a cross-sectional area (m²) beyond it. For other shoots set the fields.
     #[must_use]
     pub fn new(arc_length: f64, length_beyond: f64, area: f64) -> Self {
         let volume_beyond = length_beyond * area;
-        Self { arc_length, length_beyond, volume_beyond, initial_apex_distance: length_beyond }
+        Self {
+            arc_length,
+            length_beyond,
+            volume_beyond,
+            initial_apex_distance: length_beyond,
+        }
     }
 }
 
-/// Load that does not depend on the shape of the shoot (a dead load), so that the force n(s) in the rod is known
-/// before the shape, equation (11).
+/// Load that does not depend on the shape of the shoot (a dead load), so that the force n(s) in the
+/// rod is known before the shape, equation (11).
 ///
 /// A load returns the total [`force`](Self::force) on the part beyond a cut, the force [per
-/// length](Self::per_length), which is integrated, or both. Forces are in newtons and in the fixed frame. A tuple
-/// or a `Vec` of loads is a load, the sum of its parts; `()` is no load. A wind that increases with height:
+/// length](Self::per_length), which is integrated, or both. Forces are in newtons and in the fixed
+/// frame. A tuple or a `Vec` of loads is a load, the sum of its parts; `()` is no load. A wind that
+/// increases with height:
 ///
 /// ```
 /// use morphorod::load::{Cut, Load};
@@ -104,32 +111,34 @@ pub trait Load {
     /// length](Self::per_length). Their sum is n(s) of equation (11), since the apex is free.
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
-    /// Force per unit of unstretched length on the tissue at a point, in the fixed frame, N/m; zero by default. It
-    /// is integrated from the apex by the Gauss points of the elements.
+    /// Force per unit of unstretched length on the tissue at a point, in the fixed frame, N/m; zero
+    /// by default. It is integrated from the apex by the Gauss points of the elements.
     #[inline]
     fn per_length(&self, _tissue: &Tissue, _environment: &Environment) -> Vector3<f64> {
         Vector3::zeros()
     }
 
-    /// First time after `t` (s) at which the load or its time derivative is discontinuous; infinite by default.
-    /// Integrators step onto it and evaluate the load a few units of rounding before and after it. The value at
-    /// this time itself has no effect.
+    /// First time after `t` (s) at which the load or its time derivative is discontinuous; infinite
+    /// by default. Integrators step onto it and evaluate the load a few units of rounding before
+    /// and after it. The value at this time itself has no effect.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Shortest period (s) of the load as a function of time after `t` (s), as that of a force that rotates; infinite
-    /// by default. A time step of more than half of it is an error of
-    /// [`MethodOfSteps`](crate::integrator::MethodOfSteps), since it does not distinguish this period from longer ones.
-    /// [`Adaptive`](crate::integrator::Adaptive) begins with at most such steps.
+    /// Shortest period (s) of the load as a function of time after `t` (s), as that of a force that
+    /// rotates; infinite by default. A time step of more than half of it is an error of
+    /// [`MethodOfSteps`](crate::integrator::MethodOfSteps), since it does not distinguish this
+    /// period from longer ones. [`Adaptive`](crate::integrator::Adaptive) begins with at most such
+    /// steps.
     fn shortest_period(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Places along the shoot at which the force is discontinuous, as distances from the apex at t = 0, m. The
-    /// builder of a shoot puts nodes there, which growth and merging of elements keep. A discontinuity inside an
-    /// element reduces the accuracy. Empty by default. A distance outside 0 to the length at t = 0 is an error of
-    /// [`build`](crate::ShootBuilder::build) and [`with_model`](crate::Shoot::with_model).
+    /// Places along the shoot at which the force is discontinuous, as distances from the apex at t
+    /// = 0, m. The builder of a shoot puts nodes there, which growth and merging of elements keep.
+    /// A discontinuity inside an element reduces the accuracy. Empty by default. A distance outside
+    /// 0 to the length at t = 0 is an error of [`build`](crate::ShootBuilder::build) and
+    /// [`with_model`](crate::Shoot::with_model).
     fn jumps(&self) -> Vec<f64> {
         Vec::new()
     }

@@ -9,7 +9,8 @@ use crate::error::ParameterError;
 use crate::rod::Tissue;
 use crate::scene::Environment;
 
-/// Weight, equation (12): n(s) = ρ g ∫ A ds over the part beyond s, which is q (ℓ − s) ĝ for a uniform section.
+/// Weight, equation (12): n(s) = ρ g ∫ A ds over the part beyond s, which is q (ℓ − s) ĝ for a
+/// uniform section.
 ///
 /// The default density is 1000 kg/m³, that of water (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,12 +27,13 @@ impl Default for Weight {
 }
 
 impl Weight {
-    /// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I
-    /// begins to buckle under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel
-    /// function J₋₁⸝₃. It holds for a uniform section without shear and stretch.
+    /// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending
+    /// stiffness E I begins to buckle under its own weight: (9/4) j², with j = 1.866350858873895
+    /// the first zero of the Bessel function J₋₁⸝₃. It holds for a uniform section without shear
+    /// and stretch.
     ///
-    /// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast
-    /// can be made*, Proc. Camb. Phil. Soc. 4, 65–73 (1881).
+    /// A. G. Greenhill, *Determination of the greatest height consistent with stability that a
+    /// vertical pole or mast can be made*, Proc. Camb. Phil. Soc. 4, 65–73 (1881).
     #[doc(alias("Greenhill", "self-buckling", "critical length"))]
     pub const GREENHILL: f64 = 7.837_347_438_943_484;
 }

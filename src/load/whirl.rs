@@ -8,9 +8,9 @@ use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::scene::Environment;
 
-/// Horizontal force of constant norm on the apex that rotates about e3, from e1 towards e2, beginning at t = 0
-/// along e1. It is zero after a number of turns. Such a force brings a shoot near a circular orbit, as in figure 6
-/// of Agostinelli, DeSimone and Noselli (2021).
+/// Horizontal force of constant norm on the apex that rotates about e3, from e1 towards e2,
+/// beginning at t = 0 along e1. It is zero after a number of turns. Such a force brings a shoot
+/// near a circular orbit, as in figure 6 of Agostinelli, DeSimone and Noselli (2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Whirl {
@@ -38,7 +38,11 @@ impl Load for Whirl {
     }
 
     fn shortest_period(&self, t: f64) -> f64 {
-        if self.force != 0.0 && t < self.period * self.turns { self.period } else { f64::INFINITY }
+        if self.force != 0.0 && t < self.period * self.turns {
+            self.period
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn check(&self) -> Result<(), ParameterError> {

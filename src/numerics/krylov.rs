@@ -1,5 +1,6 @@
-//! Krylov subspace methods for an operator of which only products with vectors are known: the Arnoldi iteration, Ritz
-//! values, and GMRES (Saad and Schultz 1986, SIAM J. Sci. Stat. Comput. 7, 856).
+//! Krylov subspace methods for an operator of which only products with vectors are known: the
+//! Arnoldi iteration, Ritz values, and GMRES (Saad and Schultz 1986, SIAM J. Sci. Stat. Comput. 7,
+//! 856).
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -15,9 +16,10 @@ pub(crate) struct Krylov {
 }
 
 impl Krylov {
-    /// Runs the Arnoldi iteration with at most `most` applications of A. It ends early when `decide` returns an answer
-    /// for the Hessenberg matrix, or when the subspace is invariant: the new vector is smaller than `rounding` times
-    /// A v. The second argument of `decide` is true at the end. Returns the subspace and the answer.
+    /// Runs the Arnoldi iteration with at most `most` applications of A. It ends early when
+    /// `decide` returns an answer for the Hessenberg matrix, or when the subspace is invariant: the
+    /// new vector is smaller than `rounding` times A v. The second argument of `decide` is true at
+    /// the end. Returns the subspace and the answer.
     pub fn of<T, E>(
         start: &DVector<f64>,
         most: usize,
@@ -50,14 +52,22 @@ impl Krylov {
     /// The linear combination of the basis vectors with some weights.
     pub fn combine(&self, weights: &DVector<f64>) -> DVector<f64> {
         let mut out = DVector::zeros(self.basis[0].len());
-        self.basis.iter().zip(weights.iter()).for_each(|(vector, weight)| out.axpy(*weight, vector, 1.0));
+        self.basis
+            .iter()
+            .zip(weights.iter())
+            .for_each(|(vector, weight)| out.axpy(*weight, vector, 1.0));
         out
     }
 }
 
-/// Makes a vector orthogonal to an orthonormal basis up to rounding, by two passes of the Gram–Schmidt process (Giraud
-/// et al. 2005). Calls `removed` with the index of each basis vector and the component along it in each pass.
-pub(crate) fn orthogonalise(basis: &[DVector<f64>], vector: &mut DVector<f64>, mut removed: impl FnMut(usize, f64)) {
+/// Makes a vector orthogonal to an orthonormal basis up to rounding, by two passes of the
+/// Gram–Schmidt process (Giraud et al. 2005). Calls `removed` with the index of each basis vector
+/// and the component along it in each pass.
+pub(crate) fn orthogonalise(
+    basis: &[DVector<f64>],
+    vector: &mut DVector<f64>,
+    mut removed: impl FnMut(usize, f64),
+) {
     for _ in 0..2 {
         for (i, known) in basis.iter().enumerate() {
             let part = known.dot(vector);
@@ -91,13 +101,25 @@ pub(crate) fn null_vector(matrix: DMatrix<Complex<f64>>) -> DVector<Complex<f64>
     vector
 }
 
-/// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the
-/// first one that `more` rejects. `None` for a matrix that is not finite, or whose Schur form is not found.
-pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> bool) -> Option<Vec<Ritz>> {
+/// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and
+/// including the first one that `more` rejects. `None` for a matrix that is not finite, or whose
+/// Schur form is not found.
+pub(crate) fn ritz_values(
+    hessenberg: &DMatrix<f64>,
+    more: impl Fn(&Ritz) -> bool,
+) -> Option<Vec<Ritz>> {
     let k = hessenberg.ncols();
     let square = hessenberg.rows(0, k).clone_owned();
-    let last = if hessenberg.nrows() > k { hessenberg[(k, k - 1)] } else { 0.0 };
-    let mut values: Vec<Complex<f64>> = real_schur(&square)?.complex_eigenvalues().iter().copied().collect();
+    let last = if hessenberg.nrows() > k {
+        hessenberg[(k, k - 1)]
+    } else {
+        0.0
+    };
+    let mut values: Vec<Complex<f64>> = real_schur(&square)?
+        .complex_eigenvalues()
+        .iter()
+        .copied()
+        .collect();
     sort_by_value(&mut values, |value| -value.norm());
     let complex = square.map(Complex::from);
     let mut out = Vec::new();
@@ -105,8 +127,13 @@ pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> boo
         // The shift is close to the eigenvalue, so that the matrix is nonsingular.
         let shift = value + Complex::from(1e-12 * value.norm().max(1e-12));
         let weights = null_vector(&complex - DMatrix::from_diagonal_element(k, k, shift));
-        let residual = (&complex * &weights - &weights * value).norm() + last * weights[k - 1].norm();
-        let one = Ritz { value, residual, weights };
+        let residual =
+            (&complex * &weights - &weights * value).norm() + last * weights[k - 1].norm();
+        let one = Ritz {
+            value,
+            residual,
+            weights,
+        };
         let ends = !more(&one);
         out.push(one);
         if ends {
@@ -116,8 +143,8 @@ pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> boo
     Some(out)
 }
 
-/// Solves A x = `right` by GMRES without restarts, with at most `most` applications of A. Returns x and its relative
-/// residual.
+/// Solves A x = `right` by GMRES without restarts, with at most `most` applications of A. Returns x
+/// and its relative residual.
 pub(crate) fn gmres<E>(
     right: &DVector<f64>,
     tolerance: f64,
@@ -131,8 +158,11 @@ pub(crate) fn gmres<E>(
     let best = |hessenberg: &DMatrix<f64>| {
         let mut target = DVector::zeros(hessenberg.nrows());
         target[0] = size;
-        let solved = singular_values(hessenberg.clone()).and_then(|svd| svd.solve(&target, 1e-14).ok());
-        let Some(weights) = solved else { return (DVector::zeros(hessenberg.ncols()), f64::NAN) };
+        let solved =
+            singular_values(hessenberg.clone()).and_then(|svd| svd.solve(&target, 1e-14).ok());
+        let Some(weights) = solved else {
+            return (DVector::zeros(hessenberg.ncols()), f64::NAN);
+        };
         let residual = (hessenberg * &weights - target).norm() / size;
         (weights, residual)
     };
@@ -161,11 +191,17 @@ mod tests {
 
     impl Operator {
         fn new(n: usize, rows: &[f64]) -> Self {
-            Self { matrix: DMatrix::from_row_slice(n, n, rows), applied: Cell::new(0) }
+            Self {
+                matrix: DMatrix::from_row_slice(n, n, rows),
+                applied: Cell::new(0),
+            }
         }
 
         fn diagonal(values: &[f64]) -> Self {
-            Self { matrix: DMatrix::from_diagonal(&vector(values)), applied: Cell::new(0) }
+            Self {
+                matrix: DMatrix::from_diagonal(&vector(values)),
+                applied: Cell::new(0),
+            }
         }
 
         fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, Infallible> {
@@ -180,7 +216,15 @@ mod tests {
 
         fn krylov(&self, start: &[f64], most: usize) -> Krylov {
             self.applied.set(0);
-            Krylov::of(&vector(start), most, 1e-13, |x| self.apply(x), |_, _| None::<()>).unwrap().0
+            Krylov::of(
+                &vector(start),
+                most,
+                1e-13,
+                |x| self.apply(x),
+                |_, _| None::<()>,
+            )
+            .unwrap()
+            .0
         }
     }
 
@@ -191,10 +235,15 @@ mod tests {
     /// All approximate eigenvalues with their residuals.
     fn eigenvalues(krylov: &Krylov) -> Option<Vec<(Complex<f64>, f64)>> {
         let all = ritz_values(&krylov.hessenberg, |_| true)?;
-        Some(all.into_iter().map(|one| (one.value, one.residual)).collect())
+        Some(
+            all.into_iter()
+                .map(|one| (one.value, one.residual))
+                .collect(),
+        )
     }
 
-    /// P diag(3, −2, R) P⁻¹ with R = (1, −2; 2, 1), whose eigenvalues are 1 ± 2i, and P of determinant one.
+    /// P diag(3, −2, R) P⁻¹ with R = (1, −2; 2, 1), whose eigenvalues are 1 ± 2i, and P of
+    /// determinant one.
     fn dense() -> Operator {
         #[rustfmt::skip]
         let (diagonal, basis) = (
@@ -212,7 +261,10 @@ mod tests {
             ]),
         );
         let inverse = basis.clone().try_inverse().unwrap();
-        Operator { matrix: basis * diagonal * inverse, applied: Cell::new(0) }
+        Operator {
+            matrix: basis * diagonal * inverse,
+            applied: Cell::new(0),
+        }
     }
 
     #[test]
@@ -220,10 +272,25 @@ mod tests {
         let operator = dense();
         let krylov = operator.krylov(&[1.0, 1.0, -1.0, 0.5], 3);
         let basis = DMatrix::from_columns(&krylov.basis);
-        assert_eq!((operator.applied.get(), krylov.basis.len(), krylov.hessenberg.shape()), (3, 4, (4, 3)));
+        assert_eq!(
+            (
+                operator.applied.get(),
+                krylov.basis.len(),
+                krylov.hessenberg.shape()
+            ),
+            (3, 4, (4, 3))
+        );
         // Rounding of sums of four numbers of the size of ten.
-        assert_abs_diff_eq!(basis.tr_mul(&basis), DMatrix::identity(4, 4), epsilon = 1e-14);
-        assert_abs_diff_eq!(&operator.matrix * basis.columns(0, 3), &basis * &krylov.hessenberg, epsilon = 1e-13);
+        assert_abs_diff_eq!(
+            basis.tr_mul(&basis),
+            DMatrix::identity(4, 4),
+            epsilon = 1e-14
+        );
+        assert_abs_diff_eq!(
+            &operator.matrix * basis.columns(0, 3),
+            &basis * &krylov.hessenberg,
+            epsilon = 1e-13
+        );
         assert_abs_diff_eq!(
             krylov.combine(&vector(&[1.0, 2.0, 0.0])),
             &basis * vector(&[1.0, 2.0, 0.0, 0.0]),
@@ -234,29 +301,49 @@ mod tests {
     #[test]
     fn a_basis_of_the_whole_space_gives_all_eigenvalues() {
         let found = eigenvalues(&dense().krylov(&[1.0, 1.0, -1.0, 0.5], 4)).unwrap();
-        let exact = [Complex::new(3.0, 0.0), Complex::new(1.0, 2.0), Complex::new(1.0, -2.0), Complex::new(-2.0, 0.0)];
+        let exact = [
+            Complex::new(3.0, 0.0),
+            Complex::new(1.0, 2.0),
+            Complex::new(1.0, -2.0),
+            Complex::new(-2.0, 0.0),
+        ];
         assert_eq!(found.len(), 4);
         for exact in exact {
-            let nearest = found.iter().min_by(|a, b| (a.0 - exact).norm().total_cmp(&(b.0 - exact).norm())).unwrap();
+            let nearest = found
+                .iter()
+                .min_by(|a, b| (a.0 - exact).norm().total_cmp(&(b.0 - exact).norm()))
+                .unwrap();
             // Rounding times the condition of the eigenvectors, some tens.
             assert_abs_diff_eq!((nearest.0 - exact).norm(), 0.0, epsilon = 1e-13);
             assert!(nearest.1 < 1e-12, "its residual is rounding: {nearest:?}");
         }
-        assert!(found.windows(2).all(|pair| pair[0].0.norm() >= pair[1].0.norm()), "the largest comes first");
+        assert!(
+            found
+                .windows(2)
+                .all(|pair| pair[0].0.norm() >= pair[1].0.norm()),
+            "the largest comes first"
+        );
     }
 
     #[test]
     fn eigenvalues_of_a_small_basis_lie_within_their_residuals_of_exact_ones() {
-        // The bound of Bauer and Fike for symmetric matrices, whose eigenvalues are 10, 5, 1, 0.5, 0.1, 0.05
-        // and 0.01.
+        // The bound of Bauer and Fike for symmetric matrices, whose eigenvalues are 10, 5, 1, 0.5,
+        // 0.1, 0.05 and 0.01.
         let exact = [10.0, 5.0, 1.0, 0.5, 0.1, 0.05, 0.01];
         let found = eigenvalues(&Operator::diagonal(&exact).krylov(&[1.0; 7], 4)).unwrap();
         assert_eq!(found.len(), 4);
         for (value, residual) in &found {
-            let distance = exact.iter().map(|x| (value - x).norm()).fold(f64::INFINITY, f64::min);
-            assert!(distance <= residual + 1e-13, "{value} {residual}: {distance}");
+            let distance = exact
+                .iter()
+                .map(|x| (value - x).norm())
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                distance <= residual + 1e-13,
+                "{value} {residual}: {distance}"
+            );
         }
-        // The largest has converged further than the others, whose residuals are larger than rounding.
+        // The largest has converged further than the others, whose residuals are larger than
+        // rounding.
         assert!(found[0].1 < 0.05 && found[3].1 > 1e-6, "{found:?}");
     }
 
@@ -265,7 +352,14 @@ mod tests {
         // The start lies in the plane of the first and the third axis.
         let operator = Operator::diagonal(&[4.0, 3.0, 2.0, 1.0]);
         let krylov = operator.krylov(&[1.0, 0.0, 1.0, 0.0], 4);
-        assert_eq!((operator.applied.get(), krylov.basis.len(), krylov.hessenberg.ncols()), (2, 2, 2));
+        assert_eq!(
+            (
+                operator.applied.get(),
+                krylov.basis.len(),
+                krylov.hessenberg.ncols()
+            ),
+            (2, 2, 2)
+        );
         let found = eigenvalues(&krylov).unwrap();
         for ((value, residual), exact) in found.iter().zip([4.0, 2.0]) {
             assert_abs_diff_eq!((value - exact).norm(), 0.0, epsilon = 1e-14);
@@ -280,7 +374,10 @@ mod tests {
         let (found, residual) = operator.solve((&operator.matrix * &exact).as_slice(), 4);
         // The tolerance of the residual, times the condition of the matrix of about a hundred.
         assert_relative_eq!(found, exact, epsilon = 0.0, max_relative = 1e-10);
-        assert!(residual < 1e-12 && operator.applied.get() == 4, "{residual}");
+        assert!(
+            residual < 1e-12 && operator.applied.get() == 4,
+            "{residual}"
+        );
     }
 
     #[test]
@@ -297,9 +394,16 @@ mod tests {
         let (found, residual) = operator.solve(&[1.0; 6], 6);
         assert_eq!(operator.applied.get(), 3);
         // Rounding of a system of three unknowns.
-        assert_abs_diff_eq!(found, vector(&[1.0, 1.0, 0.5, 0.5, 0.2, 0.2]), epsilon = 1e-14);
+        assert_abs_diff_eq!(
+            found,
+            vector(&[1.0, 1.0, 0.5, 0.5, 0.2, 0.2]),
+            epsilon = 1e-14
+        );
         assert!(residual < 1e-14);
-        assert!(operator.solve(&[1.0; 6], 2).1 > 0.01, "two applications are not enough");
+        assert!(
+            operator.solve(&[1.0; 6], 2).1 > 0.01,
+            "two applications are not enough"
+        );
     }
 
     #[test]
@@ -342,7 +446,11 @@ mod tests {
         // The part of (1, 1, 1) outside of the range is 1/√3 of its norm.
         let (found, residual) = Operator::diagonal(&[1.0, 2.0, 0.0]).solve(&[1.0; 3], 3);
         assert_abs_diff_eq!(residual, 3f64.sqrt().recip(), epsilon = 1e-14);
-        assert_abs_diff_eq!(found.rows(0, 2).clone_owned(), vector(&[1.0, 0.5]), epsilon = 1e-13);
+        assert_abs_diff_eq!(
+            found.rows(0, 2).clone_owned(),
+            vector(&[1.0, 0.5]),
+            epsilon = 1e-13
+        );
     }
 
     #[test]
@@ -357,7 +465,10 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY] {
             let operator = Operator::diagonal(&[1.0, bad, 3.0]);
             let residual = operator.solve(&[1.0; 3], 3).1;
-            assert!(!(residual < 0.5), "callers reject what is not below a bound: {residual}");
+            assert!(
+                !(residual < 0.5),
+                "callers reject what is not below a bound: {residual}"
+            );
             let found = eigenvalues(&operator.krylov(&[1.0; 3], 3));
             assert!(found.is_none(), "{found:?}");
         }
@@ -365,7 +476,9 @@ mod tests {
 
     #[test]
     fn an_error_of_the_operator_is_passed_on() {
-        let solved = gmres(&vector(&[1.0, 2.0]), 1e-12, 2, |_| Err("error of the operator"));
+        let solved = gmres(&vector(&[1.0, 2.0]), 1e-12, 2, |_| {
+            Err("error of the operator")
+        });
         assert_eq!(solved, Err("error of the operator"));
     }
 }

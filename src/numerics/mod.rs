@@ -1,5 +1,5 @@
-//! Numerical methods that do not depend on rods: quadrature, interpolation, scalar equations, dense matrices, Krylov
-//! subspaces, sines and Fourier sums.
+//! Numerical methods that do not depend on rods: quadrature, interpolation, scalar equations, dense
+//! matrices, Krylov subspaces, sines and Fourier sums.
 
 pub(crate) mod dense;
 pub(crate) mod fourier;

@@ -1,5 +1,5 @@
-//! Legendre polynomials, Gauss–Legendre rules and Gauss–Lobatto nodes on [0, 1] (Abramowitz and Stegun
-//! 1964, 22.7.10, 22.8.5, 22.16.6, 25.4.29 and 25.4.32).
+//! Legendre polynomials, Gauss–Legendre rules and Gauss–Lobatto nodes on [0, 1] (Abramowitz and
+//! Stegun 1964, 22.7.10, 22.8.5, 22.16.6, 25.4.29 and 25.4.32).
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -9,7 +9,10 @@ pub(crate) fn legendre_sequence(x: f64) -> impl Iterator<Item = f64> {
     let mut pair = [0.0, 1.0];
     (0..).map(f64::from).map(move |k| {
         let [previous, value] = pair;
-        pair = [value, ((2.0 * k + 1.0) * x * value - k * previous) / (k + 1.0)];
+        pair = [
+            value,
+            ((2.0 * k + 1.0) * x * value - k * previous) / (k + 1.0),
+        ];
         value
     })
 }
@@ -28,11 +31,13 @@ pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
     (value, derivative)
 }
 
-/// Points and weights of the `n`-point Gauss–Legendre rule on [0, 1], exact for polynomials of degree 2n − 1.
+/// Points and weights of the `n`-point Gauss–Legendre rule on [0, 1], exact for polynomials of
+/// degree 2n − 1.
 pub(crate) fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     let point = |i: usize| {
         let mut x = -((PI * (i as f64 + 0.75)) / (n as f64 + 0.5)).cos();
-        // Newton's method converges quadratically from this guess; five steps reach rounding for n ≤ 16.
+        // Newton's method converges quadratically from this guess; five steps reach rounding for n
+        // ≤ 16.
         for _ in 0..8 {
             let (p, d) = legendre(n, x);
             x -= p / d;
@@ -51,17 +56,22 @@ pub(crate) fn rule<const N: usize>() -> &'static (Vec<f64>, Vec<f64>) {
 
 /// Tolerance of [`integral`], relative to the integral of the absolute value.
 const ACCURATE: f64 = 1e-13;
-/// Largest number of divisions of an interval. A discontinuity takes 40, after which its part is 1e-12 of the interval.
-/// The bound limits the work for a function that is noisy.
+/// Largest number of divisions of an interval. A discontinuity takes 40, after which its part is
+/// 1e-12 of the interval. The bound limits the work for a function that is noisy.
 const DIVISIONS: usize = 500;
 
-/// The Gauss–Lobatto rule of eight points for a function and for its absolute value. It contains the ends of the
-/// interval, so that a discontinuity close to an end is noticed.
+/// The Gauss–Lobatto rule of eight points for a function and for its absolute value. It contains
+/// the ends of the interval, so that a discontinuity close to an end is noticed.
 fn eight_points(f: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> (f64, f64) {
     static RULE: OnceLock<(Vec<f64>, Vec<f64>)> = OnceLock::new();
     let (x, w) = RULE.get_or_init(|| lobatto_weights(7));
-    let each = x.iter().zip(w).map(|(x, w)| w * (to - from) * f(from + (to - from) * x));
-    each.fold((0.0, 0.0), |(sum, size), term| (sum + term, size + term.abs()))
+    let each = x
+        .iter()
+        .zip(w)
+        .map(|(x, w)| w * (to - from) * f(from + (to - from) * x));
+    each.fold((0.0, 0.0), |(sum, size), term| {
+        (sum + term, size + term.abs())
+    })
 }
 
 /// A part of an interval of integration.
@@ -80,14 +90,20 @@ impl Panel {
     fn new(f: &impl Fn(f64) -> f64, [from, to]: [f64; 2], whole: f64) -> Self {
         let middle = 0.5 * (from + to);
         let (first, second) = ([from, middle], [middle, to]);
-        let [(left, left_size), (right, right_size)] = [first, second].map(|half| eight_points(f, half));
+        let [(left, left_size), (right, right_size)] =
+            [first, second].map(|half| eight_points(f, half));
         let (sum, size) = (left + right, left_size + right_size);
-        Self { halves: [(first, left), (second, right)], sum, error: (sum - whole).abs(), size }
+        Self {
+            halves: [(first, left), (second, right)],
+            sum,
+            error: (sum - whole).abs(),
+            size,
+        }
     }
 }
 
-/// The integral of a function that is piecewise smooth. The part with the largest error is halved until the sum of the
-/// errors is due to rounding.
+/// The integral of a function that is piecewise smooth. The part with the largest error is halved
+/// until the sum of the errors is due to rounding.
 pub(crate) fn integral(f: &impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     let first = Panel::new(f, [from, to], eight_points(f, [from, to]).0);
     // A smooth function needs no division, and no memory. NaN is not divided.
@@ -97,8 +113,16 @@ pub(crate) fn integral(f: &impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     let mut parts = vec![first];
     for _ in 0..DIVISIONS {
         let total = |of: fn(&Panel) -> f64| parts.iter().map(of).sum::<f64>();
-        let largest = parts.iter().enumerate().max_by(|a, b| a.1.error.total_cmp(&b.1.error));
-        let (true, Some((worst, _))) = (total(|at| at.error) > ACCURATE * total(|at| at.size), largest) else { break };
+        let largest = parts
+            .iter()
+            .enumerate()
+            .max_by(|a, b| a.1.error.total_cmp(&b.1.error));
+        let (true, Some((worst, _))) = (
+            total(|at| at.error) > ACCURATE * total(|at| at.size),
+            largest,
+        ) else {
+            break;
+        };
         let part = parts.swap_remove(worst);
         parts.extend(part.halves.map(|(half, whole)| Panel::new(f, half, whole)));
     }
@@ -110,7 +134,8 @@ pub(crate) fn lobatto(n: usize) -> Vec<f64> {
     let nf = n as f64;
     let interior = (1..n).map(|i| {
         let mut x = -(PI * i as f64 / nf).cos();
-        // Interior nodes are the zeros of Pn'. The derivative follows from (1 − x²) Pn'' = 2 x Pn' − n (n + 1) Pn.
+        // Interior nodes are the zeros of Pn'. The derivative follows from (1 − x²) Pn'' = 2 x Pn'
+        // − n (n + 1) Pn.
         for _ in 0..20 {
             let (p, d) = legendre(n, x);
             x -= d * (1.0 - x * x) / (2.0 * x * d - nf * (nf + 1.0) * p);
@@ -124,7 +149,10 @@ pub(crate) fn lobatto(n: usize) -> Vec<f64> {
 pub(crate) fn lobatto_weights(n: usize) -> (Vec<f64>, Vec<f64>) {
     let nodes = lobatto(n);
     let nf = n as f64;
-    let weights = nodes.iter().map(|x| 1.0 / (nf * (nf + 1.0) * legendre(n, 2.0 * x - 1.0).0.powi(2))).collect();
+    let weights = nodes
+        .iter()
+        .map(|x| 1.0 / (nf * (nf + 1.0) * legendre(n, 2.0 * x - 1.0).0.powi(2)))
+        .collect();
     (nodes, weights)
 }
 
@@ -138,7 +166,13 @@ mod tests {
     fn gauss_rules_integrate_polynomials_of_degree_2n_minus_1_and_no_higher() {
         for n in 1..=8 {
             let (points, weights) = gauss(n);
-            let sum = |k: usize| points.iter().zip(&weights).map(|(x, w)| w * x.powi(k as i32)).sum::<f64>();
+            let sum = |k: usize| {
+                points
+                    .iter()
+                    .zip(&weights)
+                    .map(|(x, w)| w * x.powi(k as i32))
+                    .sum::<f64>()
+            };
             for k in 0..2 * n {
                 // Rounding of a sum of eight numbers below one.
                 assert_abs_diff_eq!(sum(k), 1.0 / (k + 1) as f64, epsilon = 1e-15);
@@ -146,7 +180,11 @@ mod tests {
             // The remainder of x^(2n) is (n!)⁴/((2n)!² (2n + 1)).
             let factorial = |m: usize| (1..=m).map(|i| i as f64).product::<f64>();
             let remainder = factorial(n).powi(4) / (factorial(2 * n).powi(2) * (2 * n + 1) as f64);
-            assert_abs_diff_eq!(1.0 / (2 * n + 1) as f64 - sum(2 * n), remainder, epsilon = 1e-15);
+            assert_abs_diff_eq!(
+                1.0 / (2 * n + 1) as f64 - sum(2 * n),
+                remainder,
+                epsilon = 1e-15
+            );
             assert_eq!(points, rule_of(n), "the cached rule");
         }
     }
@@ -173,7 +211,13 @@ mod tests {
             &[-1.0, 1.0],
             &[-1.0, 0.0, 1.0],
             &[-1.0, -(0.2_f64.sqrt()), 0.2_f64.sqrt(), 1.0],
-            &[-1.0, -((3.0 / 7.0_f64).sqrt()), 0.0, (3.0 / 7.0_f64).sqrt(), 1.0],
+            &[
+                -1.0,
+                -((3.0 / 7.0_f64).sqrt()),
+                0.0,
+                (3.0 / 7.0_f64).sqrt(),
+                1.0,
+            ],
         ];
         for (n, known) in known.into_iter().enumerate() {
             for (node, known) in lobatto(n + 1).into_iter().zip(known) {
@@ -200,13 +244,15 @@ mod tests {
             // Places and widths that differ irregularly.
             let [a, b] = [0.754_877_666, 0.569_840_291].map(|step| (f64::from(k) * step).fract());
             let (at, width, end) = (0.05 * a, 1e-3 + 0.01 * b, 0.05);
-            // A peak sech²((x − at)/width) on a slope, and a jump by 2 where the slope begins to decrease.
+            // A peak sech²((x − at)/width) on a slope, and a jump by 2 where the slope begins to
+            // decrease.
             let peak = |x: f64| ((x - at) / width).cosh().powi(-2);
             let jump = end * b;
             let f = |x: f64| peak(x) + if x < jump { x } else { 2.0 - x };
-            let exact =
-                width * (((end - at) / width).tanh() + (at / width).tanh()) + 0.5 * jump * jump + 2.0 * (end - jump)
-                    - 0.5 * (end * end - jump * jump);
+            let exact = width * (((end - at) / width).tanh() + (at / width).tanh())
+                + 0.5 * jump * jump
+                + 2.0 * (end - jump)
+                - 0.5 * (end * end - jump * jump);
             // The part at the jump is 1e-12 of the interval.
             let error = integral(&f, 0.0, end) / exact - 1.0;
             assert!(error.abs() < 1e-11, "{k}: {error:e}");
@@ -223,7 +269,8 @@ mod tests {
             (integral(&counting, 0.0, 1.0), count.get())
         };
         assert_eq!(counted(f64::exp).1, 24);
-        // A division needs 32 values. A function with the precision of single numbers uses all divisions.
+        // A division needs 32 values. A function with the precision of single numbers uses all
+        // divisions.
         let (value, count) = counted(|x| f64::from(x.exp() as f32));
         assert_eq!(count, 24 + 32 * DIVISIONS);
         assert!((value - 1f64.exp_m1()).abs() < 1e-7, "{value}");

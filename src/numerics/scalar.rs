@@ -1,4 +1,5 @@
-//! Roots and maxima of functions of one variable, vertices of parabolas, relative differences, and sorting by values.
+//! Roots and maxima of functions of one variable, vertices of parabolas, relative differences, and
+//! sorting by values.
 
 /// A difference of two numbers with the sizes `a` and `b`, relative to the larger size.
 pub(crate) fn relative(difference: f64, a: f64, b: f64) -> f64 {
@@ -7,10 +8,11 @@ pub(crate) fn relative(difference: f64, a: f64, b: f64) -> f64 {
 
 /// Finds a sign change of a function between two points with known values, low before high.
 ///
-/// The method is regula falsi in the variant Illinois (Dowell and Jarratt 1971). The bracket is halved when two
-/// evaluations have not made it four times shorter. The iteration ends at a zero, or when the bracket is shorter than
-/// `accuracy` or than rounding. Returns the ends of the last bracket, which coincide at a zero; the function has the
-/// sign of the given high end at the second.
+/// The method is regula falsi in the variant Illinois (Dowell and Jarratt 1971). The bracket is
+/// halved when two evaluations have not made it four times shorter. The iteration ends at a zero,
+/// or when the bracket is shorter than `accuracy` or than rounding. Returns the ends of the last
+/// bracket, which coincide at a zero; the function has the sign of the given high end at the
+/// second.
 ///
 /// # Errors
 /// The first error of the function.
@@ -25,11 +27,22 @@ pub(crate) fn bracketed_root<E>(
     let mut last = None;
     while high.0 - low.0 > shortest {
         let length = high.0 - low.0;
-        let (secant, middle) = (low.0 - low.1 * length / (high.1 - low.1), 0.5 * (low.0 + high.0));
-        let guess = if secant.is_finite() && length < 0.25 * lengths[0] { secant } else { middle };
-        lengths = if guess == middle { [f64::INFINITY; 2] } else { [lengths[1], length] };
-        // If the guess is at an end, a point beside this end is evaluated. If the function has the other sign there,
-        // the bracket becomes shorter than `shortest`.
+        let (secant, middle) = (
+            low.0 - low.1 * length / (high.1 - low.1),
+            0.5 * (low.0 + high.0),
+        );
+        let guess = if secant.is_finite() && length < 0.25 * lengths[0] {
+            secant
+        } else {
+            middle
+        };
+        lengths = if guess == middle {
+            [f64::INFINITY; 2]
+        } else {
+            [lengths[1], length]
+        };
+        // If the guess is at an end, a point beside this end is evaluated. If the function has the
+        // other sign there, the bracket becomes shorter than `shortest`.
         let x = guess.clamp(low.0 + 0.5 * shortest, high.0 - 0.5 * shortest);
         let value = f(x)?;
         if value == 0.0 {
@@ -48,12 +61,19 @@ pub(crate) fn bracketed_root<E>(
     Ok([low.0, high.0])
 }
 
-/// Finds the root of an increasing function in an interval by Newton's method, to an `accuracy`. The function returns
-/// its value and its derivative. A step that leaves the bracket of the root, or that is longer than half of the last
-/// one, is replaced by a bisection (Press et al. 2007, *Numerical Recipes*, section 9.4).
-pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
+/// Finds the root of an increasing function in an interval by Newton's method, to an `accuracy`.
+/// The function returns its value and its derivative. A step that leaves the bracket of the root,
+/// or that is longer than half of the last one, is replaced by a bisection (Press et al. 2007,
+/// *Numerical Recipes*, section 9.4).
+pub(crate) fn newton(
+    [mut low, mut high]: [f64; 2],
+    start: f64,
+    accuracy: f64,
+    f: impl Fn(f64) -> (f64, f64),
+) -> f64 {
     let (mut x, mut last) = (start.clamp(low, high), f64::INFINITY);
-    // At least every other step halves the last step or the bracket, so that 120 iterations reach rounding.
+    // At least every other step halves the last step or the bracket, so that 120 iterations reach
+    // rounding.
     for _ in 0..120 {
         let (value, derivative) = f(x);
         (low, high) = if value < 0.0 { (x, high) } else { (low, x) };
@@ -75,21 +95,23 @@ pub(crate) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
 }
 
-/// Sorts a list by a value of its elements, smallest first. Elements with equal values keep their order. The function
-/// is generic over the element alone: a sort with a closure in a function that is generic over a model would be
-/// compiled for each model.
+/// Sorts a list by a value of its elements, smallest first. Elements with equal values keep their
+/// order. The function is generic over the element alone: a sort with a closure in a function that
+/// is generic over a model would be compiled for each model.
 pub(crate) fn sort_by_value<T>(list: &mut [T], value: fn(&T) -> f64) {
     list.sort_by(|a, b| value(a).total_cmp(&value(b)));
 }
 
-/// The abscissa of the vertex of the parabola through three values at −1, 0 and 1; not finite for values on a line.
+/// The abscissa of the vertex of the parabola through three values at −1, 0 and 1; not finite for
+/// values on a line.
 pub(crate) fn vertex([before, middle, after]: [f64; 3]) -> f64 {
     0.5 * (before - after) / (before - 2.0 * middle + after)
 }
 
-/// Finds a maximum near `start` by parabolas through three points. Their distance is `width` at first, and is
-/// divided by five unless the estimated vertex is two distances away or more. The iteration ends when it is below
-/// `last`: the vertex has an error of the order of the square of the distance.
+/// Finds a maximum near `start` by parabolas through three points. Their distance is `width` at
+/// first, and is divided by five unless the estimated vertex is two distances away or more. The
+/// iteration ends when it is below `last`: the vertex has an error of the order of the square of
+/// the distance.
 pub(crate) fn maximum<E>(
     start: f64,
     mut width: f64,
@@ -105,7 +127,11 @@ pub(crate) fn maximum<E>(
         if !(curvature.abs() > 1e-12 * middle.abs()) {
             break;
         }
-        let shift = if curvature < 0.0 { vertex(values) } else { (after - before).signum() };
+        let shift = if curvature < 0.0 {
+            vertex(values)
+        } else {
+            (after - before).signum()
+        };
         x += shift.clamp(-2.0, 2.0) * width;
         if shift.abs() < 2.0 {
             width *= 0.2;
@@ -143,15 +169,23 @@ mod tests {
         let step = |x: f64| if x < 0.7 { -1.0 } else { 3.0 };
         let flat = |x: f64| (x - 1.3).powi(9);
         let falling = |x: f64| 1.0 - x.exp() / 3.0;
-        let cases: [(&dyn Fn(f64) -> f64, f64); 4] =
-            [(&cube, 2f64.cbrt()), (&step, 0.7), (&flat, 1.3), (&falling, 3f64.ln())];
+        let cases: [(&dyn Fn(f64) -> f64, f64); 4] = [
+            (&cube, 2f64.cbrt()),
+            (&step, 0.7),
+            (&flat, 1.3),
+            (&falling, 3f64.ln()),
+        ];
         for (f, root) in cases {
             let ([low, high], evaluations) = bracket(f);
-            assert!(high - low <= 1e-12 && low <= root + 1e-12 && high >= root - 1e-12, "{low} {high} for {root}");
+            assert!(
+                high - low <= 1e-12 && low <= root + 1e-12 && high >= root - 1e-12,
+                "{low} {high} for {root}"
+            );
             // Bisection needs 41 evaluations. At most two others lie between bisections.
             assert!(evaluations <= 123, "{evaluations}");
         }
-        // At a simple root of a smooth function regula falsi takes less than half of the evaluations of bisection.
+        // At a simple root of a smooth function regula falsi takes less than half of the
+        // evaluations of bisection.
         assert!(bracket(cube).1 <= 20, "{}", bracket(cube).1);
     }
 
@@ -163,7 +197,10 @@ mod tests {
 
     #[test]
     fn an_error_of_the_function_is_passed_on() {
-        assert_eq!(bracketed_root([(0.0, -1.0), (1.0, 1.0)], 1e-3, |_| Err("no value")), Err("no value"));
+        assert_eq!(
+            bracketed_root([(0.0, -1.0), (1.0, 1.0)], 1e-3, |_| Err("no value")),
+            Err("no value")
+        );
     }
 
     #[test]
@@ -172,7 +209,11 @@ mod tests {
         assert_eq!(newton([0.0, 1.0], 0.4, 1e-15, line), 1.0);
         // From 3 the steps of Newton's method for an arctangent diverge.
         let arctangent = |x: f64| (x.atan(), 1.0 / (1.0 + x * x));
-        assert_abs_diff_eq!(newton([-5.0, 4.0], 3.0, 1e-14, arctangent), 0.0, epsilon = 1e-14);
+        assert_abs_diff_eq!(
+            newton([-5.0, 4.0], 3.0, 1e-14, arctangent),
+            0.0,
+            epsilon = 1e-14
+        );
         // At the start the derivative is zero.
         let cube = |x: f64| (x.powi(3) - 1.0, 3.0 * x * x);
         assert_abs_diff_eq!(newton([-2.0, 3.0], 0.0, 1e-14, cube), 1.0, epsilon = 1e-14);

@@ -26,11 +26,11 @@ const SERIES: [[f64; 2]; TERMS] = {
     series
 };
 
-/// Writes sines and cosines of the angles `omega` · `times` with errors below 1e-15. Times are at most one in
-/// magnitude.
+/// Writes sines and cosines of the angles `omega` · `times` with errors below 1e-15. Times are at
+/// most one in magnitude.
 ///
-/// Whole turns are subtracted from an angle, and the Taylor series of both functions are evaluated at half of the
-/// rest. The loop has no branches, so that the compiler vectorises it.
+/// Whole turns are subtracted from an angle, and the Taylor series of both functions are evaluated
+/// at half of the rest. The loop has no branches, so that the compiler vectorises it.
 pub(crate) fn sines(omega: f64, times: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
     let all = times.iter().zip(sines).zip(cosines);
     if omega.abs() < LARGEST {

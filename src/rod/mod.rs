@@ -38,16 +38,21 @@ use crate::support::Reaction;
 
 /// A rod, clamped at its base and free at its apex, divided into elements.
 ///
-/// Elements run from the base (element 0) to the apex. Each has `p` material points and, as degrees of freedom, the
-/// rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is R₀
-/// exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and independent of the path of
-/// deformation.
+/// Elements run from the base (element 0) to the apex. Each has `p` material points and, as degrees
+/// of freedom, the rotation vectors θ of its Lobatto nodes relative to the frame of its first end:
+/// the frame at coordinate ξ is R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. This
+/// interpolation is objective and independent of the path of deformation.
 ///
-/// Lengths along the rod (arc length, length, distance from the apex) are unstretched lengths of the tissue, which
-/// identify places. Positions include shear and stretch if the elastic law has them. They are those in the fixed frame,
-/// in which the base is at [`base_position`](Self::base_position), the origin unless it is set.
+/// Lengths along the rod (arc length, length, distance from the apex) are unstretched lengths of
+/// the tissue, which identify places. Positions include shear and stretch if the elastic law has
+/// them. They are those in the fixed frame, in which the base is at
+/// [`base_position`](Self::base_position), the origin unless it is set.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(remote = "Self"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(remote = "Self")
+)]
 pub struct Rod {
     order: Order,
     /// Position of the base in the fixed frame, m.
@@ -56,7 +61,8 @@ pub struct Rod {
     pub(crate) frames: Vec<UnitQuaternion<f64>>,
     /// Rotation vectors of the nodes 1 … p of every element.
     pub(crate) rotations: Vec<Vector3<f64>>,
-    /// Strain v of the centre line at the material points, along the directors; empty without shear and stretch.
+    /// Strain v of the centre line at the material points, along the directors; empty without shear
+    /// and stretch.
     pub(crate) line_strains: Vec<Vector3<f64>>,
     /// Material points of every element.
     pub(crate) points: Vec<MaterialPoint>,
@@ -77,12 +83,13 @@ pub struct Rod {
 impl Rod {
     /// A straight rod without intrinsic strain, with its base at the origin.
     ///
-    /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length. `section` returns the cross
-    /// section at an arc length (m), or the radius (m) of a circular one. `base` rotates e1, e2, e3 into d1, d2, d3.
+    /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length. `section`
+    /// returns the cross section at an arc length (m), or the radius (m) of a circular one. `base`
+    /// rotates e1, e2, e3 into d1, d2, d3.
     ///
     /// # Errors
-    /// Fewer than two nodes, nodes that do not start at 0 or do not increase, a section that is not positive,
-    /// or a base whose quaternion is not of norm 1.
+    /// Fewer than two nodes, nodes that do not start at 0 or do not increase, a section that is not
+    /// positive, or a base whose quaternion is not of norm 1.
     pub fn straight<S: Into<Section>>(
         nodes: &[f64],
         section: impl Fn(f64) -> S,
@@ -90,8 +97,18 @@ impl Rod {
         order: Order,
     ) -> Result<Self, ParameterError> {
         let elements = nodes.len().saturating_sub(1);
-        ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
-        ParameterError::unless(nodes[0] == 0.0, "arc length of the first node", nodes[0], "0")?;
+        ParameterError::unless(
+            elements > 0,
+            "number of elements",
+            elements as f64,
+            "at least 1",
+        )?;
+        ParameterError::unless(
+            nodes[0] == 0.0,
+            "arc length of the first node",
+            nodes[0],
+            "0",
+        )?;
         ParameterError::unit("norm of the base frame's quaternion", base.coords.norm())?;
         let reference = ReferenceElement::of(order);
         let length = nodes[elements];
@@ -102,7 +119,9 @@ impl Rod {
             for x in &reference.points {
                 let s = ends[0] + h * x;
                 let section = section(s).into();
-                section.check(f64::INFINITY, "positive and finite (m)").map_err(|error| error.at(s))?;
+                section
+                    .check(f64::INFINITY, "positive and finite (m)")
+                    .map_err(|error| error.at(s))?;
                 points.push(MaterialPoint {
                     intrinsic: Vector3::zeros(),
                     jacobian: h,
@@ -129,11 +148,12 @@ impl Rod {
         })
     }
 
-    /// A straight uniform rod of `elements` equal elements, with the given length (m) and radius (m), along the
-    /// tangent d3 of `base`.
+    /// A straight uniform rod of `elements` equal elements, with the given length (m) and radius
+    /// (m), along the tangent d3 of `base`.
     ///
     /// # Errors
-    /// A length or radius that is not positive, no elements, or a base whose quaternion is not of norm 1.
+    /// A length or radius that is not positive, no elements, or a base whose quaternion is not of
+    /// norm 1.
     pub fn uniform(
         length: f64,
         radius: f64,
@@ -142,14 +162,21 @@ impl Rod {
         order: Order,
     ) -> Result<Self, ParameterError> {
         ParameterError::positive("length", length, "m")?;
-        Self::straight(&Self::equal_nodes(length, elements), |_| radius, base, order)
+        Self::straight(
+            &Self::equal_nodes(length, elements),
+            |_| radius,
+            base,
+            order,
+        )
     }
 
-    /// Arc lengths (m) of the ends of `elements` equal elements of a rod of the given length (m). For
-    /// zero elements the only node is 0, which [`straight`](Self::straight) refuses.
+    /// Arc lengths (m) of the ends of `elements` equal elements of a rod of the given length (m).
+    /// For zero elements the only node is 0, which [`straight`](Self::straight) refuses.
     #[must_use]
     pub fn equal_nodes(length: f64, elements: usize) -> Vec<f64> {
-        (0..=elements).map(|i| length * i as f64 / elements.max(1) as f64).collect()
+        (0..=elements)
+            .map(|i| length * i as f64 / elements.max(1) as f64)
+            .collect()
     }
 
     /// The order of the discretisation.
@@ -170,9 +197,9 @@ impl Rod {
         &self.points
     }
 
-    /// Sets the intrinsic strain of every material point: components along the directors, 1/m. Positive u2 bends
-    /// towards d1, negative u1 towards d2, positive u3 twists d1 towards d2. The shape does not change; it is the
-    /// initial guess of the next equilibrium.
+    /// Sets the intrinsic strain of every material point: components along the directors, 1/m.
+    /// Positive u2 bends towards d1, negative u1 towards d2, positive u3 twists d1 towards d2. The
+    /// shape does not change; it is the initial guess of the next equilibrium.
     ///
     /// ```
     /// # use morphorod::{Order, rod::Rod};
@@ -188,35 +215,40 @@ impl Rod {
         }
     }
 
-    /// Makes all tissue mature: it left the growth zone at the time `exit` (s), at which its age is zero.
+    /// Makes all tissue mature: it left the growth zone at the time `exit` (s), at which its age is
+    /// zero.
     pub fn set_mature(&mut self, exit: f64) {
-        self.points.iter_mut().for_each(|point| point.exit_time = exit);
+        self.points
+            .iter_mut()
+            .for_each(|point| point.exit_time = exit);
         self.first_growing = self.elements();
     }
 
-    /// The frames at the ends of the elements, from base to apex: each rotates e1, e2, e3 into d1, d2, d3.
+    /// The frames at the ends of the elements, from base to apex: each rotates e1, e2, e3 into d1,
+    /// d2, d3.
     #[must_use]
     pub fn frames(&self) -> &[UnitQuaternion<f64>] {
         &self.frames
     }
 
     /// The forces and couples of supports on the rod in its last equilibrium, in the order of
-    /// [`Held::reactions`](crate::equilibrium::Held::reactions); empty after an equilibrium without a support, and
-    /// before the first one. Like the frames they belong to the shape of the rod: a
+    /// [`Held::reactions`](crate::equilibrium::Held::reactions); empty after an equilibrium without
+    /// a support, and before the first one. Like the frames they belong to the shape of the rod: a
     /// [`Profile`](crate::profile::Profile) includes them.
     #[must_use]
     pub fn reactions(&self) -> &[Reaction] {
         &self.reactions
     }
 
-    /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a
-    /// whole element.
+    /// The indices of the material points in the growth zone; empty for a mature rod. The zone
+    /// begins with a whole element.
     #[must_use]
     pub fn zone(&self) -> Range<usize> {
         self.first_growing * self.order.points()..self.points.len()
     }
 
-    /// The length of an element, counted from zero at the base, m; `None` if there is no such element.
+    /// The length of an element, counted from zero at the base, m; `None` if there is no such
+    /// element.
     #[must_use]
     pub fn element_length(&self, element: usize) -> Option<f64> {
         (element < self.elements()).then(|| self.length_of(element))
@@ -239,12 +271,17 @@ impl Rod {
 
     /// Upper bound of the rotation along an element by its intrinsic strain, rad: ∫ |u*| ds.
     pub(crate) fn intrinsic_turn(&self, element: usize) -> f64 {
-        let points = self.element_points(element).iter().zip(&self.reference().weights);
-        points.map(|(point, w)| w * point.jacobian * point.intrinsic.norm()).sum()
+        let points = self
+            .element_points(element)
+            .iter()
+            .zip(&self.reference().weights);
+        points
+            .map(|(point, w)| w * point.jacobian * point.intrinsic.norm())
+            .sum()
     }
 
-    /// The unstretched length ℓ of the rod, m; [`centre_line_length`](Self::centre_line_length) includes elastic
-    /// stretch.
+    /// The unstretched length ℓ of the rod, m; [`centre_line_length`](Self::centre_line_length)
+    /// includes elastic stretch.
     #[must_use]
     pub fn length(&self) -> f64 {
         // The sum begins at the apex, where elements may be small.
@@ -259,8 +296,13 @@ impl Rod {
 
     /// The integral along the rod of values at its material points.
     pub(crate) fn integral(&self, values: impl Iterator<Item = f64>) -> f64 {
-        let each = self.points.iter().zip(self.reference().weights.iter().cycle()).zip(values);
-        each.map(|((point, w), value)| w * point.jacobian * value).sum()
+        let each = self
+            .points
+            .iter()
+            .zip(self.reference().weights.iter().cycle())
+            .zip(values);
+        each.map(|((point, w), value)| w * point.jacobian * value)
+            .sum()
     }
 
     /// Rotates the whole rod so that its base has the given frame.
@@ -283,7 +325,8 @@ impl Rod {
         self.base_position
     }
 
-    /// Moves the whole rod, without rotation, so that its base is at a position in the fixed frame (m).
+    /// Moves the whole rod, without rotation, so that its base is at a position in the fixed frame
+    /// (m).
     ///
     /// # Errors
     /// A position that is not finite; the rod does not change then.
@@ -321,7 +364,8 @@ impl Rod {
         &self.rotations[element * p..(element + 1) * p]
     }
 
-    /// Recomputes the frames at the ends of the elements from that of the base and the rotations in the elements.
+    /// Recomputes the frames at the ends of the elements from that of the base and the rotations in
+    /// the elements.
     pub(crate) fn chain_frames(&mut self) {
         let p = self.order.points();
         for e in 0..self.elements() {

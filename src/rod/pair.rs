@@ -31,12 +31,23 @@ impl<'a> Pair<'a> {
         for (side, start) in [0.0, lengths[0]].into_iter().enumerate() {
             let points = rod.element_points(e + side);
             for g in 0..p {
-                let s: f64 = (0..p).map(|j| reference.upto[g][j] * points[j].jacobian).sum();
-                places[side * p + g] = ((start + s) / total, reference.weights[g] * points[g].jacobian / total);
+                let s: f64 = (0..p)
+                    .map(|j| reference.upto[g][j] * points[j].jacobian)
+                    .sum();
+                places[side * p + g] = (
+                    (start + s) / total,
+                    reference.weights[g] * points[g].jacobian / total,
+                );
             }
         }
         let interpolation = places.map(|(x, _)| reference.at_points(x));
-        Self { reference, source: &rod.points[e * p..(e + 2) * p], lengths, places, interpolation }
+        Self {
+            reference,
+            source: &rod.points[e * p..(e + 2) * p],
+            lengths,
+            places,
+            interpolation,
+        }
     }
 
     /// Length of the merged element, m.
@@ -51,11 +62,14 @@ impl<'a> Pair<'a> {
 
     /// The points of the two elements with their places and weights.
     fn each(&self) -> impl Iterator<Item = (&MaterialPoint, f64, f64)> {
-        self.source.iter().zip(&self.places).map(|(point, (x, w))| (point, *x, *w))
+        self.source
+            .iter()
+            .zip(&self.places)
+            .map(|(point, (x, w))| (point, *x, *w))
     }
 
-    /// Weights of the points of both elements for the values at the points of the merged element: the L² projection
-    /// onto its polynomials.
+    /// Weights of the points of both elements for the values at the points of the merged element:
+    /// the L² projection onto its polynomials.
     fn projection(&self) -> [[f64; 2 * MAX_POINTS]; MAX_POINTS] {
         let p = self.reference.p;
         let polynomials = |x: f64| legendre_sequence(2.0 * x - 1.0).zip(0..p);
@@ -68,7 +82,10 @@ impl<'a> Pair<'a> {
         let mut weights = [[0.0; 2 * MAX_POINTS]; MAX_POINTS];
         for (weights, x) in weights.iter_mut().zip(&self.reference.points) {
             for (value, k) in polynomials(*x) {
-                weights.iter_mut().zip(shares[k]).for_each(|(weight, share)| *weight += value * share);
+                weights
+                    .iter_mut()
+                    .zip(shares[k])
+                    .for_each(|(weight, share)| *weight += value * share);
             }
         }
         weights
@@ -77,8 +94,10 @@ impl<'a> Pair<'a> {
     /// The points of the merged element.
     pub fn projected(&self) -> [MaterialPoint; MAX_POINTS] {
         let projection = self.projection();
-        projection
-            .map(|weights| MaterialPoint { jacobian: self.length(), ..MaterialPoint::weighted(self.source, &weights) })
+        projection.map(|weights| MaterialPoint {
+            jacobian: self.length(),
+            ..MaterialPoint::weighted(self.source, &weights)
+        })
     }
 
     /// The strains of the centre line at the points of the merged element.
@@ -86,49 +105,88 @@ impl<'a> Pair<'a> {
         self.projection().map(|weights| weighted(strains, &weights))
     }
 
-    /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting
-    /// decrease of the rotation along the merged element (rad).
-    pub fn loss(&self, losses: [MergingLoss; 2], new: &[MaterialPoint]) -> (MergingLoss, Vector3<f64>) {
+    /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the
+    /// resulting decrease of the rotation along the merged element (rad).
+    pub fn loss(
+        &self,
+        losses: [MergingLoss; 2],
+        new: &[MaterialPoint],
+    ) -> (MergingLoss, Vector3<f64>) {
         // A straight rod loses nothing.
         if losses == <[MergingLoss; 2]>::default()
-            && self.source.iter().all(|point| point.intrinsic == Vector3::zeros())
+            && self
+                .source
+                .iter()
+                .all(|point| point.intrinsic == Vector3::zeros())
         {
             return Default::default();
         }
         let p = self.reference.p;
         let parts = [0, 1].map(|side| {
             let mut difference = [Vector3::zeros(); MAX_POINTS];
-            let points = self.source.iter().zip(&self.interpolation).skip(side * p).take(p);
+            let points = self
+                .source
+                .iter()
+                .zip(&self.interpolation)
+                .skip(side * p)
+                .take(p);
             for (to, (point, weights)) in difference.iter_mut().zip(points) {
-                *to = new.iter().zip(weights).fold(point.intrinsic, |sum, (new, w)| sum - new.intrinsic * *w);
+                *to = new
+                    .iter()
+                    .zip(weights)
+                    .fold(point.intrinsic, |sum, (new, w)| sum - new.intrinsic * *w);
             }
-            MergedPart { loss: &losses[side], length: self.lengths[side], difference }
+            MergedPart {
+                loss: &losses[side],
+                length: self.lengths[side],
+                difference,
+            }
         });
         MergingLoss::merged(self.reference, parts)
     }
 
     /// The largest relative change of a semi-axis at the points of both elements.
     pub fn change_of_section(&self, new: &[MaterialPoint]) -> f64 {
-        let axes: [fn(&MaterialPoint) -> f64; 2] = [|point| point.section.along_d1, |point| point.section.along_d2];
-        let changes = self.source.iter().zip(&self.interpolation).flat_map(|(point, weights)| {
-            axes.map(|axis| {
-                let merged: f64 = new.iter().zip(weights).map(|(point, w)| w * axis(point)).sum();
-                (merged - axis(point)).abs() / axis(point)
-            })
-        });
+        let axes: [fn(&MaterialPoint) -> f64; 2] = [
+            |point| point.section.along_d1,
+            |point| point.section.along_d2,
+        ];
+        let changes = self
+            .source
+            .iter()
+            .zip(&self.interpolation)
+            .flat_map(|(point, weights)| {
+                axes.map(|axis| {
+                    let merged: f64 = new
+                        .iter()
+                        .zip(weights)
+                        .map(|(point, w)| w * axis(point))
+                        .sum();
+                    (merged - axis(point)).abs() / axis(point)
+                })
+            });
         largest(changes)
     }
 
-    /// The largest relative change of the bending of the element under a couple that is constant or linear along it.
-    /// The stiffness increases fast in young tissue, and is evaluated at the Gauss points only.
-    pub fn change_of_compliance(&self, new: &[MaterialPoint], compliance: impl Fn(&MaterialPoint) -> f64) -> f64 {
+    /// The largest relative change of the bending of the element under a couple that is constant or
+    /// linear along it. The stiffness increases fast in young tissue, and is evaluated at the Gauss
+    /// points only.
+    pub fn change_of_compliance(
+        &self,
+        new: &[MaterialPoint],
+        compliance: impl Fn(&MaterialPoint) -> f64,
+    ) -> f64 {
         let add = |bend: [f64; 2], (point, x, w): (&MaterialPoint, f64, f64)| {
             let c = w * compliance(point);
             [bend[0] + c, bend[1] + c * x]
         };
         let rule = self.reference.points.iter().zip(&self.reference.weights);
         let before = self.each().fold([0.0; 2], add);
-        let after = new.iter().zip(rule).map(|(point, (x, w))| (point, *x, *w)).fold([0.0; 2], add);
+        let after = new
+            .iter()
+            .zip(rule)
+            .map(|(point, (x, w))| (point, *x, *w))
+            .fold([0.0; 2], add);
         largest((0..2).map(|n| (after[n] - before[n]).abs() / before[0]))
     }
 }

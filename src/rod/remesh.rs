@@ -18,25 +18,29 @@ fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> PartWeights
     places.map(|y| reference.at_points(from + (to - from) * y))
 }
 
-/// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast
-/// to the loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element. A
-/// ten times larger value displaced the tip of a growing shoot by 1e-6 m (`docs/decisions.md`).
+/// Largest relative change of the bending of an element under a couple, over the tolerance (rad).
+/// In contrast to the loss of intrinsic strain its mean does not vanish, and it displaces all
+/// tissue beyond the element. A ten times larger value displaced the tip of a growing shoot by 1e-6
+/// m (`docs/decisions.md`).
 const COMPLIANCE: f64 = 1e-2;
 
-/// Largest angle lost inside an element, over the tolerance. It may be large because its mean vanishes and its
-/// rotation to second order is compensated. The value halves the number of mature elements of a growing shoot
-/// at the same error of the tip (`docs/decisions.md`).
+/// Largest angle lost inside an element, over the tolerance. It may be large because its mean
+/// vanishes and its rotation to second order is compensated. The value halves the number of mature
+/// elements of a growing shoot at the same error of the tip (`docs/decisions.md`).
 const INSIDE: f64 = 20.0;
-/// Upper bound of that angle unless the tolerance is larger, rad: the value for the default tolerance.
+/// Upper bound of that angle unless the tolerance is larger, rad: the value for the default
+/// tolerance.
 pub(crate) const LARGEST_INSIDE: f64 = 2e-3;
 
 impl Rod {
-    /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the
-    /// element and do not change. Returns the weights of their values for those in both parts.
+    /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1
+    /// in the element and do not change. Returns the weights of their values for those in both
+    /// parts.
     pub(crate) fn split(&mut self, e: usize, x: f64) -> [PartWeights; 2] {
         let reference = self.reference();
         let p = reference.p;
-        let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
+        let old: [MaterialPoint; MAX_POINTS] =
+            std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
         let growing = e >= self.first_growing;
         let places = growing.then(|| Places::of(self, e));
         // Mature tissue keeps the place at which it left the zone.
@@ -44,12 +48,18 @@ impl Rod {
             Some(places) => places.at(x),
             None => {
                 let before = weighted_jacobian(&old, &reference.integral_upto(x));
-                (self.node_distance[e] - before, weighted_jacobian(&old, &reference.at_points(x)))
+                (
+                    self.node_distance[e] - before,
+                    weighted_jacobian(&old, &reference.at_points(x)),
+                )
             }
         };
         let middle_distance = place(x).0;
         let mut new = [old[0]; 2 * MAX_POINTS];
-        let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
+        let parts = [
+            part_weights(reference, 0.0, x),
+            part_weights(reference, x, 1.0),
+        ];
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
             for (g, weights) in parts[side].iter().enumerate().take(p) {
                 let at = from + (to - from) * reference.points[g];
@@ -64,17 +74,23 @@ impl Rod {
         }
         if self.yields() {
             let old = &self.line_strains[e * p..(e + 1) * p];
-            let new: Vec<_> = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(old, weights)).collect();
+            let new: Vec<_> = parts
+                .iter()
+                .flat_map(|part| &part[..p])
+                .map(|weights| weighted(old, weights))
+                .collect();
             self.line_strains.splice(e * p..(e + 1) * p, new);
         }
         let middle = self.frame_within(e, x);
         split_rotations(reference, e, x)(&mut self.rotations);
-        self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
+        self.points
+            .splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);
         self.node_distance.insert(e + 1, middle_distance);
         self.kept.insert(e + 1, false);
         let loss = self.loss[e];
-        self.loss.splice(e..=e, [loss.of_part(x), loss.of_part(1.0 - x)]);
+        self.loss
+            .splice(e..=e, [loss.of_part(x), loss.of_part(1.0 - x)]);
         if growing {
             for e in [e, e + 1] {
                 self.set_element_length(e, self.node_distance[e] - self.node_distance[e + 1]);
@@ -94,14 +110,16 @@ impl Rod {
         }
     }
 
-    /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the
-    /// loss of intrinsic strain or the change of the section or of the `compliance` exceeds a `limit` (rad), or
-    /// if the node between them is to be kept. Returns the smallest limit that permits the merging that was
-    /// done, and the share of the length that the first element had.
+    /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not
+    /// merged if the loss of intrinsic strain or the change of the section or of the `compliance`
+    /// exceeds a `limit` (rad), or if the node between them is to be kept. Returns the smallest
+    /// limit that permits the merging that was done, and the share of the length that the first
+    /// element had.
     ///
-    /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto
-    /// larger elements equal one projection onto the largest, so that errors do not accumulate; the loss is
-    /// computed exactly. A constant strain compensates its rotation to second order.
+    /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive
+    /// projections onto larger elements equal one projection onto the largest, so that errors do
+    /// not accumulate; the loss is computed exactly. A constant strain compensates its rotation to
+    /// second order.
     pub(crate) fn merge(
         &mut self,
         e: usize,
@@ -119,7 +137,13 @@ impl Rod {
         let (loss, turn) = pair.loss([self.loss[e], self.loss[e + 1]], &new);
         let mut needed = 0.0;
         let conditions: [&dyn Fn() -> f64; 3] = [
-            &|| if loss.angle() > LARGEST_INSIDE { loss.angle() } else { loss.angle() / INSIDE },
+            &|| {
+                if loss.angle() > LARGEST_INSIDE {
+                    loss.angle()
+                } else {
+                    loss.angle() / INSIDE
+                }
+            },
             &|| pair.change_of_section(&new),
             &|| pair.change_of_compliance(&new, &compliance) / COMPLIANCE,
         ];
@@ -135,9 +159,11 @@ impl Rod {
         let share = pair.share();
         if self.yields() {
             let new = pair.projected_strains(&self.line_strains[e * p..(e + 2) * p]);
-            self.line_strains.splice(e * p..(e + 2) * p, new[..p].iter().copied());
+            self.line_strains
+                .splice(e * p..(e + 2) * p, new[..p].iter().copied());
         }
-        self.points.splice(e * p..(e + 2) * p, new[..p].iter().copied());
+        self.points
+            .splice(e * p..(e + 2) * p, new[..p].iter().copied());
         merge_rotations(reference, e, share)(&mut self.rotations);
         self.frames.remove(e + 1);
         self.node_distance.remove(e + 1);
@@ -151,8 +177,8 @@ impl Rod {
     }
 }
 
-/// Replaces `old` rotation vectors of a list, from index `first` on, by some `number` of others, which are computed
-/// from them unless no node is rotated.
+/// Replaces `old` rotation vectors of a list, from index `first` on, by some `number` of others,
+/// which are computed from them unless no node is rotated.
 fn replace_rotations(
     rotations: &mut Vec<Vector3<f64>>,
     (first, old, number): (usize, usize, usize),
@@ -160,16 +186,26 @@ fn replace_rotations(
 ) {
     let known = &rotations[first..first + old];
     let straight = known.iter().all(|theta| *theta == Vector3::zeros());
-    let new = if straight { [Vector3::zeros(); 2 * MAX_POINTS] } else { new(known) };
+    let new = if straight {
+        [Vector3::zeros(); 2 * MAX_POINTS]
+    } else {
+        new(known)
+    };
     rotations.splice(first..first + old, new[..number].iter().copied());
 }
 
 /// A function that divides element `e` at `x` in a list of rotation vectors.
-pub(crate) fn split_rotations(reference: &ReferenceElement, e: usize, x: f64) -> impl Fn(&mut Vec<Vector3<f64>>) {
+pub(crate) fn split_rotations(
+    reference: &ReferenceElement,
+    e: usize,
+    x: f64,
+) -> impl Fn(&mut Vec<Vector3<f64>>) {
     let p = reference.p;
     let middle = reference.at_nodes(x);
     let parts = [(0.0, x), (x, 1.0 - x)].map(|(from, share)| {
-        std::array::from_fn::<_, MAX_POINTS, _>(|k| reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)]))
+        std::array::from_fn::<_, MAX_POINTS, _>(|k| {
+            reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)])
+        })
     });
     move |rotations| {
         replace_rotations(rotations, (e * p, p, 2 * p), |old| {
@@ -184,13 +220,21 @@ pub(crate) fn split_rotations(reference: &ReferenceElement, e: usize, x: f64) ->
     }
 }
 
-/// A function that merges elements `e` and `e` + 1 in a list of rotation vectors. The first one is a `share` of the
-/// merged element.
-pub(crate) fn merge_rotations(reference: &ReferenceElement, e: usize, share: f64) -> impl Fn(&mut Vec<Vector3<f64>>) {
+/// A function that merges elements `e` and `e` + 1 in a list of rotation vectors. The first one is
+/// a `share` of the merged element.
+pub(crate) fn merge_rotations(
+    reference: &ReferenceElement,
+    e: usize,
+    share: f64,
+) -> impl Fn(&mut Vec<Vector3<f64>>) {
     let p = reference.p;
     let weights: [_; MAX_POINTS] = std::array::from_fn(|k| {
         let x = reference.nodes[(k + 1).min(p)];
-        reference.at_nodes(if x <= share { x / share } else { (x - share) / (1.0 - share) })
+        reference.at_nodes(if x <= share {
+            x / share
+        } else {
+            (x - share) / (1.0 - share)
+        })
     });
     move |rotations| {
         replace_rotations(rotations, (e * p, 2 * p, p), |old| {

@@ -1,8 +1,9 @@
-//! Positions at many places, in a time proportional to the number of elements plus the number of places.
+//! Positions at many places, in a time proportional to the number of elements plus the number of
+//! places.
 //!
-//! A place inside an element is the Gauss rule from its start, as for a single place. Places of the same element are
-//! evaluated together: their rotations, strains and lengths are polynomials in the coordinate x of the element. With
-//! single places, small scenes by `Adaptive` took twice as long.
+//! A place inside an element is the Gauss rule from its start, as for a single place. Places of the
+//! same element are evaluated together: their rotations, strains and lengths are polynomials in the
+//! coordinate x of the element. With single places, small scenes by `Adaptive` took twice as long.
 
 use std::array::from_fn;
 use std::ops::{AddAssign, Mul};
@@ -37,21 +38,30 @@ impl Polynomials<'_> {
         for (point, weight) in self.reference.points.iter().zip(&self.reference.weights) {
             let at = x * AtPlaces::splat(*point);
             let value = |of: &[Vector3<f64>]| -> Vector3<AtPlaces> {
-                of.iter().rfold(Vector3::repeat(AtPlaces::ZERO), |sum, c| sum * at + c.map(AtPlaces::splat))
+                of.iter().rfold(Vector3::repeat(AtPlaces::ZERO), |sum, c| {
+                    sum * at + c.map(AtPlaces::splat)
+                })
             };
-            let (theta, strain) = (value(&self.rotation[..=p]), value(&self.strain[..self.strains]));
-            let jacobian = self.jacobian[..p].iter().rfold(AtPlaces::ZERO, |sum, c| sum * at + AtPlaces::splat(*c));
+            let (theta, strain) = (
+                value(&self.rotation[..=p]),
+                value(&self.strain[..self.strains]),
+            );
+            let jacobian = self.jacobian[..p]
+                .iter()
+                .rfold(AtPlaces::ZERO, |sum, c| sum * at + AtPlaces::splat(*c));
             let tangent = Form::exp(&so3::s_functions(theta.dot(&theta))).apply(&theta, &strain);
             sum += tangent * (jacobian * AtPlaces::splat(*weight));
         }
-        let [x1, x2, x3]: [[f64; LANES]; 3] = [(sum.x * x).into(), (sum.y * x).into(), (sum.z * x).into()];
+        let [x1, x2, x3]: [[f64; LANES]; 3] =
+            [(sum.x * x).into(), (sum.y * x).into(), (sum.z * x).into()];
         from_fn(|i| self.frame * Vector3::new(x1[i], x2[i], x3[i]))
     }
 }
 
 impl Rod {
-    /// The positions of `count` points at equal arc lengths from base to apex, both included (m, fixed frame). A
-    /// single point is the base. They are those of [`at`](Self::at), up to rounding.
+    /// The positions of `count` points at equal arc lengths from base to apex, both included (m,
+    /// fixed frame). A single point is the base. They are those of [`at`](Self::at), up to
+    /// rounding.
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let last = count.saturating_sub(1).max(1);
@@ -60,11 +70,17 @@ impl Rod {
         positions
     }
 
-    /// Appends the positions at the given increasing arc lengths, relative to the length (m, fixed frame). A rod
-    /// whose length is NaN has no positions.
-    pub(crate) fn append_positions(&self, shares: impl Iterator<Item = f64>, positions: &mut Vec<Vector3<f64>>) {
+    /// Appends the positions at the given increasing arc lengths, relative to the length (m, fixed
+    /// frame). A rod whose length is NaN has no positions.
+    pub(crate) fn append_positions(
+        &self,
+        shares: impl Iterator<Item = f64>,
+        positions: &mut Vec<Vector3<f64>>,
+    ) {
         let (line, length, mut walk) = (self.centre_line(), self.length(), self.walk());
-        let mut places = shares.filter_map(|share| walk.to(length * share)).peekable();
+        let mut places = shares
+            .filter_map(|share| walk.to(length * share))
+            .peekable();
         let mut element: Option<(usize, Polynomials)> = None;
         while let Some((e, x)) = places.next() {
             let (_, polynomials) = match element.take_if(|(other, _)| *other == e) {
@@ -102,13 +118,26 @@ impl Rod {
             }
         };
         let (mut rotation, mut jacobian) = ([Vector3::zeros(); MAX_POINTS + 1], [0.0; MAX_POINTS]);
-        combine(self.element_rotations(element).iter().copied(), &reference.node_powers, &mut rotation);
         combine(
-            self.element_points(element).iter().map(|point| point.jacobian),
+            self.element_rotations(element).iter().copied(),
+            &reference.node_powers,
+            &mut rotation,
+        );
+        combine(
+            self.element_points(element)
+                .iter()
+                .map(|point| point.jacobian),
             &reference.point_powers,
             &mut jacobian,
         );
-        Polynomials { reference, frame: self.frames[element], rotation, jacobian, strain, strains }
+        Polynomials {
+            reference,
+            frame: self.frames[element],
+            rotation,
+            jacobian,
+            strain,
+            strains,
+        }
     }
 }
 
@@ -119,7 +148,9 @@ fn combine<T: Copy + AddAssign + Mul<f64, Output = T>, const N: usize>(
     to: &mut [T; N],
 ) {
     for (value, powers) in values.zip(basis) {
-        to.iter_mut().zip(powers).for_each(|(to, power)| *to += value * *power);
+        to.iter_mut()
+            .zip(powers)
+            .for_each(|(to, power)| *to += value * *power);
     }
 }
 
@@ -132,12 +163,18 @@ mod tests {
     use super::*;
     use crate::reference_element::Order;
 
-    /// A quarter turn of a rod of 1 m. Its rotations are linear in arc length, which elements of all orders represent.
+    /// A quarter turn of a rod of 1 m. Its rotations are linear in arc length, which elements of
+    /// all orders represent.
     fn arc(elements: usize, order: Order) -> Rod {
         let mut rod = Rod::uniform(1.0, 1e-3, UnitQuaternion::identity(), elements, order).unwrap();
         let turn = Vector3::y() * (FRAC_PI_2 / elements as f64);
         let nodes = rod.reference().nodes[1..].to_vec();
-        rod.rotations = nodes.iter().cycle().take(elements * nodes.len()).map(|x| turn * *x).collect();
+        rod.rotations = nodes
+            .iter()
+            .cycle()
+            .take(elements * nodes.len())
+            .map(|x| turn * *x)
+            .collect();
         rod.chain_frames();
         rod
     }
@@ -150,15 +187,22 @@ mod tests {
 
     #[test]
     fn positions_are_those_of_single_places() {
-        for (order, yields) in Order::ALL.into_iter().flat_map(|order| [(order, false), (order, true)]) {
+        for (order, yields) in Order::ALL
+            .into_iter()
+            .flat_map(|order| [(order, false), (order, true)])
+        {
             let mut rod = arc(3, order);
             let points = if yields { rod.points().len() } else { 0 };
-            rod.line_strains =
-                (0..points).map(|i| Vector3::new(0.1, -0.02 * i as f64, 1.0 + 0.01 * i as f64)).collect();
+            rod.line_strains = (0..points)
+                .map(|i| Vector3::new(0.1, -0.02 * i as f64, 1.0 + 0.01 * i as f64))
+                .collect();
             for (i, position) in rod.centre_line_at(31).iter().enumerate() {
                 let (place, _) = rod.at(i as f64 / 30.0).unwrap();
                 // Rounding of sums of three chords.
-                assert!((position - place).norm() < 1e-15, "{order:?}, {yields}, place {i}");
+                assert!(
+                    (position - place).norm() < 1e-15,
+                    "{order:?}, {yields}, place {i}"
+                );
             }
         }
     }
@@ -170,7 +214,8 @@ mod tests {
             let (near, mut places) = (1e-9, Vec::new());
             arc(2, order).append_positions([0.5 - near, 0.5 + near].into_iter(), &mut places);
             let [before, after] = [places[0], places[1]];
-            // The length of the tangent inside an element has the error of the order, a tenth at order two.
+            // The length of the tangent inside an element has the error of the order, a tenth at
+            // order two.
             assert!((after - before).norm() < 2.2 * near, "{order:?}");
         }
     }
@@ -179,11 +224,19 @@ mod tests {
     fn places_in_several_elements_have_the_error_of_the_nodes() {
         for order in Order::ALL {
             let rod = arc(7, order);
-            let nodes = rod.centre_line().into_iter().map(|(s, p)| (p - on_circle(s)).norm()).fold(0.0, f64::max);
+            let nodes = rod
+                .centre_line()
+                .into_iter()
+                .map(|(s, p)| (p - on_circle(s)).norm())
+                .fold(0.0, f64::max);
             for (i, position) in rod.centre_line_at(31).iter().enumerate() {
                 let error = (position - on_circle(i as f64 / 30.0)).norm();
-                // Gauss rules over parts of an element are more accurate than those over whole elements.
-                assert!(error < 1e-14 + nodes, "{order:?}, place {i}: {error:e} and {nodes:e}");
+                // Gauss rules over parts of an element are more accurate than those over whole
+                // elements.
+                assert!(
+                    error < 1e-14 + nodes,
+                    "{order:?}, place {i}: {error:e} and {nodes:e}"
+                );
             }
         }
     }

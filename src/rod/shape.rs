@@ -1,4 +1,5 @@
-//! Frames, strains and positions of the centre line, computed from the rotations and the strain of the centre line.
+//! Frames, strains and positions of the centre line, computed from the rotations and the strain of
+//! the centre line.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -10,12 +11,20 @@ use crate::so3::{self, Form};
 impl Rod {
     /// The frame at coordinate `x` in [0, 1] of an element.
     pub(crate) fn frame_within(&self, element: usize, x: f64) -> UnitQuaternion<f64> {
-        self.frames[element] * so3::exp(&weighted(self.element_rotations(element), &self.reference().at_nodes(x)))
+        self.frames[element]
+            * so3::exp(&weighted(
+                self.element_rotations(element),
+                &self.reference().at_nodes(x),
+            ))
     }
 
     /// The frame at Gauss point `g` of an element.
     pub(crate) fn frame_at_point(&self, element: usize, g: usize) -> UnitQuaternion<f64> {
-        self.frames[element] * so3::exp(&weighted(self.element_rotations(element), &self.reference().shape[g]))
+        self.frames[element]
+            * so3::exp(&weighted(
+                self.element_rotations(element),
+                &self.reference().shape[g],
+            ))
     }
 
     /// The frame at the apex.
@@ -24,8 +33,9 @@ impl Rod {
         self.frames[self.elements()]
     }
 
-    /// The visible strain u at Gauss point `g` of an element by differentiation of the rotations, of order p + 1:
-    /// components along the directors, 1/m. `None` for an element or a point out of range.
+    /// The visible strain u at Gauss point `g` of an element by differentiation of the rotations,
+    /// of order p + 1: components along the directors, 1/m. `None` for an element or a point out of
+    /// range.
     #[must_use]
     pub fn strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();
@@ -49,7 +59,8 @@ impl Rod {
         self.differentiated(element, &reference.at_nodes(x), &slope, jacobian)
     }
 
-    /// The strain at a place, given the values `shape` and derivatives `slope` of the nodal polynomials there.
+    /// The strain at a place, given the values `shape` and derivatives `slope` of the nodal
+    /// polynomials there.
     fn differentiated(
         &self,
         element: usize,
@@ -58,13 +69,16 @@ impl Rod {
         jacobian: f64,
     ) -> Vector3<f64> {
         let rotations = self.element_rotations(element);
-        let (theta, slope) = (weighted(rotations, shape), weighted(rotations, slope) / jacobian);
+        let (theta, slope) = (
+            weighted(rotations, shape),
+            weighted(rotations, slope) / jacobian,
+        );
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
-    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium, with shear v1
-    /// and v2 and stretch v3: ∂p/∂s = v1 d1 + v2 d2 + v3 d3. It is (0, 0, 1) without shear and stretch. `None`
-    /// for an element or a point out of range.
+    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium,
+    /// with shear v1 and v2 and stretch v3: ∂p/∂s = v1 d1 + v2 d2 + v3 d3. It is (0, 0, 1) without
+    /// shear and stretch. `None` for an element or a point out of range.
     #[must_use]
     pub fn line_strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();
@@ -78,10 +92,14 @@ impl Rod {
 
     /// The strain of the centre line at an existing point.
     pub(crate) fn line_strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
-        self.line_strains.get(element * self.order.points() + g).copied().unwrap_or_else(centre_line_tangent)
+        self.line_strains
+            .get(element * self.order.points() + g)
+            .copied()
+            .unwrap_or_else(centre_line_tangent)
     }
 
-    /// The length of the centre line, ∫ |v| ds, m; equal to that of the rod without shear and stretch.
+    /// The length of the centre line, ∫ |v| ds, m; equal to that of the rod without shear and
+    /// stretch.
     #[must_use]
     pub fn centre_line_length(&self) -> f64 {
         self.length() + self.integral(self.line_strains.iter().map(|v| v.norm() - 1.0))
@@ -91,12 +109,24 @@ impl Rod {
     pub(crate) fn chord(&self, element: usize, x: f64) -> Vector3<f64> {
         let reference = self.reference();
         let points = (0..reference.p).map(|k| reference.chord_point(k, x));
-        let strains = self.line_strains.get(element * reference.p..(element + 1) * reference.p).unwrap_or_default();
-        self.chord_through(element, (&self.frames[element], self.element_rotations(element), strains), points)
+        let strains = self
+            .line_strains
+            .get(element * reference.p..(element + 1) * reference.p)
+            .unwrap_or_default();
+        self.chord_through(
+            element,
+            (
+                &self.frames[element],
+                self.element_rotations(element),
+                strains,
+            ),
+            points,
+        )
     }
 
-    /// As [`chord`](Self::chord), for another shape of the element and given the points of the Gauss rule. The shape is
-    /// the first frame, the rotations, and the strains of the centre line, which are empty without shear and stretch.
+    /// As [`chord`](Self::chord), for another shape of the element and given the points of the
+    /// Gauss rule. The shape is the first frame, the rotations, and the strains of the centre line,
+    /// which are empty without shear and stretch.
     pub(crate) fn chord_through(
         &self,
         element: usize,
@@ -105,7 +135,11 @@ impl Rod {
     ) -> Vector3<f64> {
         let material = self.element_points(element);
         let part = |at: ChordPoint| {
-            let strain = if strains.is_empty() { centre_line_tangent() } else { weighted(strains, &at.points) };
+            let strain = if strains.is_empty() {
+                centre_line_tangent()
+            } else {
+                weighted(strains, &at.points)
+            };
             let length = at.weight * weighted_jacobian(material, &at.points);
             so3::exp(&weighted(rotations, &at.nodes)) * strain * length
         };
@@ -122,9 +156,14 @@ impl Rod {
         }
     }
 
-    /// The vector between the ends of an element with a given strain of the centre line at each Gauss point.
+    /// The vector between the ends of an element with a given strain of the centre line at each
+    /// Gauss point.
     #[inline]
-    fn chord_along(&self, element: usize, line_strain: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
+    fn chord_along(
+        &self,
+        element: usize,
+        line_strain: impl Fn(usize) -> Vector3<f64>,
+    ) -> Vector3<f64> {
         let reference = self.reference();
         let rotations = self.element_rotations(element);
         let mut sum = Vector3::zeros();
@@ -138,7 +177,10 @@ impl Rod {
     /// The position of the apex in the fixed frame, m.
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
-        self.base_position + (0..self.elements()).map(|e| self.whole_chord(e)).sum::<Vector3<f64>>()
+        self.base_position
+            + (0..self.elements())
+                .map(|e| self.whole_chord(e))
+                .sum::<Vector3<f64>>()
     }
 
     /// The arc length (m) and the position (m, fixed frame) of the ends of all elements.
@@ -155,31 +197,46 @@ impl Rod {
         line
     }
 
-    /// The position (m, fixed frame) and the frame at arc length `s` (m). `None` for NaN and for a place beyond the
-    /// ends; up to rounding it is at the end.
+    /// The position (m, fixed frame) and the frame at arc length `s` (m). `None` for NaN and for a
+    /// place beyond the ends; up to rounding it is at the end.
     ///
-    /// Each call integrates from the base. [`centre_line_at`](Self::centre_line_at) integrates once for many places.
+    /// Each call integrates from the base. [`centre_line_at`](Self::centre_line_at) integrates once
+    /// for many places.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
         let (element, x) = self.locate_on(s)?;
         let start: Vector3<f64> = (0..element).map(|e| self.whole_chord(e)).sum();
-        Some((self.base_position + (start + self.chord(element, x)), self.frame_within(element, x)))
+        Some((
+            self.base_position + (start + self.chord(element, x)),
+            self.frame_within(element, x),
+        ))
     }
 }
 
 /// Σ weights · vectors.
 #[inline]
-pub(crate) fn weighted<const N: usize>(vectors: &[Vector3<f64>], weights: &[f64; N]) -> Vector3<f64> {
-    vectors.iter().zip(weights).fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w)
+pub(crate) fn weighted<const N: usize>(
+    vectors: &[Vector3<f64>],
+    weights: &[f64; N],
+) -> Vector3<f64> {
+    vectors
+        .iter()
+        .zip(weights)
+        .fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w)
 }
 
 /// Σ weights · length per coordinate, m.
 #[inline]
 pub(crate) fn weighted_jacobian(points: &[MaterialPoint], weights: &[f64]) -> f64 {
-    points.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum()
+    points
+        .iter()
+        .zip(weights)
+        .map(|(point, w)| w * point.jacobian)
+        .sum()
 }
 
-/// The tangent ∂p/∂s of a centre line without shear and stretch, components along the directors: d3.
+/// The tangent ∂p/∂s of a centre line without shear and stretch, components along the directors:
+/// d3.
 #[inline]
 pub(crate) fn centre_line_tangent() -> Vector3<f64> {
     Vector3::z()

@@ -8,16 +8,17 @@ use crate::state::{State, StateError};
 use crate::tropism::{Declaration, TropismLaw};
 
 impl<M: Model> Shoot<M> {
-    /// The same shoot under other laws from the present time on: another parameter, an additional load, a
-    /// tilted pot. The new shoot keeps state and history; `self` does not change.
+    /// The same shoot under other laws from the present time on: another parameter, an additional
+    /// load, a tilted pot. The new shoot keeps state and history; `self` does not change.
     ///
-    /// The new tropism laws continue with the variables and stimuli at the material points, in their order.
-    /// Laws with the same numbers of them but another meaning are not detected. Tissue outside a new, shorter
-    /// growth zone becomes mature at the present time. If growth ends altogether, the tissue stays in the zone
-    /// and does not age. Without a support, the shoot has no reactions from now on.
+    /// The new tropism laws continue with the variables and stimuli at the material points, in
+    /// their order. Laws with the same numbers of them but another meaning are not detected. Tissue
+    /// outside a new, shorter growth zone becomes mature at the present time. If growth ends
+    /// altogether, the tissue stays in the zone and does not age. Without a support, the shoot has
+    /// no reactions from now on.
     ///
-    /// The change is a discontinuity. The next call of an integrator, for example `advance` to the present
-    /// time, computes the shape under the new laws and restarts with short steps.
+    /// The change is a discontinuity. The next call of an integrator, for example `advance` to the
+    /// present time, computes the shape under the new laws and restarts with short steps.
     ///
     /// ```
     /// # use morphorod::constitutive::LinearElastic;
@@ -40,8 +41,8 @@ impl<M: Model> Shoot<M> {
     ///
     /// # Errors
     /// - a parameter out of range, at some place at least
-    /// - tropism laws with other numbers of variables or stimuli, or with delays that the history does not cover: see
-    ///   [`with_model_restarted`](Self::with_model_restarted)
+    /// - tropism laws with other numbers of variables or stimuli, or with delays that the history
+    ///   does not cover: see [`with_model_restarted`](Self::with_model_restarted)
     /// - a growth zone in which mature tissue would grow again
     /// - a load that jumps outside the shoot
     pub fn with_model<N: Model>(&self, model: N) -> Result<Shoot<N>, StateError> {
@@ -55,7 +56,8 @@ impl<M: Model> Shoot<M> {
     }
 
     /// The same shoot under other laws, without history: for tropism laws with other variables.
-    /// [`Integrator::start`](crate::integrator::Integrator::start) sets a new history, which is empty otherwise.
+    /// [`Integrator::start`](crate::integrator::Integrator::start) sets a new history, which is
+    /// empty otherwise.
     ///
     /// # Errors
     /// See [`with_model`](Self::with_model); those of the history do not occur.
@@ -72,7 +74,11 @@ impl<M: Model> Shoot<M> {
         let zone = growth.zone_length();
         // The number of elements in the zone does not change.
         let divided = growth.elongates() && zone.is_finite();
-        let longest_element = if divided { zone / self.resolution } else { self.mesh.longest_element };
+        let longest_element = if divided {
+            zone / self.resolution
+        } else {
+            self.mesh.longest_element
+        };
         state.check_length(MOST_ELEMENTS * longest_element)?;
         if growth.elongates() && !(old.elongates() && old.zone_length() == zone) {
             confine(&mut state, zone)?;
@@ -80,8 +86,16 @@ impl<M: Model> Shoot<M> {
         keep_jumps(&mut state, &model)?;
         state.release_if_absent(model.support());
         check_tissue(&state.rod, &model, state.time)?;
-        let mesh = Mesh { longest_element, ..self.mesh };
-        Ok(Shoot { model, mesh, resolution: self.resolution, state })
+        let mesh = Mesh {
+            longest_element,
+            ..self.mesh
+        };
+        Ok(Shoot {
+            model,
+            mesh,
+            resolution: self.resolution,
+            state,
+        })
     }
 }
 
@@ -97,19 +111,27 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     let rod = &state.rod;
     let first = rod.first_growing;
     // Ends of elements move by the exact flow, so their distances are accurate to rounding.
-    let (growing, margin) = (rod.node_distance[first.min(rod.elements())], SAME_PLACE * rod.length());
-    let requirement = "at most that of the present one, since mature tissue does not grow again (m)";
+    let (growing, margin) = (
+        rod.node_distance[first.min(rod.elements())],
+        SAME_PLACE * rod.length(),
+    );
+    let requirement =
+        "at most that of the present one, since mature tissue does not grow again (m)";
     let ok = first == 0 || zone <= growing + margin;
     ParameterError::unless(ok, "length of the new growth zone", zone, requirement)?;
     if zone < growing - margin {
-        let e = state.rod.node_distance[first..].partition_point(|node| *node > zone + margin) + first;
+        let e =
+            state.rod.node_distance[first..].partition_point(|node| *node > zone + margin) + first;
         // The boundary lies in the element below node `e`, or on it.
         if state.rod.node_distance[e] < zone - margin {
             let x = state.rod.coordinate_at_distance(e - 1, zone);
             state.split(e - 1, x);
         }
         let now = state.time;
-        state.mature(e - first).iter_mut().for_each(|point| point.exit_time = now);
+        state
+            .mature(e - first)
+            .iter_mut()
+            .for_each(|point| point.exit_time = now);
     }
     Ok(())
 }
@@ -117,7 +139,9 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
 /// Adds nodes where the load jumps or the shoot is held, and protects them from merging.
 fn keep_jumps(state: &mut State, model: &impl Model) -> Result<(), StateError> {
     for distance in jumps(model, state.time, state.rod.initial_length)? {
-        let Some((e, x)) = state.rod.locate_initial(distance) else { continue };
+        let Some((e, x)) = state.rod.locate_initial(distance) else {
+            continue;
+        };
         if x > SAME_PLACE && x < 1.0 - SAME_PLACE {
             state.split(e, x);
         }

@@ -16,8 +16,9 @@ use crate::support::{Argument, Orientation, Position, Support};
 pub struct Energies {
     /// Elastic energy of bending, twist, shear and stretch, J: zero without elastic strain.
     pub elastic: f64,
-    /// Potential energy of the load, J: minus the work of its present forces on the tissue from the origin of the fixed
-    /// frame to its place. That of a [`Weight`](crate::load::Weight) is the gravitational energy.
+    /// Potential energy of the load, J: minus the work of its present forces on the tissue from the
+    /// origin of the fixed frame to its place. That of a [`Weight`](crate::load::Weight) is the
+    /// gravitational energy.
     pub load: f64,
     /// Energy of the supports, J: of springs, elastic joints, potentials, and obstacles that yield.
     pub support: f64,
@@ -32,9 +33,9 @@ impl Energies {
 }
 
 impl<M: Model> Shoot<M> {
-    /// The energies of the shoot. It must be in equilibrium, as after any call of an integrator. They are those of the
-    /// discretised shoot, whose equilibrium has an error of the order 2 p with [p points](crate::Order::points) in an
-    /// element.
+    /// The energies of the shoot. It must be in equilibrium, as after any call of an integrator.
+    /// They are those of the discretised shoot, whose equilibrium has an error of the order 2 p
+    /// with [p points](crate::Order::points) in an element.
     ///
     /// ```
     /// # use morphorod::{Shoot, Still};
@@ -59,8 +60,8 @@ impl<M: Model> Shoot<M> {
         }
     }
 
-    /// The potential energy of a load on the shoot in its present shape, J, as [`Energies::load`]. For one of the loads
-    /// of a tuple it is the part of this load.
+    /// The potential energy of a load on the shoot in its present shape, J, as [`Energies::load`].
+    /// For one of the loads of a tuple it is the part of this load.
     #[must_use]
     pub fn load_energy(&self, load: &impl Load) -> f64 {
         let rod = self.rod();
@@ -69,7 +70,11 @@ impl<M: Model> Shoot<M> {
             force.dot(&(rod.frame_at_point(e, g) * rod.line_strain_at_point(e, g)))
         };
         let p = rod.order().points();
-        let each = force.at_points().iter().enumerate().map(|(i, force)| along((i / p, i % p), force));
+        let each = force
+            .at_points()
+            .iter()
+            .enumerate()
+            .map(|(i, force)| along((i / p, i % p), force));
         // The difference from zero is not −0 without a load.
         0.0 - rod.integral(each) - force.at_base().dot(&rod.base_position())
     }
@@ -79,12 +84,22 @@ impl<M: Model> Shoot<M> {
         let mut force = InternalForce::of(rod, self.model.load(), &environment);
         force.react(rod, rod.reactions());
         let p = rod.order().points();
-        let each = rod.points().iter().zip(force.at_points()).enumerate().map(|(i, (point, force))| {
-            let (e, g, tissue) = (i / p, i % p, Tissue::of(point, environment.time));
-            let bending = law.respond(&tissue, &(rod.strain_at_point(e, g) - point.intrinsic)).energy;
-            let line = law.line_response(&tissue, &rod.frame_at_point(e, g).inverse_transform_vector(force));
-            bending + line.map_or(0.0, |line| line.energy)
-        });
+        let each =
+            rod.points()
+                .iter()
+                .zip(force.at_points())
+                .enumerate()
+                .map(|(i, (point, force))| {
+                    let (e, g, tissue) = (i / p, i % p, Tissue::of(point, environment.time));
+                    let bending = law
+                        .respond(&tissue, &(rod.strain_at_point(e, g) - point.intrinsic))
+                        .energy;
+                    let line = law.line_response(
+                        &tissue,
+                        &rod.frame_at_point(e, g).inverse_transform_vector(force),
+                    );
+                    bending + line.map_or(0.0, |line| line.energy)
+                });
         rod.integral(each)
     }
 
@@ -99,7 +114,9 @@ impl<M: Model> Shoot<M> {
             let (e, x) = rod.locate_initial(distance).unwrap_or((0, 0.0));
             (line[e].1 + rod.chord(e, x), rod.frame_within(e, x))
         };
-        let angle = |from: &UnitQuaternion<f64>, frame: &UnitQuaternion<f64>| so3::log(&(from.inverse() * frame));
+        let angle = |from: &UnitQuaternion<f64>, frame: &UnitQuaternion<f64>| {
+            so3::log(&(from.inverse() * frame))
+        };
         let mut sum = 0.0;
         for hold in support.holds(time) {
             let (position, frame) = place(hold.initial_apex_distance);
@@ -107,7 +124,11 @@ impl<M: Model> Shoot<M> {
                 let from = position - anchor;
                 sum += 0.5 * from.dot(&(stiffness * from));
             }
-            if let Orientation::Spring { frame: from, stiffness } = &hold.orientation {
+            if let Orientation::Spring {
+                frame: from,
+                stiffness,
+            } = &hold.orientation
+            {
                 sum += 0.5 * stiffness * angle(from, &frame).norm_squared();
             }
         }
@@ -120,7 +141,10 @@ impl<M: Model> Shoot<M> {
             sum += elastic.potential.energy(&x, time).value;
         }
         for (index, contact) in support.contacts().iter().enumerate() {
-            let on = rod.reactions().iter().filter(|reaction| reaction.obstacle == Some(index));
+            let on = rod
+                .reactions()
+                .iter()
+                .filter(|reaction| reaction.obstacle == Some(index));
             let force: Vector3<f64> = on.map(|reaction| reaction.force).sum();
             sum += 0.5 * force.dot(&(contact.obstacle.compliance() * force));
         }

@@ -1,19 +1,22 @@
-//! Steady states of shoots, their characteristic roots, and the parameters at which roots cross the imaginary axis.
+//! Steady states of shoots, their characteristic roots, and the parameters at which roots cross the
+//! imaginary axis.
 //!
-//! A shoot is in a *steady state* when it is in mechanical equilibrium and the gradients of its laws vanish;
-//! [`solve_steady_state`] finds such a state. [`Linearisation`] describes small disturbances δu* exp(λt) of
-//! it by the characteristic matrix M(λ), for any laws, with exact delays:
+//! A shoot is in a *steady state* when it is in mechanical equilibrium and the gradients of its
+//! laws vanish; [`solve_steady_state`] finds such a state. [`Linearisation`] describes small
+//! disturbances δu* exp(λt) of it by the characteristic matrix M(λ), for any laws, with exact
+//! delays:
 //!
 //! ```text
 //! M(λ) δu* = 0,   M(λ) = λ − T(λ) X,   T = REGR [G_y exp(−λd) (λ − F_y)⁻¹ F_x + G_x].
 //! ```
 //!
-//! X is the derivative of the stimuli in equilibrium with respect to the intrinsic strain, F are the rates of
-//! the laws and G their gradients. Derivatives are differences of the laws' own functions, so that user-defined
-//! laws need nothing else. Unstable roots are counted by the argument principle. [`onset`] finds the value of a
-//! parameter at which the rightmost root crosses the axis, [`crossings`] those at which any root does, and
-//! [`boundary`] follows a crossing in two parameters. [`Refinement`] does the same by mesh refinement to a
-//! tolerance; `with_error` estimates the error of a given mesh. Method, cost and limits:
+//! X is the derivative of the stimuli in equilibrium with respect to the intrinsic strain, F are
+//! the rates of the laws and G their gradients. Derivatives are differences of the laws' own
+//! functions, so that user-defined laws need nothing else. Unstable roots are counted by the
+//! argument principle. [`onset`] finds the value of a parameter at which the rightmost root crosses
+//! the axis, [`crossings`] those at which any root does, and [`boundary`] follows a crossing in two
+//! parameters. [`Refinement`] does the same by mesh refinement to a tolerance; `with_error`
+//! estimates the error of a given mesh. Method, cost and limits:
 //! [`guide::stability`](crate::guide::stability).
 //!
 //! The length at which an upright shoot begins to oscillate, and the period:

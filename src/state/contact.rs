@@ -1,4 +1,5 @@
-//! The part of the state that a support adds besides the reactions of the rod: contacts, and the shape with nodes.
+//! The part of the state that a support adds besides the reactions of the rod: contacts, and the
+//! shape with nodes.
 
 use nalgebra::Vector3;
 
@@ -7,14 +8,16 @@ use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::support::{Patch, Reaction};
 
-/// Smallest motion of a contact along the rod that is extrapolated, relative to the largest arc length of a reaction.
+/// Smallest motion of a contact along the rod that is extrapolated, relative to the largest arc
+/// length of a reaction.
 const LEAST_MOTION: f64 = 1e-6;
 
 /// Contacts of a shoot with obstacles. Empty without a support.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct ContactState {
-    /// The rod with additional nodes where contacts begin and end; `None` for a rod without such nodes.
+    /// The rod with additional nodes where contacts begin and end; `None` for a rod without such
+    /// nodes.
     pub shape: Option<Rod>,
     pub patches: Vec<Patch>,
     /// Time of the patches and of the reactions, s.
@@ -23,16 +26,17 @@ pub(crate) struct ContactState {
     pub earlier: f64,
     /// Rates of the ends of the patches, m/s; empty if the contacts have changed.
     pub end_rates: Vec<[f64; 2]>,
-    /// Rates of the places (m/s) and forces (N/s) of the reactions; empty if the contacts have changed or
-    /// one of them is a segment.
+    /// Rates of the places (m/s) and forces (N/s) of the reactions; empty if the contacts have
+    /// changed or one of them is a segment.
     pub force_rates: Vec<(f64, Vector3<f64>)>,
 }
 
 impl ContactState {
-    /// Reactions and patches extrapolated to a time (s), as initial guess. They do not pass the base. Rates over a much
-    /// shorter time contain the errors of two equilibria, and are not used.
+    /// Reactions and patches extrapolated to a time (s), as initial guess. They do not pass the
+    /// base. Rates over a much shorter time contain the errors of two equilibria, and are not used.
     pub fn predicted(&self, reactions: &[Reaction], time: f64) -> (Vec<Reaction>, Vec<Patch>) {
-        let (mut reactions, mut patches, after) = (reactions.to_vec(), self.patches.clone(), time - self.time);
+        let (mut reactions, mut patches, after) =
+            (reactions.to_vec(), self.patches.clone(), time - self.time);
         if self.time - self.earlier < CLOSE * after {
             return (reactions, patches);
         }
@@ -52,7 +56,11 @@ impl ContactState {
         let after = time - self.time;
         let surface = |patch: &Patch| (patch.obstacle, patch.surface, patch.from == patch.to);
         let place = |at: &Reaction| (at.obstacle, at.surface);
-        let same = self.patches.iter().map(surface).eq(patches.iter().map(surface))
+        let same = self
+            .patches
+            .iter()
+            .map(surface)
+            .eq(patches.iter().map(surface))
             && before.iter().map(place).eq(now.iter().map(place));
         // A search that is repeated at the same time keeps the rates.
         if after > 0.0 || !same {
@@ -63,26 +71,38 @@ impl ContactState {
                 // Shorter motions are not extrapolated, so that a rod at rest stays at rest.
                 let length = now.iter().map(|at| at.arc_length).fold(0.0, f64::max);
                 let rate = |from: f64, to: f64| {
-                    if (to - from).abs() > LEAST_MOTION * length { (to - from) / after } else { 0.0 }
+                    if (to - from).abs() > LEAST_MOTION * length {
+                        (to - from) / after
+                    } else {
+                        0.0
+                    }
                 };
                 let each = self.patches.iter().zip(&patches);
-                self.end_rates.extend(each.map(|(a, b)| [rate(a.from, b.from), rate(a.to, b.to)]));
+                self.end_rates
+                    .extend(each.map(|(a, b)| [rate(a.from, b.from), rate(a.to, b.to)]));
                 // The distribution of the force in a segment may depend on the initial guess.
                 if patches.iter().all(|patch| patch.from == patch.to) {
                     let each = before.iter().zip(now);
-                    self.force_rates
-                        .extend(each.map(|(a, b)| (rate(a.arc_length, b.arc_length), (b.force - a.force) / after)));
+                    self.force_rates.extend(each.map(|(a, b)| {
+                        (
+                            rate(a.arc_length, b.arc_length),
+                            (b.force - a.force) / after,
+                        )
+                    }));
                 }
             }
         }
         (self.patches, self.time) = (patches, time);
     }
 
-    /// Takes the elements of the shape whose tissue has left the growth zone out of its zone, as those of the rod.
+    /// Takes the elements of the shape whose tissue has left the growth zone out of its zone, as
+    /// those of the rod.
     pub fn mature(&mut self) {
         if let Some(shape) = &mut self.shape {
             let elements = shape.points()[shape.zone()].chunks(shape.order().points());
-            let left = elements.take_while(|element| element[0].exit_time < f64::INFINITY).count();
+            let left = elements
+                .take_while(|element| element[0].exit_time < f64::INFINITY)
+                .count();
             let _ = shape.mature(left);
         }
     }
@@ -91,14 +111,35 @@ impl ContactState {
     pub fn check(&self, rod: &Rod) -> Result<(), StateError> {
         if let Some(shape) = &self.shape {
             shape.check()?;
-            let (name, excess) = ("length of the shape in excess of the rod", shape.length() - rod.length());
-            ParameterError::unless(excess.abs() <= 1e-9 * rod.length(), name, excess, "zero (m)")?;
+            let (name, excess) = (
+                "length of the shape in excess of the rod",
+                shape.length() - rod.length(),
+            );
+            ParameterError::unless(
+                excess.abs() <= 1e-9 * rod.length(),
+                name,
+                excess,
+                "zero (m)",
+            )?;
         }
         let sum = self.patches.iter().map(|patch| patch.from + patch.to).sum();
         ParameterError::finite("sum of the places of contacts", sum, "m")?;
-        let forces = self.force_rates.iter().map(|(slide, force)| slide + force.sum());
-        let rates = self.end_rates.iter().flatten().copied().chain(forces).sum::<f64>();
-        Ok(ParameterError::finite("sum of the rates of contacts", rates + self.time + self.earlier, "")?)
+        let forces = self
+            .force_rates
+            .iter()
+            .map(|(slide, force)| slide + force.sum());
+        let rates = self
+            .end_rates
+            .iter()
+            .flatten()
+            .copied()
+            .chain(forces)
+            .sum::<f64>();
+        Ok(ParameterError::finite(
+            "sum of the rates of contacts",
+            rates + self.time + self.earlier,
+            "",
+        )?)
     }
 }
 
@@ -121,7 +162,14 @@ mod tests {
                 slip: None,
             }]
         };
-        let patches = || vec![Patch { obstacle: 0, surface: 0, from: 0.04, to: 0.04 }];
+        let patches = || {
+            vec![Patch {
+                obstacle: 0,
+                surface: 0,
+                from: 0.04,
+                to: 0.04,
+            }]
+        };
         let predicted = |times: [f64; 2]| {
             let (mut contact, forces) = (ContactState::default(), [1e-6, 1.0001e-6].map(force));
             contact.take(patches(), [&[], &forces[0]], times[0]);

@@ -14,8 +14,8 @@ pub enum StateError {
         /// Number of the format of the data.
         found: u32,
     },
-    /// A number of the state or a parameter of the laws is out of range, or two parts of the state do not have
-    /// the same size.
+    /// A number of the state or a parameter of the laws is out of range, or two parts of the state
+    /// do not have the same size.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The rod is damaged.

@@ -27,22 +27,24 @@ use crate::rod::{MaterialPoint, Rod};
 use crate::scene::after;
 use crate::support::Support;
 
-/// Number of the format of serialised states. It must be increased whenever the serialised data change.
+/// Number of the format of serialised states. It must be increased whenever the serialised data
+/// change.
 pub(crate) const FORMAT: u32 = 15;
 
-/// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
-/// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
-/// magnifies this error by the inverse of the distance.
+/// Distance in time, relative to a step, below which only one of two levels or equilibria is used
+/// for interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference
+/// over a step magnifies this error by the inverse of the distance.
 pub(crate) const CLOSE: f64 = 1e-3;
 
-/// State of a shoot: time, material points with their intrinsic strains, frames, and the history of the laws'
-/// variables.
+/// State of a shoot: time, material points with their intrinsic strains, frames, and the history of
+/// the laws' variables.
 ///
 /// It is a plain value, which can be cloned, compared, stored, and restored with
-/// [`Shoot::restore`](crate::Shoot::restore). A run from a restored state repeats the original run bit by bit.
+/// [`Shoot::restore`](crate::Shoot::restore). A run from a restored state repeats the original run
+/// bit by bit.
 ///
-/// With the feature `serde` a state is serialised with the number of its format. Deserialisation returns an
-/// error for damaged data and for data of another format.
+/// With the feature `serde` a state is serialised with the number of its format. Deserialisation
+/// returns an error for damaged data and for data of another format.
 #[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(remote = "Self"))]
@@ -54,13 +56,14 @@ pub struct State {
     pub(crate) rod: Rod,
     pub(crate) predictor: Predictor,
     pub(crate) history: History,
-    /// Time at which the run began, or of the last discontinuity, s. Interpolation in time uses no level from before
-    /// it.
+    /// Time at which the run began, or of the last discontinuity, s. Interpolation in time uses no
+    /// level from before it.
     pub(crate) smooth_since: f64,
-    /// Gravity in the last equilibrium, m/s²: with the base of the rod, the part of the scene by which a state is
-    /// recognised.
+    /// Gravity in the last equilibrium, m/s²: with the base of the rod, the part of the scene by
+    /// which a state is recognised.
     pub(crate) gravity: Vector3<f64>,
-    /// Whether the laws were exchanged at the present time. The next call of an integrator passes this discontinuity.
+    /// Whether the laws were exchanged at the present time. The next call of an integrator passes
+    /// this discontinuity.
     pub(crate) changed: bool,
     /// Index of the first of the two mature elements whose merger was tried last.
     pub(crate) merge_next: usize,
@@ -107,8 +110,10 @@ impl State {
 
     /// Copies `source` without new allocations if the capacity suffices.
     pub(crate) fn copy_from(&mut self, source: &Self) {
-        (self.time, self.smooth_since, self.changed) = (source.time, source.smooth_since, source.changed);
-        (self.gravity, self.merge_next, self.plan) = (source.gravity, source.merge_next, source.plan);
+        (self.time, self.smooth_since, self.changed) =
+            (source.time, source.smooth_since, source.changed);
+        (self.gravity, self.merge_next, self.plan) =
+            (source.gravity, source.merge_next, source.plan);
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
@@ -122,15 +127,16 @@ impl State {
         self.rod.reactions.clear();
     }
 
-    /// Removes reactions and contacts if there is no support, since the equilibrium of a free rod does not update the
-    /// contacts.
+    /// Removes reactions and contacts if there is no support, since the equilibrium of a free rod
+    /// does not update the contacts.
     pub(crate) fn release_if_absent(&mut self, support: &impl Support) {
         if support.is_absent() {
             self.release();
         }
     }
 
-    /// Drops the history, so that no integrator has started this state. Keeps the rod and its frames.
+    /// Drops the history, so that no integrator has started this state. Keeps the rod and its
+    /// frames.
     pub(crate) fn forget(&mut self) {
         (self.predictor, self.history) = (Predictor::default(), History::default());
         self.release();
@@ -142,42 +148,76 @@ impl State {
         ParameterError::finite("time of the state", self.time, "s")?;
         let since = self.smooth_since;
         let ok = since.is_finite() && since <= self.time;
-        ParameterError::unless(ok, "start of the run or last discontinuity", since, "not in the future (s)")?;
+        ParameterError::unless(
+            ok,
+            "start of the run or last discontinuity",
+            since,
+            "not in the future (s)",
+        )?;
         ParameterError::finite("gravity of the state", self.gravity.sum(), "m/s²")?;
         self.rod.check()?;
-        let (name, pair) = ("index of the pair whose merger was tried last", self.merge_next);
-        ParameterError::unless(pair < self.rod.elements(), name, pair as f64, "that of an element")?;
+        let (name, pair) = (
+            "index of the pair whose merger was tried last",
+            self.merge_next,
+        );
+        ParameterError::unless(
+            pair < self.rod.elements(),
+            name,
+            pair as f64,
+            "that of an element",
+        )?;
         self.plan.map_or(Ok(()), |plan| plan.check())?;
         self.contact.check(&self.rod)?;
-        self.predictor.check(self.rod.rotations.len(), self.time, self.history.levels() > 0)?;
-        Ok(self.history.check(self.rod.zone().len(), self.time, since)?)
+        self.predictor.check(
+            self.rod.rotations.len(),
+            self.time,
+            self.history.levels() > 0,
+        )?;
+        Ok(self
+            .history
+            .check(self.rod.zone().len(), self.time, since)?)
     }
 
-    /// Returns an error unless the history, if there is one, has the numbers of variables and stimuli of the laws.
+    /// Returns an error unless the history, if there is one, has the numbers of variables and
+    /// stimuli of the laws.
     pub(crate) fn check_laws(&self, expected: (usize, usize)) -> Result<(), StateError> {
         let found = self.history.size();
         let ok = self.history.levels() == 0 || found == expected;
-        if ok { Ok(()) } else { Err(StateError::Laws { found, expected }) }
+        if ok {
+            Ok(())
+        } else {
+            Err(StateError::Laws { found, expected })
+        }
     }
 
     /// Returns an error unless the history covers the longest delay of the laws, s.
     pub(crate) fn check_reach(&self, longest_delay: f64) -> Result<(), ParameterError> {
-        let reach = self.history.oldest().map_or(0.0, |oldest| self.time - oldest);
+        let reach = self
+            .history
+            .oldest()
+            .map_or(0.0, |oldest| self.time - oldest);
         let ok = longest_delay <= reach * (1.0 + 1e-9);
-        let requirement =
-            "at most the time that the shoot's history covers (s); `with_model_restarted` drops the history";
+        let requirement = "at most the time that the shoot's history covers (s); `with_model_restarted` drops the history";
         ParameterError::unless(ok, "longest delay of the laws", longest_delay, requirement)
     }
 
     /// Returns an error unless the rod is shorter than `longest`, m.
     pub(crate) fn check_length(&self, longest: f64) -> Result<(), ParameterError> {
-        let (length, requirement) = (self.rod.length(), "less than a million of the shoot's elements (m)");
+        let (length, requirement) = (
+            self.rod.length(),
+            "less than a million of the shoot's elements (m)",
+        );
         ParameterError::unless(length < longest, "length of the rod", length, requirement)
     }
 
-    /// The time at which laws and scene are evaluated for the present shape, s: after a discontinuity at the present.
+    /// The time at which laws and scene are evaluated for the present shape, s: after a
+    /// discontinuity at the present.
     pub(crate) fn time_of_laws(&self) -> f64 {
-        if self.time == self.smooth_since { after(self.time) } else { self.time }
+        if self.time == self.smooth_since {
+            after(self.time)
+        } else {
+            self.time
+        }
     }
 
     /// The rod in its shape, with additional nodes where contacts begin and end.
@@ -191,23 +231,27 @@ impl State {
         self.time
     }
 
-    /// Rod: material points and shape. In contact with an obstacle its shape is sampled at its nodes;
-    /// [`Shoot::rod`](crate::Shoot::rod) is exact.
+    /// Rod: material points and shape. In contact with an obstacle its shape is sampled at its
+    /// nodes; [`Shoot::rod`](crate::Shoot::rod) is exact.
     #[must_use]
     pub fn rod(&self) -> &Rod {
         &self.rod
     }
 
-    /// Variables of the tropism laws at a material point of the growth zone. `point` is the index among all
-    /// points of the rod. `None` for a mature point, or before an integrator has started.
+    /// Variables of the tropism laws at a material point of the growth zone. `point` is the index
+    /// among all points of the rod. `None` for a mature point, or before an integrator has started.
     #[must_use]
     pub fn variables(&self, point: usize) -> Option<&[f64]> {
-        self.history.present(point.checked_sub(self.rod.zone().start)?)
+        self.history
+            .present(point.checked_sub(self.rod.zone().start)?)
     }
 
     /// Divides an element at its coordinate `x`, with its history and its earlier equilibria.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
-        let (growing, p) = (e.checked_sub(self.rod.first_growing), self.rod.order().points());
+        let (growing, p) = (
+            e.checked_sub(self.rod.first_growing),
+            self.rod.order().points(),
+        );
         self.predictor.split(&self.rod, e, x);
         let parts = self.rod.split(e, x);
         if let Some(growing) = growing {
@@ -215,16 +259,21 @@ impl State {
         }
     }
 
-    /// Merges the mature elements `e` and `e` + 1 if the loss is at most `limit` (rad), and returns the smallest limit
-    /// that permits it.
-    pub(crate) fn merge(&mut self, e: usize, limit: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> Option<f64> {
+    /// Merges the mature elements `e` and `e` + 1 if the loss is at most `limit` (rad), and returns
+    /// the smallest limit that permits it.
+    pub(crate) fn merge(
+        &mut self,
+        e: usize,
+        limit: f64,
+        compliance: impl Fn(&MaterialPoint) -> f64,
+    ) -> Option<f64> {
         let (needed, share) = self.rod.merge(e, limit, compliance)?;
         self.predictor.merge(&self.rod, e, share);
         Some(needed)
     }
 
-    /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
-    /// times must be set to less than infinity.
+    /// Takes the first `elements` growing elements out of the growth zone. Returns their material
+    /// points, whose exit times must be set to less than infinity.
     pub(crate) fn mature(&mut self, elements: usize) -> &mut [MaterialPoint] {
         self.history.drain(elements * self.rod.order().points());
         self.rod.mature(elements)

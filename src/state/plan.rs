@@ -2,8 +2,8 @@
 
 use crate::error::ParameterError;
 
-/// Resolution for a tolerance until a time. It is part of the state, so that a run that is resumed makes the
-/// same steps.
+/// Resolution for a tolerance until a time. It is part of the state, so that a run that is resumed
+/// makes the same steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Plan {
@@ -19,7 +19,8 @@ pub(crate) struct Plan {
     pub longest_element: f64,
     /// Merge tolerance of mature elements, rad.
     pub merge_tolerance: f64,
-    /// Estimated error of the shape at `until` since the beginning of the run, relative to the length.
+    /// Estimated error of the shape at `until` since the beginning of the run, relative to the
+    /// length.
     pub error: f64,
 }
 

@@ -1,10 +1,11 @@
-//! Initial guess of an equilibrium: earlier equilibria are extrapolated in time, and the weights of the
-//! extrapolation are corrected by the intrinsic strain, which is known before the equilibrium is solved.
+//! Initial guess of an equilibrium: earlier equilibria are extrapolated in time, and the weights of
+//! the extrapolation are corrected by the intrinsic strain, which is known before the equilibrium
+//! is solved.
 //!
-//! [`ORDER`] equilibria before the last one are kept; one more or less has no effect. A polynomial in time
-//! through them does not predict an oscillation that is resolved by a few steps only; the correction by the
-//! intrinsic strain does. With it, steps of up to a quarter of the period of an oscillator need one Newton
-//! iteration.
+//! [`ORDER`] equilibria before the last one are kept; one more or less has no effect. A polynomial
+//! in time through them does not predict an oscillation that is resolved by a few steps only; the
+//! correction by the intrinsic strain does. With it, steps of up to a quarter of the period of an
+//! oscillator need one Newton iteration.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -13,17 +14,18 @@ use crate::error::ParameterError;
 use crate::numerics::interpolation::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
 
-/// Tikhonov regularisation of the correction, relative to the trace of the normal matrix. Combinations of
-/// intrinsic strains whose relative square is smaller have little weight, since the correction would magnify
-/// their errors.
+/// Tikhonov regularisation of the correction, relative to the trace of the normal matrix.
+/// Combinations of intrinsic strains whose relative square is smaller have little weight, since the
+/// correction would magnify their errors.
 const RIDGE: f64 = 1e-5;
 
-/// Largest sum of the absolute changes of the weights. An oscillation in four steps needs up to eight. Where a
-/// load starts from zero, the intrinsic strains grow by orders of magnitude in a step, and the shapes are not
-/// proportional to them.
+/// Largest sum of the absolute changes of the weights. An oscillation in four steps needs up to
+/// eight. Where a load starts from zero, the intrinsic strains grow by orders of magnitude in a
+/// step, and the shapes are not proportional to them.
 const LARGEST_CHANGE: f64 = 10.0;
 
-/// Moments of the intrinsic strain of degree 0, 1 and 2 in the distance from the apex over the length, rad.
+/// Moments of the intrinsic strain of degree 0, 1 and 2 in the distance from the apex over the
+/// length, rad.
 pub(crate) type Moments = SVector<f64, 9>;
 
 /// Returns the moments of the intrinsic strain of a rod.
@@ -31,7 +33,10 @@ pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
     let (reference, length) = (rod.reference(), rod.length());
     let mut moments = [Vector3::zeros(); 3];
     for (point, weight) in rod.points().iter().zip(reference.weights.iter().cycle()) {
-        let (part, x) = (point.intrinsic * (weight * point.jacobian), point.apex_distance / length);
+        let (part, x) = (
+            point.intrinsic * (weight * point.jacobian),
+            point.apex_distance / length,
+        );
         moments[0] += part;
         moments[1] += part * x;
         moments[2] += part * (x * x);
@@ -51,7 +56,8 @@ pub(crate) struct Predictor {
     known: usize,
 }
 
-/// Rotation vectors of an earlier equilibrium, on the present elements, and the moments of its intrinsic strain.
+/// Rotation vectors of an earlier equilibrium, on the present elements, and the moments of its
+/// intrinsic strain.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Earlier {
@@ -64,31 +70,54 @@ impl Predictor {
     /// Copies `source` without new allocations if the capacity suffices.
     pub fn copy_from(&mut self, source: &Self) {
         self.known = source.known;
-        self.earlier.resize_with(source.earlier.len(), Earlier::default);
+        self.earlier
+            .resize_with(source.earlier.len(), Earlier::default);
         for (to, from) in self.earlier.iter_mut().zip(&source.earlier) {
             (to.time, to.moments) = (from.time, from.moments);
             to.rotations.clone_from(&from.rotations);
         }
     }
 
-    /// Returns an error unless every earlier equilibrium has the given number of `rotations` and is usable for
-    /// an extrapolation from `time` (s).
+    /// Returns an error unless every earlier equilibrium has the given number of `rotations` and is
+    /// usable for an extrapolation from `time` (s).
     pub fn check(&self, rotations: usize, time: f64, started: bool) -> Result<(), ParameterError> {
         let (name, size) = ("number of earlier equilibria", self.earlier.len());
         let ok = size == ORDER || size == 0 && !started;
-        ParameterError::unless(ok, name, size as f64, "four in a run that has started, and zero or four before")?;
+        ParameterError::unless(
+            ok,
+            name,
+            size as f64,
+            "four in a run that has started, and zero or four before",
+        )?;
         let (name, known) = ("number of earlier equilibria in use", self.known);
-        ParameterError::unless(known <= size, name, known as f64, "at most the number of earlier equilibria")?;
+        ParameterError::unless(
+            known <= size,
+            name,
+            known as f64,
+            "at most the number of earlier equilibria",
+        )?;
         let mut after = time;
         for (i, earlier) in self.earlier.iter().enumerate() {
-            let (name, size) = ("number of rotation vectors of an earlier equilibrium", earlier.rotations.len());
+            let (name, size) = (
+                "number of rotation vectors of an earlier equilibrium",
+                earlier.rotations.len(),
+            );
             ParameterError::count(name, [size, rotations], "that of the rod")?;
             let square = earlier.rotations.iter().map(Vector3::norm_squared).sum();
             ParameterError::finite("sum of squared earlier rotations", square, "rad²")?;
             let moments = earlier.moments.norm_squared();
-            ParameterError::finite("sum of squared moments of the intrinsic strain", moments, "")?;
+            ParameterError::finite(
+                "sum of squared moments of the intrinsic strain",
+                moments,
+                "",
+            )?;
             let ok = earlier.time.is_finite() && (i >= self.known || earlier.time < after);
-            ParameterError::unless(ok, "time of an earlier equilibrium", earlier.time, "before that of the next (s)")?;
+            ParameterError::unless(
+                ok,
+                "time of an earlier equilibrium",
+                earlier.time,
+                "before that of the next (s)",
+            )?;
             after = earlier.time;
         }
         Ok(())
@@ -97,7 +126,14 @@ impl Predictor {
     /// Drops the earlier equilibria and allocates the memory for the following ones.
     pub fn allocate(&mut self, rod: &Rod, time: f64) {
         self.known = 0;
-        self.earlier = vec![Earlier { time, moments: Moments::zeros(), rotations: rod.rotations.clone() }; ORDER];
+        self.earlier = vec![
+            Earlier {
+                time,
+                moments: Moments::zeros(),
+                rotations: rod.rotations.clone()
+            };
+            ORDER
+        ];
     }
 
     /// Drops the earlier equilibria, after a discontinuity of the shape.
@@ -105,7 +141,8 @@ impl Predictor {
         self.known = 0;
     }
 
-    /// Restores the shape of the rod before the last extrapolation, and drops the equilibria before it.
+    /// Restores the shape of the rod before the last extrapolation, and drops the equilibria before
+    /// it.
     pub fn take_last(&mut self, rod: &mut Rod) {
         if let Some(last) = self.earlier.first().filter(|_| self.known > 0) {
             rod.rotations.clone_from(&last.rotations);
@@ -114,10 +151,12 @@ impl Predictor {
         }
     }
 
-    /// Extrapolates the rotations of `rod` from time `from` (s) to time `to`, and keeps the present ones. The
-    /// rod has the intrinsic strain at `to` already; `before` are the moments of that at `from`.
+    /// Extrapolates the rotations of `rod` from time `from` (s) to time `to`, and keeps the present
+    /// ones. The rod has the intrinsic strain at `to` already; `before` are the moments of that at
+    /// `from`.
     pub fn extrapolate(&mut self, rod: &mut Rod, before: &Moments, from: f64, to: f64) {
-        // The difference to an equilibrium that is very close in time would magnify the errors of both.
+        // The difference to an equilibrium that is very close in time would magnify the errors of
+        // both.
         while self.known > 0 && from - self.earlier[0].time < CLOSE * (to - from) {
             self.earlier.rotate_left(1);
             self.known -= 1;
@@ -129,7 +168,8 @@ impl Predictor {
             for (earlier, weight) in self.earlier[..self.known].iter().zip(&weights[1..]) {
                 *rotation += earlier.rotations[i] * *weight;
             }
-            // The present equilibrium replaces the oldest one, which is no longer needed at this point.
+            // The present equilibrium replaces the oldest one, which is no longer needed at this
+            // point.
             if let Some(last) = self.earlier.last_mut() {
                 last.rotations[i] = present;
             }
@@ -142,9 +182,9 @@ impl Predictor {
         rod.chain_frames();
     }
 
-    /// Returns the weights of an extrapolation in time. Its degree is increased as long as the next term,
-    /// evaluated at the ends of the elements, is smaller than the one before. Higher terms diverge if the steps
-    /// do not resolve the motion, or if the shoot collapses.
+    /// Returns the weights of an extrapolation in time. Its degree is increased as long as the next
+    /// term, evaluated at the ends of the elements, is smaller than the one before. Higher terms
+    /// diverge if the steps do not resolve the motion, or if the shoot collapses.
     fn weights(&self, rod: &Rod, from: f64, to: f64) -> EquilibriumWeights {
         let mut times = [from; ORDER + 1];
         for (time, earlier) in times[1..].iter_mut().zip(&self.earlier) {
@@ -171,10 +211,16 @@ impl Predictor {
         weights
     }
 
-    /// Changes the weights so that the same combination of earlier intrinsic strains approximates the intrinsic
-    /// strain of `rod`, in its moments (regularised least squares). Within a step the shape depends nearly
-    /// linearly on the intrinsic strain. The effect of other causes is extrapolated by the given weights.
-    fn corrected(&self, mut weights: EquilibriumWeights, rod: &Rod, before: &Moments) -> EquilibriumWeights {
+    /// Changes the weights so that the same combination of earlier intrinsic strains approximates
+    /// the intrinsic strain of `rod`, in its moments (regularised least squares). Within a step the
+    /// shape depends nearly linearly on the intrinsic strain. The effect of other causes is
+    /// extrapolated by the given weights.
+    fn corrected(
+        &self,
+        mut weights: EquilibriumWeights,
+        rod: &Rod,
+        before: &Moments,
+    ) -> EquilibriumWeights {
         let mut missing = intrinsic_moments(rod) - before * weights[0];
         let mut differences = SMatrix::<f64, 9, ORDER>::zeros();
         for (k, earlier) in self.earlier[..self.known].iter().enumerate() {
@@ -189,7 +235,10 @@ impl Predictor {
             // Large weights show that other causes than the intrinsic strain change the shape.
             if change.abs().sum() <= LARGEST_CHANGE {
                 weights[0] -= change.sum();
-                weights[1..].iter_mut().zip(&change).for_each(|(weight, change)| *weight += change);
+                weights[1..]
+                    .iter_mut()
+                    .zip(&change)
+                    .for_each(|(weight, change)| *weight += change);
             }
         }
         weights
@@ -198,13 +247,17 @@ impl Predictor {
     /// Divides element `e` of `rod` at its coordinate `x`, in every earlier equilibrium.
     pub fn split(&mut self, rod: &Rod, e: usize, x: f64) {
         let split = split_rotations(rod.reference(), e, x);
-        self.earlier.iter_mut().for_each(|earlier| split(&mut earlier.rotations));
+        self.earlier
+            .iter_mut()
+            .for_each(|earlier| split(&mut earlier.rotations));
     }
 
-    /// Merges elements `e` and `e` + 1 in every earlier equilibrium. `share` is the fraction of their length
-    /// that element `e` has.
+    /// Merges elements `e` and `e` + 1 in every earlier equilibrium. `share` is the fraction of
+    /// their length that element `e` has.
     pub fn merge(&mut self, rod: &Rod, e: usize, share: f64) {
         let merge = merge_rotations(rod.reference(), e, share);
-        self.earlier.iter_mut().for_each(|earlier| merge(&mut earlier.rotations));
+        self.earlier
+            .iter_mut()
+            .for_each(|earlier| merge(&mut earlier.rotations));
     }
 }

@@ -3,19 +3,20 @@
 use super::{Obstacle, Support};
 use crate::error::ParameterError;
 
-/// Contact of a shoot with an obstacle. The centre line keeps a distance of at least the shoot's radius from the
-/// surface of the obstacle.
+/// Contact of a shoot with an obstacle. The centre line keeps a distance of at least the shoot's
+/// radius from the surface of the obstacle.
 ///
-/// The reaction is a force: a normal one that pushes, and with friction a tangential one of at most μ times the normal
-/// one (Coulomb). Both act on the centre line.
+/// The reaction is a force: a normal one that pushes, and with friction a tangential one of at most
+/// μ times the normal one (Coulomb). Both act on the centre line.
 ///
-/// A shoot starts straight along the d3 of its base. If an obstacle crosses this line, the search for the first
-/// equilibrium may fail. There may also be several equilibria, and the elements determine which of them is found. Then
-/// advance the shoot without the obstacle and add it with `shoot.with_model(shoot.model().with_support(contact))`, or
-/// move the obstacle in with a distance that depends on time.
+/// A shoot starts straight along the d3 of its base. If an obstacle crosses this line, the search
+/// for the first equilibrium may fail. There may also be several equilibria, and the elements
+/// determine which of them is found. Then advance the shoot without the obstacle and add it with
+/// `shoot.with_model(shoot.model().with_support(contact))`, or move the obstacle in with a distance
+/// that depends on time.
 ///
-/// A shoot that snaps beside an obstacle may reach another stable shape than without the obstacle, even if it never
-/// touches it: the search with obstacles follows another path.
+/// A shoot that snaps beside an obstacle may reach another stable shape than without the obstacle,
+/// even if it never touches it: the search with obstacles follows another path.
 ///
 /// A growing shoot sags until it leans on a horizontal pole:
 ///
@@ -54,8 +55,8 @@ use crate::error::ParameterError;
 pub struct Contact<O> {
     /// The obstacle.
     pub obstacle: O,
-    /// Distance of the centre line from the surface in contact, m: the radius of the shoot, or zero. It must be
-    /// positive if the obstacle has edges.
+    /// Distance of the centre line from the surface in contact, m: the radius of the shoot, or
+    /// zero. It must be positive if the obstacle has edges.
     pub radius: f64,
     /// Coefficient of friction μ; zero for none.
     pub friction: f64,
@@ -63,23 +64,46 @@ pub struct Contact<O> {
 
 impl<O: Obstacle> Support for Contact<O> {
     fn contacts(&self) -> Vec<Contact<&dyn Obstacle>> {
-        vec![Contact { obstacle: &self.obstacle, radius: self.radius, friction: self.friction }]
+        vec![Contact {
+            obstacle: &self.obstacle,
+            radius: self.radius,
+            friction: self.friction,
+        }]
     }
 
     fn check(&self) -> Result<(), ParameterError> {
         self.obstacle.check()?;
         let surfaces = self.obstacle.surfaces();
-        ParameterError::unless(surfaces > 0, "number of surfaces of an obstacle", surfaces as f64, "at least 1")?;
+        ParameterError::unless(
+            surfaces > 0,
+            "number of surfaces of an obstacle",
+            surfaces as f64,
+            "at least 1",
+        )?;
         ParameterError::not_negative("radius of a shoot in contact", self.radius, "m")?;
         let sharp = self.radius == 0.0 && self.obstacle.has_edges();
-        let (name, requirement) = ("radius of a shoot in contact with an obstacle with edges", "positive (m)");
+        let (name, requirement) = (
+            "radius of a shoot in contact with an obstacle with edges",
+            "positive (m)",
+        );
         ParameterError::unless(!sharp, name, self.radius, requirement)?;
         ParameterError::not_negative("coefficient of friction", self.friction, "")?;
         let compliance = self.obstacle.compliance();
         ParameterError::finite("compliance of an obstacle", compliance.sum(), "m/N")?;
-        let (name, skew) = ("asymmetry of the compliance of an obstacle", (compliance - compliance.transpose()).norm());
+        let (name, skew) = (
+            "asymmetry of the compliance of an obstacle",
+            (compliance - compliance.transpose()).norm(),
+        );
         ParameterError::unless(skew <= 1e-12 * compliance.norm(), name, skew, "zero (m/N)")?;
-        let (name, least) = ("least compliance of an obstacle", compliance.symmetric_eigenvalues().min());
-        ParameterError::unless(least >= -1e-12 * compliance.norm(), name, least, "zero or positive (m/N)")
+        let (name, least) = (
+            "least compliance of an obstacle",
+            compliance.symmetric_eigenvalues().min(),
+        );
+        ParameterError::unless(
+            least >= -1e-12 * compliance.norm(),
+            name,
+            least,
+            "zero or positive (m/N)",
+        )
     }
 }

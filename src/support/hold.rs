@@ -33,8 +33,8 @@ pub enum Position {
     Spring {
         /// Position without force, m.
         anchor: Vector3<f64>,
-        /// Stiffness K, symmetric and positive semidefinite, N/m: `Matrix3::identity() * k` in all directions, or
-        /// `k * n * n.transpose()` along the unit vector n.
+        /// Stiffness K, symmetric and positive semidefinite, N/m: `Matrix3::identity() * k` in all
+        /// directions, or `k * n * n.transpose()` along the unit vector n.
         stiffness: Matrix3<f64>,
     },
 }
@@ -48,16 +48,16 @@ pub enum Orientation {
     Free,
     /// The frame is given. It rotates e1, e2, e3 into d1, d2, d3.
     Held(UnitQuaternion<f64>),
-    /// The frame is a given one, up to a rotation about an axis without friction. The axis is that of a hinge, or d3
-    /// for a socket in which the shoot twists freely.
+    /// The frame is a given one, up to a rotation about an axis without friction. The axis is that
+    /// of a hinge, or d3 for a socket in which the shoot twists freely.
     Hinge {
         /// The frame before the rotation.
         frame: UnitQuaternion<f64>,
         /// The axis, a unit vector along the directors.
         axis: Unit<Vector3<f64>>,
     },
-    /// An elastic joint. The couple on the shoot along the directors is −K θ for the rotation vector θ from the
-    /// given frame to that of the place.
+    /// An elastic joint. The couple on the shoot along the directors is −K θ for the rotation
+    /// vector θ from the given frame to that of the place.
     Spring {
         /// The frame without couple.
         frame: UnitQuaternion<f64>,
@@ -68,11 +68,12 @@ pub enum Orientation {
 
 /// Conditions on position and frame of a material place.
 ///
-/// The place is given by its distance from the apex at t = 0 and moves with the tissue. The builder of a shoot puts a
-/// node there, as for a [`PointForce`](crate::load::PointForce); a rod that is built otherwise needs such a node.
+/// The place is given by its distance from the apex at t = 0 and moves with the tissue. The builder
+/// of a shoot puts a node there, as for a [`PointForce`](crate::load::PointForce); a rod that is
+/// built otherwise needs such a node.
 ///
-/// When a hold moves, its place follows on the straight line from its present position, and its frame by the shortest
-/// rotation.
+/// When a hold moves, its place follows on the straight line from its present position, and its
+/// frame by the shortest rotation.
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
@@ -102,22 +103,34 @@ impl Hold {
 
     /// A hold of the place at a distance from the apex at t = 0 (m), without conditions yet.
     pub fn place(initial_apex_distance: f64) -> Self {
-        Self { initial_apex_distance, ..Self::default() }
+        Self {
+            initial_apex_distance,
+            ..Self::default()
+        }
     }
 
     /// Holds the place at a point (m).
     pub fn at(self, point: Vector3<f64>) -> Self {
-        Self { position: Position::At(point), ..self }
+        Self {
+            position: Position::At(point),
+            ..self
+        }
     }
 
     /// Guides the place along a line through a point (m).
     pub fn on_line(self, through: Vector3<f64>, along: Unit<Vector3<f64>>) -> Self {
-        Self { position: Position::OnLine { through, along }, ..self }
+        Self {
+            position: Position::OnLine { through, along },
+            ..self
+        }
     }
 
     /// Guides the place in a plane through a point (m).
     pub fn on_plane(self, through: Vector3<f64>, normal: Unit<Vector3<f64>>) -> Self {
-        Self { position: Position::OnPlane { through, normal }, ..self }
+        Self {
+            position: Position::OnPlane { through, normal },
+            ..self
+        }
     }
 
     /// Connects the place to an anchor (m) by a spring of the given stiffness (N/m).
@@ -157,22 +170,34 @@ impl Hold {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn spring(self, anchor: Vector3<f64>, stiffness: Matrix3<f64>) -> Self {
-        Self { position: Position::Spring { anchor, stiffness }, ..self }
+        Self {
+            position: Position::Spring { anchor, stiffness },
+            ..self
+        }
     }
 
     /// Holds the frame.
     pub fn held(self, frame: UnitQuaternion<f64>) -> Self {
-        Self { orientation: Orientation::Held(frame), ..self }
+        Self {
+            orientation: Orientation::Held(frame),
+            ..self
+        }
     }
 
     /// Holds the frame up to a rotation about an axis along the directors.
     pub fn hinged(self, frame: UnitQuaternion<f64>, axis: Unit<Vector3<f64>>) -> Self {
-        Self { orientation: Orientation::Hinge { frame, axis }, ..self }
+        Self {
+            orientation: Orientation::Hinge { frame, axis },
+            ..self
+        }
     }
 
     /// Holds the frame by an elastic joint of the given stiffness (N m/rad).
     pub fn elastic_joint(self, frame: UnitQuaternion<f64>, stiffness: f64) -> Self {
-        Self { orientation: Orientation::Spring { frame, stiffness }, ..self }
+        Self {
+            orientation: Orientation::Spring { frame, stiffness },
+            ..self
+        }
     }
 }
 
@@ -182,7 +207,11 @@ impl Support for Hold {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::not_negative("distance of a held place from the apex", self.initial_apex_distance, "m")?;
+        ParameterError::not_negative(
+            "distance of a held place from the apex",
+            self.initial_apex_distance,
+            "m",
+        )?;
         match self.position {
             Position::Free => {}
             Position::At(point) => ParameterError::finite("held position", point.sum(), "m")?,
@@ -197,12 +226,19 @@ impl Support for Hold {
             Position::Spring { anchor, stiffness } => {
                 ParameterError::finite("anchor of a spring", anchor.sum(), "m")?;
                 ParameterError::finite("stiffness of a spring", stiffness.sum(), "N/m")?;
-                let (name, skew) =
-                    ("asymmetry of the stiffness of a spring", (stiffness - stiffness.transpose()).norm());
+                let (name, skew) = (
+                    "asymmetry of the stiffness of a spring",
+                    (stiffness - stiffness.transpose()).norm(),
+                );
                 ParameterError::unless(skew <= 1e-12 * stiffness.norm(), name, skew, "zero (N/m)")?;
                 let least = stiffness.symmetric_eigenvalues().min();
                 let (name, requirement) = ("least stiffness of a spring", "zero or positive (N/m)");
-                ParameterError::unless(least >= -1e-12 * stiffness.norm(), name, least, requirement)?;
+                ParameterError::unless(
+                    least >= -1e-12 * stiffness.norm(),
+                    name,
+                    least,
+                    requirement,
+                )?;
             }
         }
         match self.orientation {
@@ -221,7 +257,10 @@ impl Support for Hold {
 }
 
 pub(super) fn check_frame(frame: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
-    ParameterError::unit("norm of the quaternion of a held frame", frame.coords.norm())
+    ParameterError::unit(
+        "norm of the quaternion of a held frame",
+        frame.coords.norm(),
+    )
 }
 
 /// A hold that moves: a function of time (s). The function must be continuous.
@@ -250,7 +289,8 @@ impl<F: Fn(f64) -> Hold> Support for Moving<F> {
     }
 }
 
-/// The frame closest to `present` that a rotation of `frame` about an axis along its directors gives.
+/// The frame closest to `present` that a rotation of `frame` about an axis along its directors
+/// gives.
 pub(crate) fn closest_about(
     axis: &Vector3<f64>,
     frame: &UnitQuaternion<f64>,
@@ -265,16 +305,18 @@ pub(crate) fn closest_about(
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Joint {
-    /// The base remains at its position and rotates freely. A scene whose base rotates later has no effect on it.
+    /// The base remains at its position and rotates freely. A scene whose base rotates later has no
+    /// effect on it.
     Ball,
-    /// The base remains at its position and rotates freely about an axis, a unit vector along the directors. At angle
-    /// zero it has the frame of the scene, so that the axis follows a scene whose base rotates. For a rod without
-    /// scene, it is the present frame of the rod's base.
+    /// The base remains at its position and rotates freely about an axis, a unit vector along the
+    /// directors. At angle zero it has the frame of the scene, so that the axis follows a scene
+    /// whose base rotates. For a rod without scene, it is the present frame of the rod's base.
     Hinge(Unit<Vector3<f64>>),
-    /// The base moves and rotates freely, like any other part of the rod: only holds, springs and contacts bear the
-    /// rod. Holds of positions and springs may act at the base. The base starts where the initial shape of the rod has
-    /// it; a scene whose base moves or rotates later has no effect. A motion that nothing resists and no force causes
-    /// does not occur. The energy of an equilibrium then includes the work of the load from the origin to the base.
+    /// The base moves and rotates freely, like any other part of the rod: only holds, springs and
+    /// contacts bear the rod. Holds of positions and springs may act at the base. The base starts
+    /// where the initial shape of the rod has it; a scene whose base moves or rotates later has no
+    /// effect. A motion that nothing resists and no force causes does not occur. The energy of an
+    /// equilibrium then includes the work of the load from the origin to the base.
     Free,
 }
 
@@ -286,7 +328,9 @@ impl Support for Joint {
     fn check(&self) -> Result<(), ParameterError> {
         match self {
             Self::Ball | Self::Free => Ok(()),
-            Self::Hinge(axis) => ParameterError::unit("norm of the axis of the base's hinge", axis.norm()),
+            Self::Hinge(axis) => {
+                ParameterError::unit("norm of the axis of the base's hinge", axis.norm())
+            }
         }
     }
 }

@@ -58,11 +58,11 @@ use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
 
-/// What holds a shoot: the joint of its base, [holds](Hold) and [springs](Elastic) at places along it, and obstacles
-/// that it may [touch](Contact).
+/// What holds a shoot: the joint of its base, [holds](Hold) and [springs](Elastic) at places along
+/// it, and obstacles that it may [touch](Contact).
 ///
-/// `()` is no support: the base is clamped and the rest of the shoot is free. A tuple or a `Vec` of supports is a
-/// support that combines its parts.
+/// `()` is no support: the base is clamped and the rest of the shoot is free. A tuple or a `Vec` of
+/// supports is a support that combines its parts.
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
@@ -105,8 +105,8 @@ pub trait Support {
         Vec::new()
     }
 
-    /// The first time after `t` (s) at which a hold or an obstacle moves discontinuously, or its velocity is
-    /// discontinuous; infinite by default.
+    /// The first time after `t` (s) at which a hold or an obstacle moves discontinuously, or its
+    /// velocity is discontinuous; infinite by default.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }

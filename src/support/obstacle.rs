@@ -12,22 +12,28 @@ pub struct Distance {
     pub value: f64,
     /// Gradient: the unit normal, which points away from the obstacle.
     pub normal: Vector3<f64>,
-    /// Second derivative, 1/m: the curvature of the surface of equal distance, zero along the normal.
+    /// Second derivative, 1/m: the curvature of the surface of equal distance, zero along the
+    /// normal.
     pub curvature: Matrix3<f64>,
 }
 
 impl Distance {
     /// The distance from an obstacle without places.
     pub(super) fn nowhere() -> Self {
-        Self { value: f64::INFINITY, normal: Vector3::z(), curvature: Matrix3::zeros() }
+        Self {
+            value: f64::INFINITY,
+            normal: Vector3::z(),
+            curvature: Matrix3::zeros(),
+        }
     }
 }
 
 /// An obstacle, given by its signed distance. Obstacles may move in time.
 ///
-/// An obstacle may consist of several surfaces, such as the sides of a corner. The search for contacts treats each
-/// surface by its own distance. This is necessary where the gradient of the distance is discontinuous outside the
-/// obstacle: at places with two nearest points. All surfaces move together.
+/// An obstacle may consist of several surfaces, such as the sides of a corner. The search for
+/// contacts treats each surface by its own distance. This is necessary where the gradient of the
+/// distance is discontinuous outside the obstacle: at places with two nearest points. All surfaces
+/// move together.
 ///
 /// ```
 /// use morphorod::nalgebra::{Matrix3, Vector3};
@@ -46,34 +52,35 @@ pub trait Obstacle {
     /// Signed distance of a place (m, in the fixed frame) at a time (s).
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance;
 
-    /// Number of surfaces, the same at all times; one by default. An obstacle that wraps another one forwards this,
-    /// [`distance_to`](Self::distance_to) and [`has_edges`](Self::has_edges).
+    /// Number of surfaces, the same at all times; one by default. An obstacle that wraps another
+    /// one forwards this, [`distance_to`](Self::distance_to) and [`has_edges`](Self::has_edges).
     fn surfaces(&self) -> usize {
         1
     }
 
-    /// Signed distance of a place (m) from one of the surfaces at a time (s), with the conventions of
-    /// [`distance`](Self::distance), which is that of the nearest surface. The index `surface` is below
-    /// [`surfaces`](Self::surfaces).
+    /// Signed distance of a place (m) from one of the surfaces at a time (s), with the conventions
+    /// of [`distance`](Self::distance), which is that of the nearest surface. The index `surface`
+    /// is below [`surfaces`](Self::surfaces).
     fn distance_to(&self, _surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
         self.distance(place, time)
     }
 
-    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by default. A contact with
-    /// such an obstacle needs a positive radius.
+    /// Whether the obstacle has sharp edges, at which its surface has no normal; `false` by
+    /// default. A contact with such an obstacle needs a positive radius.
     fn has_edges(&self) -> bool {
         false
     }
 
-    /// Displacement of the obstacle per force on it, m/N, symmetric and positive semidefinite; zero, for a rigid
-    /// obstacle, by default. An obstacle that yields moves without rotation, as a pole on springs. The slip of friction
-    /// is relative to the displaced obstacle. The forces on all surfaces displace the obstacle as a whole.
+    /// Displacement of the obstacle per force on it, m/N, symmetric and positive semidefinite;
+    /// zero, for a rigid obstacle, by default. An obstacle that yields moves without rotation, as a
+    /// pole on springs. The slip of friction is relative to the displaced obstacle. The forces on
+    /// all surfaces displace the obstacle as a whole.
     fn compliance(&self) -> Matrix3<f64> {
         Matrix3::zeros()
     }
 
-    /// Velocity of the material of the obstacle at a place (m) at a time (s), m/s. It matters for friction; zero by
-    /// default.
+    /// Velocity of the material of the obstacle at a place (m) at a time (s), m/s. It matters for
+    /// friction; zero by default.
     fn velocity(&self, _place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
         Vector3::zeros()
     }
@@ -110,7 +117,11 @@ pub struct HalfSpace {
 impl Obstacle for HalfSpace {
     fn distance(&self, place: &Vector3<f64>, _time: f64) -> Distance {
         let normal = self.normal.normalize();
-        Distance { value: normal.dot(&(place - self.through)), normal, curvature: Matrix3::zeros() }
+        Distance {
+            value: normal.dot(&(place - self.through)),
+            normal,
+            curvature: Matrix3::zeros(),
+        }
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -135,7 +146,11 @@ impl Obstacle for Cylinder {
     fn distance(&self, place: &Vector3<f64>, _time: f64) -> Distance {
         let along = self.along.normalize();
         let from = place - self.through;
-        round(&(from - along * along.dot(&from)), Matrix3::identity() - along * along.transpose(), self.radius)
+        round(
+            &(from - along * along.dot(&from)),
+            Matrix3::identity() - along * along.transpose(),
+            self.radius,
+        )
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -145,14 +160,22 @@ impl Obstacle for Cylinder {
     }
 }
 
-/// The distance of a place from a surface of constant radius, given the vector `from` the closest point of the
-/// axis and the projection to the directions in which that point does not follow.
+/// The distance of a place from a surface of constant radius, given the vector `from` the closest
+/// point of the axis and the projection to the directions in which that point does not follow.
 pub(super) fn round(from: &Vector3<f64>, across: Matrix3<f64>, radius: f64) -> Distance {
     let norm = from.norm();
     // On the axis every direction is as good. A solver keeps places outside.
-    let normal = if norm > 0.0 { from / norm } else { across.column(across.diagonal().imax()).normalize() };
+    let normal = if norm > 0.0 {
+        from / norm
+    } else {
+        across.column(across.diagonal().imax()).normalize()
+    };
     let curvature = (across - normal * normal.transpose()) / norm.max(f64::MIN_POSITIVE.sqrt());
-    Distance { value: norm - radius, normal, curvature }
+    Distance {
+        value: norm - radius,
+        normal,
+        curvature,
+    }
 }
 
 /// A sphere.
@@ -193,13 +216,23 @@ impl Obstacle for Capsule {
         let along = axis.normalize();
         let across = Matrix3::identity() - along * along.transpose();
         match share {
-            share if share > 0.0 && share < 1.0 => round(&(place - self.ends[0] - axis * share), across, self.radius),
-            share => round(&(place - self.ends[usize::from(share >= 1.0)]), Matrix3::identity(), self.radius),
+            share if share > 0.0 && share < 1.0 => {
+                round(&(place - self.ends[0] - axis * share), across, self.radius)
+            }
+            share => round(
+                &(place - self.ends[usize::from(share >= 1.0)]),
+                Matrix3::identity(),
+                self.radius,
+            ),
         }
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("length of a capsule's segment", (self.ends[1] - self.ends[0]).norm(), "m")?;
+        ParameterError::positive(
+            "length of a capsule's segment",
+            (self.ends[1] - self.ends[0]).norm(),
+            "m",
+        )?;
         ParameterError::positive("radius of a capsule", self.radius, "m")
     }
 }

@@ -6,23 +6,23 @@ use super::Support;
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 
-/// Energy U(x) of a spring or an elastic joint, with its derivatives by the vector x: a position (m) or a rotation
-/// vector (rad).
+/// Energy U(x) of a spring or an elastic joint, with its derivatives by the vector x: a position
+/// (m) or a rotation vector (rad).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
     /// Energy U, J.
     pub value: f64,
     /// Gradient ∂U/∂x, N or N m. The force on the shoot is its negative.
     pub gradient: Vector3<f64>,
-    /// Second derivative ∂²U/∂x², symmetric, N/m or N m. It may be indefinite, and discontinuous where a rope becomes
-    /// slack.
+    /// Second derivative ∂²U/∂x², symmetric, N/m or N m. It may be indefinite, and discontinuous
+    /// where a rope becomes slack.
     pub stiffness: Matrix3<f64>,
 }
 
 /// The potential of a spring or an elastic joint: its energy as a function of a vector and of time.
 ///
-/// The gradient must be that of the energy, and the stiffness that of the gradient. The solver compares them by
-/// differences at the first and at the last position of each search.
+/// The gradient must be that of the energy, and the stiffness that of the gradient. The solver
+/// compares them by differences at the first and at the last position of each search.
 ///
 /// ```
 /// use morphorod::nalgebra::{Matrix3, Vector3};
@@ -82,8 +82,8 @@ pub enum Argument {
     /// The position of the place in the fixed frame, m.
     #[default]
     Position,
-    /// The rotation vector θ, of less than π, from a given frame to that of the place, along the directors, rad. The
-    /// couple on the shoot does the work −∂U/∂θ · dθ.
+    /// The rotation vector θ, of less than π, from a given frame to that of the place, along the
+    /// directors, rad. The couple on the shoot does the work −∂U/∂θ · dθ.
     Rotation {
         /// The frame at θ = 0. It rotates e1, e2, e3 into d1, d2, d3.
         frame: UnitQuaternion<f64>,
@@ -92,8 +92,8 @@ pub enum Argument {
 
 /// A spring at a material place, or an elastic joint, with a potential.
 ///
-/// A place is given as that of a [`Hold`](super::Hold), and may have a hold and several potentials. An elastic joint at
-/// the base requires a [`Joint`](super::Joint) there.
+/// A place is given as that of a [`Hold`](super::Hold), and may have a hold and several potentials.
+/// An elastic joint at the base requires a [`Joint`](super::Joint) there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Elastic<P> {
@@ -107,12 +107,24 @@ pub struct Elastic<P> {
 
 impl<P: Potential> Support for Elastic<P> {
     fn potentials(&self) -> Vec<Elastic<&dyn Potential>> {
-        let Self { initial_apex_distance, argument, potential } = self;
-        vec![Elastic { initial_apex_distance: *initial_apex_distance, argument: *argument, potential }]
+        let Self {
+            initial_apex_distance,
+            argument,
+            potential,
+        } = self;
+        vec![Elastic {
+            initial_apex_distance: *initial_apex_distance,
+            argument: *argument,
+            potential,
+        }]
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::not_negative("distance of an elastic place from the apex", self.initial_apex_distance, "m")?;
+        ParameterError::not_negative(
+            "distance of an elastic place from the apex",
+            self.initial_apex_distance,
+            "m",
+        )?;
         if let Argument::Rotation { frame } = &self.argument {
             super::hold::check_frame(frame)?;
         }

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Slip {
-    /// The place has not moved relative to the obstacle in the last increment. Its friction may still be at the limit.
+    /// The place has not moved relative to the obstacle in the last increment. Its friction may
+    /// still be at the limit.
     Sticks,
     /// The place has moved over the obstacle in the last increment.
     Slides,
@@ -25,11 +26,13 @@ pub struct Reaction {
     pub force: Vector3<f64>,
     /// Couple on the shoot in the fixed frame, N m.
     pub couple: Vector3<f64>,
-    /// Length of the shoot over which a distributed force is gathered at the place, m; zero for a force at a point.
+    /// Length of the shoot over which a distributed force is gathered at the place, m; zero for a
+    /// force at a point.
     pub length: f64,
     /// Index of the obstacle among those of the support; `None` for a hold.
     pub obstacle: Option<usize>,
-    /// Index of the touched surface among those of the obstacle; zero for a hold and for an obstacle of one surface.
+    /// Index of the touched surface among those of the obstacle; zero for a hold and for an
+    /// obstacle of one surface.
     pub surface: usize,
     /// Normal part of the force, N; zero for a hold.
     pub normal: f64,
@@ -37,11 +40,13 @@ pub struct Reaction {
     pub slip: Option<Slip>,
 }
 
-/// A part of a rod in contact with an obstacle, by arc lengths (m). A contact at a point has equal ends.
+/// A part of a rod in contact with an obstacle, by arc lengths (m). A contact at a point has equal
+/// ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Patch {
-    /// Index of the obstacle among those of the support. Inside a search, index of the surface among all surfaces.
+    /// Index of the obstacle among those of the support. Inside a search, index of the surface
+    /// among all surfaces.
     pub obstacle: usize,
     /// Index of the surface among those of the obstacle.
     pub surface: usize,

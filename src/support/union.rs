@@ -5,11 +5,11 @@ use nalgebra::Vector3;
 use super::{Distance, Obstacle};
 use crate::error::ParameterError;
 
-/// Several obstacles that are one rigid body: a corner of half spaces, or a body with dents made of convex ones.
-/// Members may overlap.
+/// Several obstacles that are one rigid body: a corner of half spaces, or a body with dents made of
+/// convex ones. Members may overlap.
 ///
-/// Each surface of each member is a surface of the union, so that a shoot may touch several at the same place. A
-/// [`Reaction`](super::Reaction) states the index of the surface.
+/// Each surface of each member is a surface of the union, so that a shoot may touch several at the
+/// same place. A [`Reaction`](super::Reaction) states the index of the surface.
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
@@ -23,22 +23,26 @@ use crate::error::ParameterError;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Union<O>(
-    /// The members; `Box<dyn Obstacle>` for members of several types. If they move, they move together. The union is
-    /// rigid: the compliance of each member is zero.
+    /// The members; `Box<dyn Obstacle>` for members of several types. If they move, they move
+    /// together. The union is rigid: the compliance of each member is zero.
     pub Vec<O>,
 );
 
 impl<O: Obstacle> Union<O> {
     /// The nearest member, and the distance from it.
     fn nearest(&self, place: &Vector3<f64>, time: f64) -> Option<(&O, Distance)> {
-        let each = self.0.iter().map(|member| (member, member.distance(place, time)));
+        let each = self
+            .0
+            .iter()
+            .map(|member| (member, member.distance(place, time)));
         each.reduce(|a, b| if b.1.value < a.1.value { b } else { a })
     }
 }
 
 impl<O: Obstacle> Obstacle for Union<O> {
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
-        self.nearest(place, time).map_or_else(Distance::nowhere, |(_, distance)| distance)
+        self.nearest(place, time)
+            .map_or_else(Distance::nowhere, |(_, distance)| distance)
     }
 
     fn surfaces(&self) -> usize {
@@ -46,8 +50,13 @@ impl<O: Obstacle> Obstacle for Union<O> {
     }
 
     fn distance_to(&self, surface: usize, place: &Vector3<f64>, time: f64) -> Distance {
-        let mut all = self.0.iter().flat_map(|member| (0..member.surfaces()).map(move |own| (member, own)));
-        let found = all.nth(surface).map(|(member, own)| member.distance_to(own, place, time));
+        let mut all = self
+            .0
+            .iter()
+            .flat_map(|member| (0..member.surfaces()).map(move |own| (member, own)));
+        let found = all
+            .nth(surface)
+            .map(|(member, own)| member.distance_to(own, place, time));
         found.unwrap_or_else(|| self.distance(place, time))
     }
 
@@ -56,7 +65,8 @@ impl<O: Obstacle> Obstacle for Union<O> {
     }
 
     fn velocity(&self, place: &Vector3<f64>, time: f64) -> Vector3<f64> {
-        self.nearest(place, time).map_or_else(Vector3::zeros, |(member, _)| member.velocity(place, time))
+        self.nearest(place, time)
+            .map_or_else(Vector3::zeros, |(member, _)| member.velocity(place, time))
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -64,8 +74,16 @@ impl<O: Obstacle> Obstacle for Union<O> {
         ParameterError::unless(number > 0, name, number as f64, "at least 1")?;
         for member in &self.0 {
             member.check()?;
-            let (name, size) = ("compliance of a member of a union", member.compliance().norm());
-            ParameterError::unless(size == 0.0, name, size, "zero (m/N), since a union moves as a whole")?;
+            let (name, size) = (
+                "compliance of a member of a union",
+                member.compliance().norm(),
+            );
+            ParameterError::unless(
+                size == 0.0,
+                name,
+                size,
+                "zero (m/N), since a union moves as a whole",
+            )?;
         }
         Ok(())
     }

@@ -34,7 +34,15 @@ debug_by_display!(TrackingError);
 impl TrackingError {
     /// Returns an error unless a quantity has at least the needed value.
     pub(super) fn unless_at_least(needed: f64, what: &'static str, value: f64) -> Result<(), Self> {
-        if value >= needed { Ok(()) } else { Err(Self::Insufficient { what, value, needed }) }
+        if value >= needed {
+            Ok(())
+        } else {
+            Err(Self::Insufficient {
+                what,
+                value,
+                needed,
+            })
+        }
     }
 
     /// Returns an error unless there are at least the needed number of positions.

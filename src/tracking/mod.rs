@@ -1,17 +1,18 @@
-//! Analysis of tip tracks, simulated or measured: periods, ellipses, senses of rotation and the pattern of the
-//! motion.
+//! Analysis of tip tracks, simulated or measured: periods, ellipses, senses of rotation and the
+//! pattern of the motion.
 //!
-//! A [`Track`] is positions in a plane at increasing times, evenly sampled or not, with the gaps, noise and
-//! outliers of measurements. [`Track::oscillations`] fits
+//! A [`Track`] is positions in a plane at increasing times, evenly sampled or not, with the gaps,
+//! noise and outliers of measurements. [`Track::oscillations`] fits
 //!
 //! ```text
 //! r(t) = drift(t) + Σ [a_k cos ω_k t + b_k sin ω_k t] + noise
 //! ```
 //!
-//! with a polynomial drift. Each period has an ellipse with a sense of rotation. Standard errors of periods and
-//! axes account for noise that is correlated in time, and oscillations are distinguished from such noise.
-//! [`Track::windows`] yields parts of a track, which are analysed in the same way. [`Track::nutation`] determines a
-//! period that changes in time by wavelets, with the quantities of tracking pipelines.
+//! with a polynomial drift. Each period has an ellipse with a sense of rotation. Standard errors of
+//! periods and axes account for noise that is correlated in time, and oscillations are
+//! distinguished from such noise. [`Track::windows`] yields parts of a track, which are analysed in
+//! the same way. [`Track::nutation`] determines a period that changes in time by wavelets, with the
+//! quantities of tracking pipelines.
 //!
 //! ```
 //! use morphorod::tracking::{Pattern, Search, Track};
@@ -62,5 +63,7 @@ pub use pattern::Pattern;
 pub(crate) use red_noise::RedNoise;
 pub use scalogram::{RidgePoint, Scalogram};
 pub use search::Search;
-pub(crate) use statistics::{median, median_gap, normal_deviate, robust_deviation, root_mean_square};
+pub(crate) use statistics::{
+    median, median_gap, normal_deviate, robust_deviation, root_mean_square,
+};
 pub use track::Track;

@@ -15,26 +15,27 @@ use crate::error::ParameterError;
 
 /// One oscillation of a tip.
 ///
-/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency of the
-/// oscillation. The residual is described as white noise and first-order autoregressive noise, by its
-/// autocorrelation. If the residual contains further oscillations, the noise is taken as white noise with the
-/// variance of the residual. The errors do not contain that of a model that does not apply, as for a period that
-/// changes during the track.
+/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency
+/// of the oscillation. The residual is described as white noise and first-order autoregressive
+/// noise, by its autocorrelation. If the residual contains further oscillations, the noise is taken
+/// as white noise with the variance of the residual. The errors do not contain that of a model that
+/// does not apply, as for a period that changes during the track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Oscillation {
     /// Period, s.
     pub period: f64,
-    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true
-    /// period in nine cases of ten.
+    /// Standard error of the period, s. The interval of 1.64 standard errors on either side
+    /// contains the true period in nine cases of ten.
     pub period_error: f64,
-    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: noise would
-    /// determine the sense of a swing in a plane.
+    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors:
+    /// noise would determine the sense of a swing in a plane.
     pub ellipse: Ellipse,
     /// Standard error of the semi-axes, m.
     pub axis_error: f64,
-    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three
-    /// standard errors of the difference, as for overtones of a nonlinear swing; otherwise `None`.
+    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation
+    /// within three standard errors of the difference, as for overtones of a nonlinear swing;
+    /// otherwise `None`.
     pub harmonic: Option<u32>,
 }
 
@@ -44,8 +45,8 @@ pub struct Oscillation {
 pub struct Oscillations {
     /// Oscillations in the order of decreasing amplitude.
     pub oscillations: Vec<Oscillation>,
-    /// Standard deviation of the residual of a coordinate, m: noise, and motion other than drift and the
-    /// oscillations.
+    /// Standard deviation of the residual of a coordinate, m: noise, and motion other than drift
+    /// and the oscillations.
     pub noise: f64,
     /// Degree of the polynomial that describes the drift.
     pub drift: usize,
@@ -56,9 +57,9 @@ pub struct Oscillations {
 }
 
 impl Track {
-    /// Finds the periods of a track and their ellipses. A track without motion has none. White noise alone is taken for
-    /// an oscillation with a probability of 1e-4, and noise that is correlated over a large part of the track more
-    /// often.
+    /// Finds the periods of a track and their ellipses. A track without motion has none. White
+    /// noise alone is taken for an oscillation with a probability of 1e-4, and noise that is
+    /// correlated over a large part of the track more often.
     ///
     /// # Errors
     /// Too few positions for the drift and one oscillation, or settings out of range.
@@ -66,39 +67,66 @@ impl Track {
         let (samples, half, unit) = self.checked(search)?;
         let (found, good) = samples.fitted(search);
         let rounding = samples.only(&good).rounding();
-        let mut oscillations: Vec<Oscillation> =
-            found.waves.iter().map(|wave| oscillation(wave, half, unit, rounding)).collect();
+        let mut oscillations: Vec<Oscillation> = found
+            .waves
+            .iter()
+            .map(|wave| oscillation(wave, half, unit, rounding))
+            .collect();
         oscillations.sort_by(|a, b| b.ellipse.major.total_cmp(&a.ellipse.major));
         if let Some((largest, others)) = oscillations.split_first_mut() {
-            others.iter_mut().for_each(|other| other.harmonic = harmonic(largest, other));
+            others
+                .iter_mut()
+                .for_each(|other| other.harmonic = harmonic(largest, other));
         }
         let outliers = (0..good.len()).filter(|i| !good[*i]).collect();
         let (noise, drift) = (unit * found.variance.sqrt(), found.degree());
-        let swing = Harmonics { waves: vec![], ..found }.residuals(&samples);
+        let swing = Harmonics {
+            waves: vec![],
+            ..found
+        }
+        .residuals(&samples);
         let without_drift = swing.into_iter().map(|position| position * unit).collect();
-        Ok(Oscillations { oscillations, noise, drift, without_drift, outliers })
+        Ok(Oscillations {
+            oscillations,
+            noise,
+            drift,
+            without_drift,
+            outliers,
+        })
     }
 
-    /// Share of a period (s) in the motion: the mean square of the oscillation with this period over the sum of the
-    /// mean squares of this and of all other oscillations. Zero for a track without oscillations.
+    /// Share of a period (s) in the motion: the mean square of the oscillation with this period
+    /// over the sum of the mean squares of this and of all other oscillations. Zero for a track
+    /// without oscillations.
     ///
     /// # Errors
-    /// The errors of [`oscillations`](Self::oscillations), or a period that is shorter than two sampling intervals or
-    /// longer than the track.
+    /// The errors of [`oscillations`](Self::oscillations), or a period that is shorter than two
+    /// sampling intervals or longer than the track.
     pub fn share(&self, period: f64, search: &Search) -> Result<f64, TrackingError> {
         let (samples, half, _) = self.checked(search)?;
         // The highest frequency of the search is one resolved turn below that of the sampling.
         let fits = period <= 2.0 * half && TAU * half / period <= samples.highest + PI;
-        let requirement = "positive, at least two sampling intervals, and not longer than the track (s)";
-        ParameterError::unless(period > 0.0 && fits, "period of a share", period, requirement)?;
+        let requirement =
+            "positive, at least two sampling intervals, and not longer than the track (s)";
+        ParameterError::unless(
+            period > 0.0 && fits,
+            "period of a share",
+            period,
+            requirement,
+        )?;
         let (found, good) = samples.fitted(search);
         let omega = TAU * half / period;
         let power = |wave: &Wave| wave.ellipse().power();
         // A wave that was found within the resolution of the track has the given period.
-        let (own, all) = match found.waves.iter().find(|wave| (wave.omega - omega).abs() < PI) {
+        let (own, all) = match found
+            .waves
+            .iter()
+            .find(|wave| (wave.omega - omega).abs() < PI)
+        {
             Some(wave) => (power(wave), found.waves.iter().map(power).sum()),
             None => {
-                let mut with = Harmonics::new(found.degree(), &[found.omegas(), vec![omega]].concat());
+                let mut with =
+                    Harmonics::new(found.degree(), &[found.omegas(), vec![omega]].concat());
                 let used = samples.only(&good);
                 let fitted = with.fit(&used, found.waves.len());
                 let waves = if fitted { with.waves } else { Vec::new() };
@@ -107,7 +135,10 @@ impl Track {
                     size > (2.0 * SIGNIFICANT * wave.error()).powi(2) + used.rounding().powi(2)
                 };
                 let own = waves.last().filter(significant).map_or(0.0, power);
-                (own, own + waves.iter().take(found.waves.len()).map(power).sum::<f64>())
+                (
+                    own,
+                    own + waves.iter().take(found.waves.len()).map(power).sum::<f64>(),
+                )
             }
         };
         Ok(if all > 0.0 { own / all } else { 0.0 })
@@ -120,11 +151,13 @@ impl Track {
     fn checked(&self, search: &Search) -> Result<(Samples, f64, f64), TrackingError> {
         let (name, turns, unit) = ("least number of turns", search.least_turns, self.unit());
         ParameterError::unless(turns >= 1.0 && turns.is_finite(), name, turns, "1 or more")?;
-        // Two coordinates each are twice as many data as coefficients of the drift, an ellipse and a frequency.
+        // Two coordinates each are twice as many data as coefficients of the drift, an ellipse and
+        // a frequency.
         let needed = search.drift.saturating_add(4).saturating_mul(2);
         TrackingError::unless_positions(needed, self.times.len())?;
         let (samples, half) = self.in_unit(unit).samples();
-        let requirement = "at most the number of turns that the sampling intervals resolve, one in two intervals";
+        let requirement =
+            "at most the number of turns that the sampling intervals resolve, one in two intervals";
         ParameterError::unless(turns <= samples.highest / PI, name, turns, requirement)?;
         Ok((samples, half, unit))
     }
@@ -139,9 +172,9 @@ impl Track {
 }
 
 impl Samples {
-    /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on the settings of the
-    /// search. They are sought first in the positions, and then in the residual of a search with default settings, from
-    /// which the oscillations are removed.
+    /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on
+    /// the settings of the search. They are sought first in the positions, and then in the residual
+    /// of a search with default settings, from which the oscillations are removed.
     pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {
         let (first, usual) = (good(&self.times, &self.positions, 0.0), Search::default());
         let used = self.only(&first);
@@ -154,16 +187,24 @@ impl Samples {
     }
 }
 
-/// Converts a wave to seconds and metres. The track has a duration of 2 `half` (s). Its positions are in multiples
-/// of `unit` (m) and have the error `rounding`.
+/// Converts a wave to seconds and metres. The track has a duration of 2 `half` (s). Its positions
+/// are in multiples of `unit` (m) and have the error `rounding`.
 fn oscillation(wave: &Wave, half: f64, unit: f64, rounding: f64) -> Oscillation {
     let period = TAU / wave.omega * half;
     let (axis_error, mut ellipse) = (wave.error(), wave.ellipse());
-    // The signed minor axis of a thin ellipse is a linear function of the coefficients and has their standard
-    // error.
-    ellipse.sense = ellipse.sense.filter(|_| ellipse.minor > SIGNIFICANT * axis_error + rounding);
+    // The signed minor axis of a thin ellipse is a linear function of the coefficients and has
+    // their standard error.
+    ellipse.sense = ellipse
+        .sense
+        .filter(|_| ellipse.minor > SIGNIFICANT * axis_error + rounding);
     let period_error = period * wave.omega_error / wave.omega;
-    Oscillation { period, period_error, ellipse: ellipse.scaled(unit), axis_error: unit * axis_error, harmonic: None }
+    Oscillation {
+        period,
+        period_error,
+        ellipse: ellipse.scaled(unit),
+        axis_error: unit * axis_error,
+        harmonic: None,
+    }
 }
 
 /// The order of an oscillation that is a harmonic of a fundamental.
@@ -173,8 +214,8 @@ fn harmonic(fundamental: &Oscillation, other: &Oscillation) -> Option<u32> {
     let errors = [fundamental, other].map(|wave| wave.period_error / wave.period);
     let error = ratio * errors[0].hypot(errors[1]);
     let agrees = (ratio - order).abs() <= SIGNIFICANT * error + ratio * CONVERGED;
-    // The interval of three standard errors on either side may cover at most a tenth of the frequencies between two
-    // harmonics.
+    // The interval of three standard errors on either side may cover at most a tenth of the
+    // frequencies between two harmonics.
     let precise = 2.0 * SIGNIFICANT * error < 0.1;
     (order >= 2.0 && precise && agrees).then_some(order as u32)
 }

@@ -6,9 +6,10 @@ use super::perception::forward_signal;
 use super::{Declaration, Perception, Site, Source};
 use crate::error::ParameterError;
 
-/// Perception of the apex in place of the tissue that responds: all points receive the signal of the apex at the same
-/// time, as components along its directors. The delay of a [`Memory`](super::Memory) is the time in which the signal
-/// reaches the tissue. Strain and couple at the apex are NaN, and the section is that of the tissue that responds.
+/// Perception of the apex in place of the tissue that responds: all points receive the signal of
+/// the apex at the same time, as components along its directors. The delay of a
+/// [`Memory`](super::Memory) is the time in which the signal reaches the tissue. Strain and couple
+/// at the apex are NaN, and the section is that of the tissue that responds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AtApex<P>(

@@ -36,8 +36,9 @@ forward_pointers!(TropismLaw forward_state {
 
 /// The methods of a law that consists of the laws in one or more iterators.
 ///
-/// Variables and stimuli of the parts are consecutive in the slices, and gradients add. Slices whose lengths do not
-/// agree with the declarations of the parts give NaN, which the integrator rejects.
+/// Variables and stimuli of the parts are consecutive in the slices, and gradients add. Slices
+/// whose lengths do not agree with the declarations of the parts give NaN, which the integrator
+/// rejects.
 macro_rules! composition {
     ($self:ident: $($laws:expr),*) => {
         #[inline]

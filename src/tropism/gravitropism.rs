@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::{Growing, Perception, Response, SettledStatoliths};
 use crate::error::ParameterError;
 
-/// Response to a perceived direction: growth bends the tissue towards it, or away from it if the sensitivity is
-/// negative.
+/// Response to a perceived direction: growth bends the tissue towards it, or away from it if the
+/// sensitivity is negative.
 ///
 /// Equation (7), with h the perceived direction and M its [memory](super::Memory):
 ///
@@ -14,12 +14,12 @@ use crate::error::ParameterError;
 /// r u̇1* = −β REGR M[h2],   r u̇2* = +β REGR M[h1].
 /// ```
 ///
-/// u1 and u2 are bending about d1 and d2: positive u2 bends towards d1, and negative u1 towards d2. In an elliptic
-/// section r is the semi-axis along d2 for u1, and that along d1 for u2. [`remembered`](Response::remembered) adds
-/// M.
+/// u1 and u2 are bending about d1 and d2: positive u2 bends towards d1, and negative u1 towards d2.
+/// In an elliptic section r is the semi-axis along d2 for u1, and that along d1 for u2.
+/// [`remembered`](Response::remembered) adds M.
 ///
-/// β is the product of the radius and the curvature that a horizontal shoot gains in one growth time. A usual value
-/// is 0.8, for *Arabidopsis thaliana* (Agostinelli, DeSimone and Noselli 2021).
+/// β is the product of the radius and the curvature that a horizontal shoot gains in one growth
+/// time. A usual value is 0.8, for *Arabidopsis thaliana* (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DirectionalTropism<P> {
@@ -29,8 +29,8 @@ pub struct DirectionalTropism<P> {
     pub perception: P,
 }
 
-/// Gravitropism, equation (7): the perceived direction is the upward vertical, which [settled](SettledStatoliths)
-/// or [avalanching](super::Statoliths) statoliths indicate.
+/// Gravitropism, equation (7): the perceived direction is the upward vertical, which
+/// [settled](SettledStatoliths) or [avalanching](super::Statoliths) statoliths indicate.
 ///
 /// ```
 /// use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};

@@ -23,15 +23,27 @@ impl KernelTerm {
     /// Exponential decay a exp(−t/τ) with an amplitude (1/s) and a time (s).
     #[must_use]
     pub fn decay(amplitude: f64, time: f64) -> Self {
-        Self { amplitude, time, frequency: 0.0, phase: 0.0 }
+        Self {
+            amplitude,
+            time,
+            frequency: 0.0,
+            phase: 0.0,
+        }
     }
 
-    /// Weights in the response of the two variables (p, q) of the term for one component of the signal; see
-    /// [`Variable::turns`]. The second one is zero without oscillation.
+    /// Weights in the response of the two variables (p, q) of the term for one component of the
+    /// signal; see [`Variable::turns`]. The second one is zero without oscillation.
     pub(super) fn weights(&self) -> [f64; 2] {
         // p and q respond to a unit impulse by exp(−t/τ) cos(ωt)/τ and exp(−t/τ) sin(ωt)/τ.
         let (sin, cos) = self.phase.sin_cos();
-        [self.amplitude * self.time * cos, if self.frequency == 0.0 { 0.0 } else { -self.amplitude * self.time * sin }]
+        [
+            self.amplitude * self.time * cos,
+            if self.frequency == 0.0 {
+                0.0
+            } else {
+                -self.amplitude * self.time * sin
+            },
+        ]
     }
 
     /// Number of variables for each component of the signal.
@@ -50,7 +62,10 @@ impl KernelTerm {
         let rate = |y, turns| Variable::linear_rate(y, x, self.time, turns);
         match self.variables() {
             1 => [rate(p, None), 0.0],
-            _ => [rate(p, Some((self.frequency, q))), rate(q, Some((-self.frequency, p)))],
+            _ => [
+                rate(p, Some((self.frequency, q))),
+                rate(q, Some((-self.frequency, p))),
+            ],
         }
     }
 }
@@ -61,10 +76,10 @@ impl KernelTerm {
 /// K[x](t) = ∫ K(t − τr − t') x(t') dt', integrated up to t' = t − τr;   K(t) = Σ a exp(−t/τ) cos(ωt + φ).
 /// ```
 ///
-/// With one term, a = 1/τ and ω = φ = 0 it is the exponential [`Memory`]. [`fit`](Self::fit) finds the terms for a
-/// kernel that is given by its values. A kernel with a negative lobe responds to the difference of earlier and later
-/// stimuli (M. Rivière and Y. Meroz 2023, PNAS 120:e2306655120). [`filtered`](super::Response::filtered) makes a law of
-/// a response.
+/// With one term, a = 1/τ and ω = φ = 0 it is the exponential [`Memory`]. [`fit`](Self::fit) finds
+/// the terms for a kernel that is given by its values. A kernel with a negative lobe responds to
+/// the difference of earlier and later stimuli (M. Rivière and Y. Meroz 2023, PNAS
+/// 120:e2306655120). [`filtered`](super::Response::filtered) makes a law of a response.
 ///
 /// ```
 /// use morphorod::tropism::{Gravitropism, KernelTerm, MemoryKernel, Response, SettledStatoliths};
@@ -87,7 +102,10 @@ pub struct MemoryKernel {
 
 impl From<Memory> for MemoryKernel {
     fn from(memory: Memory) -> Self {
-        Self { terms: vec![KernelTerm::decay(1.0 / memory.time, memory.time)], delay: memory.delay }
+        Self {
+            terms: vec![KernelTerm::decay(1.0 / memory.time, memory.time)],
+            delay: memory.delay,
+        }
     }
 }
 
@@ -96,7 +114,10 @@ impl MemoryKernel {
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
         let each = self.terms.iter();
-        each.map(|term| term.amplitude * (-t / term.time).exp() * (term.frequency * t + term.phase).cos()).sum()
+        each.map(|term| {
+            term.amplitude * (-t / term.time).exp() * (term.frequency * t + term.phase).cos()
+        })
+        .sum()
     }
 
     /// ∫ K dt, the response to a constant signal of one.
@@ -117,7 +138,11 @@ impl MemoryKernel {
         for term in &self.terms {
             ParameterError::finite("amplitude of a memory kernel", term.amplitude, "1/s")?;
             ParameterError::positive("decay time of a memory kernel", term.time, "s")?;
-            ParameterError::not_negative("angular frequency of a memory kernel", term.frequency, "rad/s")?;
+            ParameterError::not_negative(
+                "angular frequency of a memory kernel",
+                term.frequency,
+                "rad/s",
+            )?;
             ParameterError::finite("phase of a memory kernel", term.phase, "rad")?;
         }
         ParameterError::not_negative("reaction time", self.delay, "s")

@@ -10,8 +10,8 @@ use crate::scene::earlier;
 
 /// Source of light.
 ///
-/// A function of the time (s) and the position (m, fixed frame) is also a source, such as a lamp that moves. It must be
-/// smooth in time; [`During`] switches a source on and off.
+/// A function of the time (s) and the position (m, fixed frame) is also a source, such as a lamp
+/// that moves. It must be smooth in time; [`During`] switches a source on and off.
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
@@ -25,11 +25,12 @@ use crate::scene::earlier;
 /// assert!(lamp.light(0.0, &Vector3::zeros()).x > 0.0);
 /// ```
 pub trait LightSource {
-    /// Vector towards the light at a time (s) and a position (m, fixed frame). Its length is the irradiance of a
-    /// surface that faces the light, W/m².
+    /// Vector towards the light at a time (s) and a position (m, fixed frame). Its length is the
+    /// irradiance of a surface that faces the light, W/m².
     fn light(&self, t: f64, position: &Vector3<f64>) -> Vector3<f64>;
 
-    /// Whether the light depends on the position; `true` by default. If it does not, the position is NaN.
+    /// Whether the light depends on the position; `true` by default. If it does not, the position
+    /// is NaN.
     fn reads_position(&self) -> bool {
         true
     }
@@ -76,7 +77,8 @@ impl LightSource for ParallelLight {
     }
 }
 
-/// Point that emits the power P (W) uniformly in all directions. At a distance d (m) the irradiance is P/(4π d²).
+/// Point that emits the power P (W) uniformly in all directions. At a distance d (m) the irradiance
+/// is P/(4π d²).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointLight {
@@ -98,8 +100,9 @@ impl LightSource for PointLight {
     }
 }
 
-/// Straight line between two points, each part of which emits as a [`PointLight`]. The vectors of its parts add. At a
-/// distance d (m) from the middle of a long line with the power P' per length (W/m) the irradiance is P'/(2π d).
+/// Straight line between two points, each part of which emits as a [`PointLight`]. The vectors of
+/// its parts add. At a distance d (m) from the middle of a long line with the power P' per length
+/// (W/m) the irradiance is P'/(2π d).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LineLight {
@@ -139,7 +142,11 @@ pub struct During<S> {
 
 impl<S: LightSource> LightSource for During<S> {
     fn light(&self, t: f64, position: &Vector3<f64>) -> Vector3<f64> {
-        if self.from <= t && t < self.until { self.source.light(t, position) } else { Vector3::zeros() }
+        if self.from <= t && t < self.until {
+            self.source.light(t, position)
+        } else {
+            Vector3::zeros()
+        }
     }
 
     fn reads_position(&self) -> bool {
@@ -152,18 +159,23 @@ impl<S: LightSource> LightSource for During<S> {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        let (name, requirement) = ("time at which a light is switched on", "at most that of its end (s)");
+        let (name, requirement) = (
+            "time at which a light is switched on",
+            "at most that of its end (s)",
+        );
         ParameterError::unless(self.from <= self.until, name, self.from, requirement)?;
         self.source.check()
     }
 }
 
-/// Perception of the light at the place of the tissue, or at the apex with [`AtApex`](super::AtApex).
+/// Perception of the light at the place of the tissue, or at the apex with
+/// [`AtApex`](super::AtApex).
 ///
-/// The signal is (l1, l2), the components along d1 and d2 of a vector towards the light. Its length is f(I), a function
-/// without unit of the irradiance I (W/m²), with a reference I0 (W/m²):
+/// The signal is (l1, l2), the components along d1 and d2 of a vector towards the light. Its length
+/// is f(I), a function without unit of the irradiance I (W/m²), with a reference I0 (W/m²):
 ///
-/// - f(I) = I/I0 is linear: the response to a pulse depends on its *dose*, irradiance times duration (reciprocity);
+/// - f(I) = I/I0 is linear: the response to a pulse depends on its *dose*, irradiance times
+///   duration (reciprocity);
 /// - f(I) = ln(1 + I/I0) is the law of Weber and Fechner for strong light;
 /// - f(I) = I/(I + I0) saturates; f(I) = 1 depends on the direction alone.
 ///
@@ -181,8 +193,8 @@ impl<S: LightSource> LightSource for During<S> {
 pub struct Light<S, F> {
     /// The source of light.
     pub source: S,
-    /// Strength f of the stimulus as a function of the irradiance (W/m²). The light is not perceived where its
-    /// irradiance is zero.
+    /// Strength f of the stimulus as a function of the irradiance (W/m²). The light is not
+    /// perceived where its irradiance is zero.
     pub strength: F,
 }
 
@@ -201,7 +213,11 @@ impl<S: LightSource, F: Fn(f64) -> f64> Perception for Light<S, F> {
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let light = self.source.light(site.environment.time, &site.position);
         let irradiance = light.norm();
-        let share = if irradiance == 0.0 { 0.0 } else { (self.strength)(irradiance) / irradiance };
+        let share = if irradiance == 0.0 {
+            0.0
+        } else {
+            (self.strength)(irradiance) / irradiance
+        };
         let seen = site.along_directors(&light) * share;
         stimuli.copy_from_slice(&[seen.x, seen.y]);
     }
@@ -215,10 +231,11 @@ impl<S: LightSource, F: Fn(f64) -> f64> Perception for Light<S, F> {
     }
 }
 
-/// Phototropism: growth bends the tissue towards the [light](Light), or away from it if the sensitivity is negative, by
-/// equation (7) with the sensitivity φ (without unit) in place of β. The sum with [`Gravitropism`](super::Gravitropism)
-/// bends the shoot towards β ê3 + φ f(I) l, with the upward vertical ê3 and the unit vector l towards the light. With
-/// an angle A_P of the light from the vertical and the ratio m = φ f(I)/β, the apex reaches the angle A with
+/// Phototropism: growth bends the tissue towards the [light](Light), or away from it if the
+/// sensitivity is negative, by equation (7) with the sensitivity φ (without unit) in place of β.
+/// The sum with [`Gravitropism`](super::Gravitropism) bends the shoot towards β ê3 + φ f(I) l, with
+/// the upward vertical ê3 and the unit vector l towards the light. With an angle A_P of the light
+/// from the vertical and the ratio m = φ f(I)/β, the apex reaches the angle A with
 ///
 /// ```text
 /// tan A = m sin A_P/(1 + m cos A_P)

@@ -6,17 +6,18 @@ use super::compose::forward_state;
 use super::{Declaration, Growing, Site, TropismLaw};
 use crate::error::ParameterError;
 
-/// A law that acts only between two distances from the apex. The part of the zone stays at these distances while the
-/// tissue grows through it.
+/// A law that acts only between two distances from the apex. The part of the zone stays at these
+/// distances while the tissue grows through it.
 ///
-/// The growth gradient of the inner law is multiplied by a window w(σ) of the distance σ from the apex, which rises
-/// from zero to one and falls to zero over the length `edge` about each end. It has two continuous derivatives, and its
-/// integral is the distance between the ends.
+/// The growth gradient of the inner law is multiplied by a window w(σ) of the distance σ from the
+/// apex, which rises from zero to one and falls to zero over the length `edge` about each end. It
+/// has two continuous derivatives, and its integral is the distance between the ends.
 ///
-/// The hook of *Averrhoa carambola* swings in a plane by differential growth at the basal edge of its growth zone
-/// (Rivière, Peaucelle, Derr and Douady, *Plant nutation relies on steady propagation of spatially asymmetric growth
-/// pattern*, Cambridge University Press, online 1 July 2025). The growth rates on the axis and at the radius R (m)
-/// differ by at most δ̇0 (1/s) on a length ΔL (m), with the angular frequency ω (rad/s). The apex then rotates by
+/// The hook of *Averrhoa carambola* swings in a plane by differential growth at the basal edge of
+/// its growth zone (Rivière, Peaucelle, Derr and Douady, *Plant nutation relies on steady
+/// propagation of spatially asymmetric growth pattern*, Cambridge University Press, online 1 July
+/// 2025). The growth rates on the axis and at the radius R (m) differ by at most δ̇0 (1/s) on a
+/// length ΔL (m), with the angular frequency ω (rad/s). The apex then rotates by
 ///
 /// ```text
 /// Δφ = 2 ΔL δ̇0/(ω R),
@@ -39,12 +40,13 @@ use crate::error::ParameterError;
 pub struct Localised<L> {
     /// The law.
     pub law: L,
-    /// Distance from the apex of the apical end, m. The window includes the apex if it is at most −`edge`/2.
+    /// Distance from the apex of the apical end, m. The window includes the apex if it is at most
+    /// −`edge`/2.
     pub from: f64,
     /// Distance from the apex of the basal end, m.
     pub to: f64,
-    /// Length over which the window rises or falls, m; positive. Tissue that passes it in less than a time step reduces
-    /// the order in time.
+    /// Length over which the window rises or falls, m; positive. Tissue that passes it in less than
+    /// a time step reduces the order in time.
     pub edge: f64,
 }
 
@@ -57,7 +59,8 @@ impl<L> Localised<L> {
     }
 }
 
-/// Function that rises from zero at x = 0 to one at x = 1 with two continuous derivatives, and is constant beyond.
+/// Function that rises from zero at x = 0 to one at x = 1 with two continuous derivatives, and is
+/// constant beyond.
 #[inline]
 pub(super) fn rise(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
@@ -76,7 +79,11 @@ impl<L: TropismLaw> TropismLaw for Localised<L> {
     forward_state!(self, self.law);
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("distance from the apex at which a law begins", self.from, "m")?;
+        ParameterError::finite(
+            "distance from the apex at which a law begins",
+            self.from,
+            "m",
+        )?;
         let name = "distance from the apex at which a law ends";
         let ok = self.to.is_finite() && self.to > self.from;
         ParameterError::unless(ok, name, self.to, "finite, and beyond its beginning (m)")?;

@@ -8,8 +8,9 @@ use crate::error::ParameterError;
 /// M[x](t) = (1/τm) ∫ exp(−(t − τr − τ)/τm) x(τ) dτ, integrated up to τ = t − τr.
 /// ```
 ///
-/// It is computed as `M[x](t) = y(t − τr)` with τm ẏ = x − y. The default is τm = τr = 12 min, the value of
-/// Agostinelli, DeSimone and Noselli (2021) for gravitropism and proprioception of *Arabidopsis thaliana*.
+/// It is computed as `M[x](t) = y(t − τr)` with τm ẏ = x − y. The default is τm = τr = 12 min, the
+/// value of Agostinelli, DeSimone and Noselli (2021) for gravitropism and proprioception of
+/// *Arabidopsis thaliana*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Memory {
@@ -21,7 +22,10 @@ pub struct Memory {
 
 impl Default for Memory {
     fn default() -> Self {
-        Self { time: 720.0, delay: 720.0 }
+        Self {
+            time: 720.0,
+            delay: 720.0,
+        }
     }
 }
 

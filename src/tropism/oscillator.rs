@@ -8,7 +8,8 @@ use nalgebra::Vector3;
 use super::{Growing, TropismLaw};
 use crate::error::ParameterError;
 
-/// Sense of rotation about d3, seen from the apex towards the base, which is from above for an upright shoot.
+/// Sense of rotation about d3, seen from the apex towards the base, which is from above for an
+/// upright shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Handedness {
@@ -22,7 +23,11 @@ pub enum Handedness {
 impl Handedness {
     /// The sense of a rotation by an angle or of an area with a sign, none if it is zero or NaN.
     pub(crate) fn of(turn: f64) -> Option<Self> {
-        let sense = if turn > 0.0 { Self::Counterclockwise } else { Self::Clockwise };
+        let sense = if turn > 0.0 {
+            Self::Counterclockwise
+        } else {
+            Self::Clockwise
+        };
         (turn.abs() > 0.0).then_some(sense)
     }
 }
@@ -36,15 +41,16 @@ impl fmt::Display for Handedness {
     }
 }
 
-/// Differential growth with a direction that rotates at a constant rate, equation (5), here with a phase φ:
+/// Differential growth with a direction that rotates at a constant rate, equation (5), here with a
+/// phase φ:
 ///
 /// ```text
 /// r u̇1* = α REGR cos(2πt/τe + φ),   r u̇2* = ±α REGR sin(2πt/τe + φ).
 /// ```
 ///
-/// The sign is + for the counterclockwise sense. The law has no variables. In an elliptic section r is the
-/// semi-axis along d2 for u1, and that along d1 for u2. Usual values are α = 0 to 0.3, 0.2 for the growing shoot,
-/// and τe = 20 to 24 min (Agostinelli, DeSimone and Noselli 2021).
+/// The sign is + for the counterclockwise sense. The law has no variables. In an elliptic section r
+/// is the semi-axis along d2 for u1, and that along d1 for u2. Usual values are α = 0 to 0.3, 0.2
+/// for the growing shoot, and τe = 20 to 24 min (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[doc(alias = "circumnutation")]
@@ -60,10 +66,16 @@ pub struct Oscillator {
 }
 
 impl Oscillator {
-    /// Counterclockwise oscillator of sensitivity α (without unit) and period τe (s), with phase zero.
+    /// Counterclockwise oscillator of sensitivity α (without unit) and period τe (s), with phase
+    /// zero.
     #[must_use]
     pub fn new(sensitivity: f64, period: f64) -> Self {
-        Self { sensitivity, period, phase: 0.0, handedness: Handedness::Counterclockwise }
+        Self {
+            sensitivity,
+            period,
+            phase: 0.0,
+            handedness: Handedness::Counterclockwise,
+        }
     }
 }
 
@@ -71,12 +83,20 @@ impl TropismLaw for Oscillator {
     #[inline]
     fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let (sin, cos) = (TAU * at.time / self.period + self.phase).sin_cos();
-        let sin = if self.handedness == Handedness::Counterclockwise { sin } else { -sin };
+        let sin = if self.handedness == Handedness::Counterclockwise {
+            sin
+        } else {
+            -sin
+        };
         Vector3::new(cos / at.section.along_d2, sin / at.section.along_d1, 0.0) * self.sensitivity
     }
 
     fn shortest_period(&self) -> f64 {
-        if self.sensitivity == 0.0 { f64::INFINITY } else { self.period }
+        if self.sensitivity == 0.0 {
+            f64::INFINITY
+        } else {
+            self.period
+        }
     }
 
     fn check(&self) -> Result<(), ParameterError> {

@@ -19,8 +19,8 @@ pub(super) fn read_signal<S: AsMut<[f64]> + Default>(from: &[f64]) -> S {
 
 /// Perception of a signal by tissue, from stimuli at its place and, if needed, from variables.
 ///
-/// A perception without variables implements [`declare`](Self::declare) and [`sense`](Self::sense). This example
-/// perceives the direction of light:
+/// A perception without variables implements [`declare`](Self::declare) and [`sense`](Self::sense).
+/// This example perceives the direction of light:
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, DirectionalTropism, Memory, Perception, Response, Site, Source};
@@ -110,8 +110,8 @@ pub trait Perception {
     /// Signal that the response depends on, `[f64; N]`.
     type Signal: AsRef<[f64]> + AsMut<[f64]> + Default + Copy;
 
-    /// Declares the stimuli and the variables, which the gradient does not read. Returns the first component of the
-    /// signal among them. By default the stimuli are the signal.
+    /// Declares the stimuli and the variables, which the gradient does not read. Returns the first
+    /// component of the signal among them. By default the stimuli are the signal.
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         to.stimuli(signal_length::<Self::Signal>())
@@ -125,14 +125,15 @@ pub trait Perception {
         read_signal(stimuli)
     }
 
-    /// Writes the rates of the variables, in their unit per second. A perception with variables must implement it;
-    /// the default is NaN.
+    /// Writes the rates of the variables, in their unit per second. A perception with variables
+    /// must implement it; the default is NaN.
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
         rates.fill(f64::NAN);
     }
 
-    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant
-    /// stimuli. The default is zero; see [`TropismLaw::steady`](super::TropismLaw::steady).
+    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under
+    /// constant stimuli. The default is zero; see
+    /// [`TropismLaw::steady`](super::TropismLaw::steady).
     fn steady(&self, _stimuli: &[f64], variables: &mut [f64]) {
         variables.fill(0.0);
     }

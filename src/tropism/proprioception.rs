@@ -5,16 +5,17 @@ use nalgebra::Vector3;
 use super::{Declaration, Growing, Perception, Response, Site, Source};
 use crate::error::ParameterError;
 
-/// Proprioception, equation (8): growth straightens the shoot. With u the visible strain, elastic and intrinsic,
-/// and M̄ its [memory](super::Memory):
+/// Proprioception, equation (8): growth straightens the shoot. With u the visible strain, elastic
+/// and intrinsic, and M̄ its [memory](super::Memory):
 ///
 /// ```text
 /// u̇1* = −η REGR M̄[u1],   u̇2* = −η REGR M̄[u2].
 /// ```
 ///
-/// [`remembered`](Response::remembered) adds M̄. Without other laws the shoot straightens within τg/η. A steady
-/// shoot with gravitropism of sensitivity β bends over the length η r/β, 12.5 mm at the usual values. The default η
-/// is 20, the value for *Arabidopsis thaliana* of Agostinelli, DeSimone and Noselli (2021).
+/// [`remembered`](Response::remembered) adds M̄. Without other laws the shoot straightens within
+/// τg/η. A steady shoot with gravitropism of sensitivity β bends over the length η r/β, 12.5 mm at
+/// the usual values. The default η is 20, the value for *Arabidopsis thaliana* of Agostinelli,
+/// DeSimone and Noselli (2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Proprioception {

@@ -3,12 +3,15 @@
 use nalgebra::Vector3;
 
 use super::perception::{read_signal, signal_length};
-use super::{Declaration, Growing, KernelTerm, Memory, MemoryKernel, Perception, Site, Source, TropismLaw};
+use super::{
+    Declaration, Growing, KernelTerm, Memory, MemoryKernel, Perception, Site, Source, TropismLaw,
+};
 use crate::error::ParameterError;
 use crate::pointers::{forward_methods, forward_pointers};
 
 /// Growth gradient as a function of a perceived signal. [`remembered`](Self::remembered) makes a
-/// [`TropismLaw`](super::TropismLaw) of it, with a memory of the signal. For example, gravitropism may saturate:
+/// [`TropismLaw`](super::TropismLaw) of it, with a memory of the signal. For example, gravitropism
+/// may saturate:
 ///
 /// ```
 /// use morphorod::nalgebra::Vector3;
@@ -48,9 +51,13 @@ pub trait Response {
     /// Perception of the signal.
     fn perception(&self) -> &Self::Perception;
 
-    /// Growth gradient for a signal: u̇*/REGR, the rate of the intrinsic strain divided by REGR, components along
-    /// the directors, 1/m.
-    fn gradient(&self, at: &Growing, signal: <Self::Perception as Perception>::Signal) -> Vector3<f64>;
+    /// Growth gradient for a signal: u̇*/REGR, the rate of the intrinsic strain divided by REGR,
+    /// components along the directors, 1/m.
+    fn gradient(
+        &self,
+        at: &Growing,
+        signal: <Self::Perception as Perception>::Signal,
+    ) -> Vector3<f64>;
 
     /// Checks the parameters.
     ///
@@ -66,7 +73,10 @@ pub trait Response {
     where
         Self: Sized,
     {
-        Remembered { response: self, memory }
+        Remembered {
+            response: self,
+            memory,
+        }
     }
 
     /// The response to the signal filtered by a memory kernel of any shape.
@@ -75,7 +85,10 @@ pub trait Response {
     where
         Self: Sized,
     {
-        Filtered { response: self, kernel }
+        Filtered {
+            response: self,
+            kernel,
+        }
     }
 }
 
@@ -88,8 +101,8 @@ forward_pointers!(Response {
 
 /// Response to the [memory](Memory) of a perceived signal: a [`TropismLaw`].
 ///
-/// It is also a response, so that memories can be chained. Each memory filters once. Their delays add, since
-/// filters and delays commute.
+/// It is also a response, so that memories can be chained. Each memory filters once. Their delays
+/// add, since filters and delays commute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Remembered<R> {
@@ -103,16 +116,23 @@ pub struct Remembered<R> {
 type SignalOf<R> = <<R as Response>::Perception as Perception>::Signal;
 
 impl<R: Response> Remembered<R> {
-    /// Number of `variables` that belong to the perception of the response; the memories follow them.
+    /// Number of `variables` that belong to the perception of the response; the memories follow
+    /// them.
     #[inline]
     fn perceiving(variables: &[f64]) -> usize {
         variables.len() - signal_length::<SignalOf<R>>()
     }
 
-    /// Writes the rates of the variables of the perception, and those of the memories if `all` returns true for
-    /// them.
+    /// Writes the rates of the variables of the perception, and those of the memories if `all`
+    /// returns true for them.
     #[inline]
-    fn write_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64], all: impl Fn(&[f64]) -> bool) {
+    fn write_rates(
+        &self,
+        variables: &[f64],
+        stimuli: &[f64],
+        rates: &mut [f64],
+        all: impl Fn(&[f64]) -> bool,
+    ) {
         let perception = self.response.perception();
         let (own, memories) = variables.split_at(Self::perceiving(variables));
         let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
@@ -133,7 +153,12 @@ impl<R: Response> Perception for Remembered<R> {
     fn declare(&self, to: &mut Declaration) -> Source {
         let signal = self.response.perception().declare(to);
         // Another perception may contain this one, and compute its rates from the memories.
-        to.memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, None)
+        to.memories(
+            signal_length::<SignalOf<R>>(),
+            signal,
+            self.memory.time,
+            None,
+        )
     }
 
     forward_methods!(self, Perception of *self.response.perception() =>
@@ -200,7 +225,8 @@ impl<R: Response> TropismLaw for Remembered<R> {
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) {
         let signal = self.response.perception().declare(to);
-        // A perception receives only its own variables, so that its rates do not depend on the memories.
+        // A perception receives only its own variables, so that its rates do not depend on the
+        // memories.
         let length = signal_length::<SignalOf<R>>();
         to.uncoupled_memories(length, signal, self.memory.time, Some(self.delay()));
     }
@@ -208,7 +234,9 @@ impl<R: Response> TropismLaw for Remembered<R> {
     #[inline]
     fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         // Only memories of a computed signal are iterated. Others are NaN here.
-        self.write_rates(variables, stimuli, rates, |memories| memories.first().is_some_and(|y| !y.is_nan()));
+        self.write_rates(variables, stimuli, rates, |memories| {
+            memories.first().is_some_and(|y| !y.is_nan())
+        });
     }
 
     forward_methods!(self, Perception of *self =>
@@ -223,8 +251,8 @@ impl<R: Response> TropismLaw for Remembered<R> {
 
 /// Response to a perceived signal that is filtered by a [`MemoryKernel`]: a [`TropismLaw`].
 ///
-/// A decay is a variable for each component of the signal, and an oscillation is two. The variables of the perception
-/// come first.
+/// A decay is a variable for each component of the signal, and an oscillation is two. The variables
+/// of the perception come first.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Filtered<R> {
@@ -242,11 +270,16 @@ impl<R: Response> Filtered<R> {
 
     /// Number of variables of the kernel; those of the perception precede them.
     fn filters(&self) -> usize {
-        self.kernel.terms.iter().map(KernelTerm::variables).sum::<usize>() * Self::components()
+        self.kernel
+            .terms
+            .iter()
+            .map(KernelTerm::variables)
+            .sum::<usize>()
+            * Self::components()
     }
 
-    /// Calls `each` with each term, each component k of the signal, and the places of (p, q) among the variables of the
-    /// kernel. Both places are the same without oscillation.
+    /// Calls `each` with each term, each component k of the signal, and the places of (p, q) among
+    /// the variables of the kernel. Both places are the same without oscillation.
     fn visit(&self, mut each: impl FnMut(&KernelTerm, usize, [usize; 2])) {
         let (n, mut first) = (Self::components(), 0);
         for term in &self.kernel.terms {
@@ -261,8 +294,15 @@ impl<R: Response> Filtered<R> {
         variables.split_at(variables.len() - self.filters())
     }
 
-    /// Writes the rates of the variables of the perception, and those of the kernel if `all` returns true for them.
-    fn write_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64], all: impl Fn(&[f64]) -> bool) {
+    /// Writes the rates of the variables of the perception, and those of the kernel if `all`
+    /// returns true for them.
+    fn write_rates(
+        &self,
+        variables: &[f64],
+        stimuli: &[f64],
+        rates: &mut [f64],
+        all: impl Fn(&[f64]) -> bool,
+    ) {
         let perception = self.response.perception();
         let (own, filters) = self.split(variables);
         let (own_rates, rates) = rates.split_at_mut(own.len());
@@ -287,7 +327,12 @@ impl<R: Response> TropismLaw for Filtered<R> {
         for term in &self.kernel.terms {
             match term.variables() {
                 1 => to.uncoupled_memories(Self::components(), signal, term.time, delay),
-                _ => to.oscillations(Self::components(), signal, (term.time, term.frequency), delay),
+                _ => to.oscillations(
+                    Self::components(),
+                    signal,
+                    (term.time, term.frequency),
+                    delay,
+                ),
             };
         }
     }
@@ -303,7 +348,9 @@ impl<R: Response> TropismLaw for Filtered<R> {
 
     fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         // Only memories of a computed signal are iterated. Others are NaN here.
-        self.write_rates(variables, stimuli, rates, |filters| filters.first().is_some_and(|y| !y.is_nan()));
+        self.write_rates(variables, stimuli, rates, |filters| {
+            filters.first().is_some_and(|y| !y.is_nan())
+        });
     }
 
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {

@@ -15,7 +15,8 @@ pub enum Rotation {
 }
 
 impl Rotation {
-    /// The index of the other component of a vector, if number `k` is a component along d1 or d2 without it.
+    /// The index of the other component of a vector, if number `k` is a component along d1 or d2
+    /// without it.
     pub(crate) fn missing_partner(all: &[Self], k: usize) -> Option<usize> {
         match all[k] {
             Self::First if all.get(k + 1) != Some(&Self::Second) => Some(k + 1),

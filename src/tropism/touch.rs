@@ -9,35 +9,37 @@ use crate::rod::Rod;
 
 /// Perception of the forces of [obstacles](crate::support::Contact) on the shoot.
 ///
-/// The stimulus is the force per length f (N/m) on the shoot in the present equilibrium. Tissue senses the forces
-/// within a distance w along the shoot. A force F at the arc length a contributes F K(s − a) at the arc length s, with
+/// The stimulus is the force per length f (N/m) on the shoot in the present equilibrium. Tissue
+/// senses the forces within a distance w along the shoot. A force F at the arc length a contributes
+/// F K(s − a) at the arc length s, with
 ///
 /// ```text
 /// K(x) = 315/(256 w) (1 − x²/w²)⁴ for |x| < w, and 0 beyond.
 /// ```
 ///
-/// The part of the kernel beyond an end of the shoot is reflected, so that the integral of f along the shoot is the sum
-/// of the forces. The width w is a property of the tissue, and not of the method. It depends on the deformation under a
-/// force at a point, and on signals between cells. Elements must resolve it, and the shorter length over which the
-/// signal rises where f is much larger than the saturation below. The forces of a contact over a length are quadrature
-/// weights times its pressure, and f approximates the convolution of pressure and kernel.
+/// The part of the kernel beyond an end of the shoot is reflected, so that the integral of f along
+/// the shoot is the sum of the forces. The width w is a property of the tissue, and not of the
+/// method. It depends on the deformation under a force at a point, and on signals between cells.
+/// Elements must resolve it, and the shorter length over which the signal rises where f is much
+/// larger than the saturation below. The forces of a contact over a length are quadrature weights
+/// times its pressure, and f approximates the convolution of pressure and kernel.
 ///
-/// The signal is (t1, t2), the components along d1 and d2 of a vector without unit towards the obstacle, opposite to
-/// the part f⊥ of f across the shoot. The part along the shoot, mainly friction, has no effect. With the threshold fT
-/// and the saturation fS the length of the vector is
+/// The signal is (t1, t2), the components along d1 and d2 of a vector without unit towards the
+/// obstacle, opposite to the part f⊥ of f across the shoot. The part along the shoot, mainly
+/// friction, has no effect. With the threshold fT and the saturation fS the length of the vector is
 ///
 /// ```text
 /// S = x³ (10 − 15 x + 6 x²),    x = (|f⊥| − fT)/(fS − fT) between 0 and 1,
 /// ```
 ///
-/// zero up to fT and one from fS on. It has two continuous derivatives. Holds and springs are not sensed. Only forces
-/// in the present shape are sensed. The friction force of an obstacle across the shoot is part of f⊥; it is at most the
-/// coefficient of friction times the normal force.
+/// zero up to fT and one from fS on. It has two continuous derivatives. Holds and springs are not
+/// sensed. Only forces in the present shape are sensed. The friction force of an obstacle across
+/// the shoot is part of f⊥; it is at most the coefficient of friction times the normal force.
 ///
-/// A [`Memory`](super::Memory) with the memory time τm (s) and the delay τr (s) responds gradually. After the time T +
-/// τr in contact with a constant signal it is 1 − exp(−T/τm) of the signal. After the end of the contact it decays with
-/// the same time constant. It thus measures the time since the contact began. [`AtApex`](super::AtApex) senses only the
-/// forces within w of the apex.
+/// A [`Memory`](super::Memory) with the memory time τm (s) and the delay τr (s) responds gradually.
+/// After the time T + τr in contact with a constant signal it is 1 − exp(−T/τm) of the signal.
+/// After the end of the contact it decays with the same time constant. It thus measures the time
+/// since the contact began. [`AtApex`](super::AtApex) senses only the forces within w of the apex.
 ///
 /// ```
 /// use morphorod::growth::UniformGrowth;
@@ -82,11 +84,16 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// Force per length f (N/m) of the obstacles on a rod in its last equilibrium, at an arc length (m), in the fixed
-    /// frame. A normal force points away from its obstacle. Zero without contact, and for a width that is not positive.
+    /// Force per length f (N/m) of the obstacles on a rod in its last equilibrium, at an arc length
+    /// (m), in the fixed frame. A normal force points away from its obstacle. Zero without contact,
+    /// and for a width that is not positive.
     #[must_use]
     pub fn force_per_length(&self, rod: &Rod, arc_length: f64) -> Vector3<f64> {
-        let pushes = || rod.reactions().iter().filter(|reaction| reaction.obstacle.is_some());
+        let pushes = || {
+            rod.reactions()
+                .iter()
+                .filter(|reaction| reaction.obstacle.is_some())
+        };
         if pushes().next().is_none() || self.width.is_nan() || self.width <= 0.0 {
             return Vector3::zeros();
         }
@@ -94,7 +101,11 @@ impl Touch {
         let width = self.width.min(length);
         let kernel = |distance: f64| {
             let rest = (1.0 - (distance / width).powi(2)).max(0.0);
-            if rest > 0.0 { 315.0 / (256.0 * width) * rest.powi(4) } else { 0.0 }
+            if rest > 0.0 {
+                315.0 / (256.0 * width) * rest.powi(4)
+            } else {
+                0.0
+            }
         };
         pushes().fold(Vector3::zeros(), |sum, at| {
             let (s, a) = (arc_length, at.arc_length);
@@ -121,7 +132,11 @@ impl Perception for Touch {
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let force = site.along_directors(&self.force_per_length(site.rod, site.arc_length));
         let across = force.x.hypot(force.y);
-        let share = if across > self.threshold { self.strength(across) / across } else { 0.0 };
+        let share = if across > self.threshold {
+            self.strength(across) / across
+        } else {
+            0.0
+        };
         stimuli.copy_from_slice(&[-share * force.x, -share * force.y]);
     }
 
@@ -134,19 +149,22 @@ impl Perception for Touch {
     }
 }
 
-/// Thigmotropism: growth bends the tissue towards the obstacle that it [touches](Touch), or away from it if the
-/// sensitivity is negative, by equation (7) with the sensitivity χ (without unit) in place of β:
+/// Thigmotropism: growth bends the tissue towards the obstacle that it [touches](Touch), or away
+/// from it if the sensitivity is negative, by equation (7) with the sensitivity χ (without unit) in
+/// place of β:
 ///
 /// ```text
 /// r u̇1* = −χ REGR M[t2],   r u̇2* = +χ REGR M[t1].
 /// ```
 ///
-/// Here u1* and u2* (1/m) are the intrinsic curvatures, r (m) is the radius, REGR (1/s) the relative elemental growth
-/// rate, and M the memory. A saturated signal changes the curvature in one growth time by χ/r. Tendrils bend towards
-/// the touched side (C. Darwin 1875, *The Movements and Habits of Climbing Plants*; M. J. Jaffe and A. W. Galston 1968,
-/// *The physiology of tendrils*, Annu. Rev. Plant Physiol. 19:417–434).
+/// Here u1* and u2* (1/m) are the intrinsic curvatures, r (m) is the radius, REGR (1/s) the
+/// relative elemental growth rate, and M the memory. A saturated signal changes the curvature in
+/// one growth time by χ/r. Tendrils bend towards the touched side (C. Darwin 1875, *The Movements
+/// and Habits of Climbing Plants*; M. J. Jaffe and A. W. Galston 1968, *The physiology of
+/// tendrils*, Annu. Rev. Plant Physiol. 19:417–434).
 ///
-/// The signal of a shoot without contact is zero in all neighbouring shapes. [`stability`](crate::stability) and
-/// [`cycle`](crate::cycle) refuse shoots that touch an obstacle, and therefore treat the law exactly.
+/// The signal of a shoot without contact is zero in all neighbouring shapes.
+/// [`stability`](crate::stability) and [`cycle`](crate::cycle) refuse shoots that touch an
+/// obstacle, and therefore treat the law exactly.
 #[doc(alias("thigmotropism", "touch", "contact coiling"))]
 pub type Thigmotropism<T = Touch> = DirectionalTropism<T>;

@@ -7,13 +7,15 @@ use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, steering};
-use morphorod::cycle::{CycleError, PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver};
+use morphorod::cycle::{
+    CycleError, PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver,
+};
 use morphorod::growth::GrowthLaw;
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::stability::{Root, StabilityError};
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Site,
-    TropismLaw,
+    Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response,
+    SettledStatoliths, Site, TropismLaw,
 };
 use morphorod::{DynLaws, Scene, Section, Shoot};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -32,7 +34,11 @@ pub(super) struct Growth {
 
 impl GrowthLaw for Growth {
     fn regr(&self, sigma: f64, t: f64) -> f64 {
-        let share = if self.linear { 2.0 * (1.0 - sigma / LENGTH) } else { 1.0 };
+        let share = if self.linear {
+            2.0 * (1.0 - sigma / LENGTH)
+        } else {
+            1.0
+        };
         share * (1.0 + self.rise * t) / self.time
     }
     fn zone_length(&self) -> f64 {
@@ -77,9 +83,18 @@ pub(super) fn plan(length: f64) -> Plan {
     Plan {
         length,
         elements: 2,
-        growth: Growth { time: 20.0 * HOUR, elongates: false, rise: 0.0, linear: false },
+        growth: Growth {
+            time: 20.0 * HOUR,
+            elongates: false,
+            rise: 0.0,
+            linear: false,
+        },
         tropism: Arc::new(steering(SettledStatoliths)),
-        load: (WEIGHT, Distributed(Vector3::zeros()), ApicalForce(|_| Vector3::zeros())),
+        load: (
+            WEIGHT,
+            Distributed(Vector3::zeros()),
+            ApicalForce(|_| Vector3::zeros()),
+        ),
         place: Place::default(),
         section: Section::circle(RADIUS),
     }
@@ -87,12 +102,18 @@ pub(super) fn plan(length: f64) -> Plan {
 
 impl Plan {
     pub(super) fn steered(tropism: impl TropismLaw + Send + Sync + 'static) -> Shoot<DynLaws> {
-        Self { tropism: Arc::new(tropism), ..plan(LENGTH) }.shoot()
+        Self {
+            tropism: Arc::new(tropism),
+            ..plan(LENGTH)
+        }
+        .shoot()
     }
 
     pub(super) fn shoot(self) -> Shoot<DynLaws> {
         let n = self.elements;
-        let nodes: Vec<f64> = (0..=n).map(|i| self.length * f64::from(i) / f64::from(n)).collect();
+        let nodes: Vec<f64> = (0..=n)
+            .map(|i| self.length * f64::from(i) / f64::from(n))
+            .collect();
         let section = self.section;
         Shoot::builder(YOUNG)
             .length(self.length)
@@ -114,23 +135,35 @@ pub(super) static MODE: LazyLock<Root> = LazyLock::new(|| super::mode(&plan(LENG
 pub(super) fn memories(time: f64, delay: f64) -> impl TropismLaw + Send + Sync {
     let memory = Memory { time, delay };
     (
-        Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
+        Gravitropism {
+            sensitivity: BETA,
+            perception: SettledStatoliths,
+        }
+        .remembered(memory),
         Proprioception { sensitivity: ETA }.remembered(memory),
     )
 }
 
 /// Returns the result of a closure. Panics if the closure panics or takes more than 60 s, which is
 /// ten times the longest time measured on a busy core.
-pub(super) fn within<T: Send + 'static>(what: &str, answer: impl FnOnce() -> T + Send + 'static) -> T {
+pub(super) fn within<T: Send + 'static>(
+    what: &str,
+    answer: impl FnOnce() -> T + Send + 'static,
+) -> T {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
         let _ = sender.send(catch_unwind(AssertUnwindSafe(answer)).ok());
     });
     let answer = receiver.recv_timeout(Duration::from_secs(60));
-    answer.unwrap_or_else(|_| panic!("{what}: no answer")).unwrap_or_else(|| panic!("{what}: a panic"))
+    answer
+        .unwrap_or_else(|_| panic!("{what}: no answer"))
+        .unwrap_or_else(|| panic!("{what}: a panic"))
 }
 
-pub(super) type Answers = (Result<RotatingWave, CycleError>, Result<PeriodicOrbit, CycleError>);
+pub(super) type Answers = (
+    Result<RotatingWave, CycleError>,
+    Result<PeriodicOrbit, CycleError>,
+);
 
 /// Name of a shoot and a function that builds it.
 type Case = (&'static str, fn() -> Shoot<DynLaws>);
@@ -152,16 +185,33 @@ pub(super) fn both_from(
         let root = mode(&shoot);
         let circle = RotatingWaveSolver::default().from_mode(&shoot, &root, 0.02);
         if let Ok(orbit) = &circle {
-            assert!([orbit.rate, orbit.radius(), orbit.height()].iter().all(|x| x.is_finite()), "{orbit:?}");
+            assert!(
+                [orbit.rate, orbit.radius(), orbit.height()]
+                    .iter()
+                    .all(|x| x.is_finite()),
+                "{orbit:?}"
+            );
             if let Ok(roots) = orbit.roots(&shoot, 2) {
-                assert!(roots.roots.iter().all(|root| root.value.norm().is_finite() && root.residual.is_finite()));
+                assert!(
+                    roots
+                        .roots
+                        .iter()
+                        .all(|root| root.value.norm().is_finite() && root.residual.is_finite())
+                );
             }
         }
         let plane = PeriodicSolver::default().from_mode(&shoot, &root, 0.02);
         if let Ok(orbit) = &plane {
-            assert!(orbit.period.is_finite() && orbit.largest_excursion(&shoot).unwrap().0.is_finite());
+            assert!(
+                orbit.period.is_finite() && orbit.largest_excursion(&shoot).unwrap().0.is_finite()
+            );
             if let Ok(found) = orbit.multipliers(&shoot, 2) {
-                assert!(found.values.iter().all(|one| one.value.norm().is_finite() && one.residual.is_finite()));
+                assert!(
+                    found
+                        .values
+                        .iter()
+                        .all(|one| one.value.norm().is_finite() && one.residual.is_finite())
+                );
             }
         }
         (circle, plane)
@@ -169,7 +219,10 @@ pub(super) fn both_from(
 }
 
 fn is_none_near(error: &CycleError) -> bool {
-    matches!(error, CycleError::Stationary { .. } | CycleError::NotConverged { .. })
+    matches!(
+        error,
+        CycleError::Stationary { .. } | CycleError::NotConverged { .. }
+    )
 }
 
 fn is_forced(error: &CycleError) -> bool {
@@ -205,7 +258,13 @@ fn just_below_the_onset_no_orbit_is_found() {
 #[test]
 fn without_proprioception_no_orbit_is_found() {
     assert_none_found("no proprioception", || {
-        Plan::steered(Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(MEMORY))
+        Plan::steered(
+            Gravitropism {
+                sensitivity: BETA,
+                perception: SettledStatoliths,
+            }
+            .remembered(MEMORY),
+        )
     });
 }
 
@@ -216,7 +275,9 @@ fn without_delay_no_orbit_is_found() {
 
 #[test]
 fn with_a_short_delay_no_orbit_is_found() {
-    assert_none_found("a short delay", || Plan::steered(memories(12.0 * MINUTE, 1.0)));
+    assert_none_found("a short delay", || {
+        Plan::steered(memories(12.0 * MINUTE, 1.0))
+    });
 }
 
 /// Without tropism any strain is stationary. Two earlier errors are tested: a panic in the solver
@@ -224,14 +285,29 @@ fn with_a_short_delay_no_orbit_is_found() {
 #[test]
 fn without_tropism_no_orbit_is_found() {
     let (circle, plane) = both("no tropism", || Plan::steered(()));
-    assert!(matches!(circle, Err(CycleError::NotConverged { .. })), "{circle:?}");
-    assert!(matches!(plane, Err(CycleError::Stationary { .. })), "{plane:?}");
+    assert!(
+        matches!(circle, Err(CycleError::NotConverged { .. })),
+        "{circle:?}"
+    );
+    assert!(
+        matches!(plane, Err(CycleError::Stationary { .. })),
+        "{plane:?}"
+    );
 }
 
 #[test]
 fn elongating_shoots_are_refused() {
-    let growth = || Growth { elongates: true, ..plan(LENGTH).growth };
-    let (circle, plane) = both("growth", move || Plan { growth: growth(), ..plan(LENGTH) }.shoot());
+    let growth = || Growth {
+        elongates: true,
+        ..plan(LENGTH).growth
+    };
+    let (circle, plane) = both("growth", move || {
+        Plan {
+            growth: growth(),
+            ..plan(LENGTH)
+        }
+        .shoot()
+    });
     assert!(matches!(circle, Err(CycleError::Elongates)), "{circle:?}");
     assert!(matches!(plane, Err(CycleError::Elongates)), "{plane:?}");
 }
@@ -256,44 +332,101 @@ fn time_dependent_shoots_are_refused() {
         }
     }
     let cases: [Case; 5] = [
-        ("an oscillator", || Plan::steered((Oscillator::new(0.2, 24.0 * MINUTE), steering(SettledStatoliths)))),
-        ("an oscillating gain", || Plan::steered((Moody, steering(SettledStatoliths)))),
-        ("a force", || {
-            let force =
-                ApicalForce((|t| Vector3::new((t / 800.0).cos(), (t / 800.0).sin(), 0.0) * 1e-6) as fn(f64) -> _);
-            Plan { load: (WEIGHT, Distributed(Vector3::zeros()), force), ..plan(LENGTH) }.shoot()
+        ("an oscillator", || {
+            Plan::steered((
+                Oscillator::new(0.2, 24.0 * MINUTE),
+                steering(SettledStatoliths),
+            ))
         }),
-        ("a clinostat", || Plan { place: Place { tilt: 0.0, rate: 1e-3 }, ..plan(LENGTH) }.shoot()),
-        ("growth", || Plan { growth: Growth { rise: 1e-6, ..plan(LENGTH).growth }, ..plan(LENGTH) }.shoot()),
+        ("an oscillating gain", || {
+            Plan::steered((Moody, steering(SettledStatoliths)))
+        }),
+        ("a force", || {
+            let force = ApicalForce(
+                (|t| Vector3::new((t / 800.0).cos(), (t / 800.0).sin(), 0.0) * 1e-6)
+                    as fn(f64) -> _,
+            );
+            Plan {
+                load: (WEIGHT, Distributed(Vector3::zeros()), force),
+                ..plan(LENGTH)
+            }
+            .shoot()
+        }),
+        ("a clinostat", || {
+            Plan {
+                place: Place {
+                    tilt: 0.0,
+                    rate: 1e-3,
+                },
+                ..plan(LENGTH)
+            }
+            .shoot()
+        }),
+        ("growth", || {
+            Plan {
+                growth: Growth {
+                    rise: 1e-6,
+                    ..plan(LENGTH).growth
+                },
+                ..plan(LENGTH)
+            }
+            .shoot()
+        }),
     ];
     for (what, shoot) in cases {
         let (circle, plane) = both(what, shoot);
         let errors = [circle.unwrap_err(), plane.unwrap_err()];
         assert!(errors.iter().all(is_forced), "{what}: {errors:?}");
-        assert!(errors[0].to_string().contains("not autonomous"), "{}", errors[0]);
+        assert!(
+            errors[0].to_string().contains("not autonomous"),
+            "{}",
+            errors[0]
+        );
     }
 }
 
 fn assert_no_axis(what: &str, shoot: impl FnOnce() -> Shoot<DynLaws> + Send + 'static) {
     let (circle, _) = both(what, shoot);
-    assert!(matches!(circle, Err(CycleError::NotInvariant { change, .. }) if change > 1e-8), "{what}: {circle:?}");
+    assert!(
+        matches!(circle, Err(CycleError::NotInvariant { change, .. }) if change > 1e-8),
+        "{what}: {circle:?}"
+    );
 }
 
 #[test]
 fn circles_of_tilted_shoots_are_refused() {
-    assert_no_axis("a tilt", || Plan { place: Place { tilt: 0.3, rate: 0.0 }, ..plan(LENGTH) }.shoot());
+    assert_no_axis("a tilt", || {
+        Plan {
+            place: Place {
+                tilt: 0.3,
+                rate: 0.0,
+            },
+            ..plan(LENGTH)
+        }
+        .shoot()
+    });
 }
 
 #[test]
 fn circles_of_shoots_with_elliptic_sections_are_refused() {
-    assert_no_axis("an ellipse", || Plan { section: Section::ellipse(5.0e-4, 5.2e-4), ..plan(LENGTH) }.shoot());
+    assert_no_axis("an ellipse", || {
+        Plan {
+            section: Section::ellipse(5.0e-4, 5.2e-4),
+            ..plan(LENGTH)
+        }
+        .shoot()
+    });
 }
 
 #[test]
 fn circles_of_laterally_loaded_shoots_are_refused() {
     assert_no_axis("a lateral load", || {
         let aside = Distributed(Vector3::new(1e-5, 0.0, 0.0));
-        Plan { load: (WEIGHT, aside, plan(LENGTH).load.2), ..plan(LENGTH) }.shoot()
+        Plan {
+            load: (WEIGHT, aside, plan(LENGTH).load.2),
+            ..plan(LENGTH)
+        }
+        .shoot()
     });
 }
 
@@ -308,10 +441,19 @@ impl TropismLaw for Constant {
 
 #[test]
 fn laws_with_non_finite_gradients_are_refused() {
-    for odd in [Vector3::repeat(f64::NAN), Vector3::new(0.0, 0.0, f64::NAN), Vector3::new(f64::INFINITY, 0.0, 0.0)] {
-        let (circle, plane) = both("not a number", move || Plan::steered((steering(SettledStatoliths), Constant(odd))));
+    for odd in [
+        Vector3::repeat(f64::NAN),
+        Vector3::new(0.0, 0.0, f64::NAN),
+        Vector3::new(f64::INFINITY, 0.0, 0.0),
+    ] {
+        let (circle, plane) = both("not a number", move || {
+            Plan::steered((steering(SettledStatoliths), Constant(odd)))
+        });
         for error in [circle.unwrap_err(), plane.unwrap_err()] {
-            let what = matches!(error, CycleError::Stability(StabilityError::NotFinite { .. }));
+            let what = matches!(
+                error,
+                CycleError::Stability(StabilityError::NotFinite { .. })
+            );
             assert!(what, "{odd:?}: {error:?}");
         }
     }
@@ -321,8 +463,19 @@ fn laws_with_non_finite_gradients_are_refused() {
 /// either solver. An earlier version ignored this component.
 #[test]
 fn laws_with_a_gradient_of_twist_are_refused() {
-    let twist = || Plan::steered((steering(SettledStatoliths), Constant(Vector3::new(0.0, 0.0, 1.0))));
+    let twist = || {
+        Plan::steered((
+            steering(SettledStatoliths),
+            Constant(Vector3::new(0.0, 0.0, 1.0)),
+        ))
+    };
     let (circle, plane) = both("twist", twist);
-    assert!(matches!(circle, Err(CycleError::Twists { .. })), "{circle:?}");
-    assert!(matches!(plane, Err(CycleError::Twists { twist }) if twist == 1.0), "{plane:?}");
+    assert!(
+        matches!(circle, Err(CycleError::Twists { .. })),
+        "{circle:?}"
+    );
+    assert!(
+        matches!(plane, Err(CycleError::Twists { twist }) if twist == 1.0),
+        "{plane:?}"
+    );
 }

@@ -18,19 +18,29 @@ fn circle_of_a_sensitive_shoot_with_short_memories_has_the_decay_seen_in_time() 
         beta: 1.90302,
         eta: 6.7958,
         growth_time: 32_749.97,
-        memory: Memory { time: 600.23, delay: 338.05 },
+        memory: Memory {
+            time: 600.23,
+            delay: 338.05,
+        },
         length: 0.0697,
     };
     let mut shoot = parameters.shoot(4);
-    let circle = RotatingWaveSolver::default().from_mode(&shoot, &mode(&shoot), 0.01).unwrap();
+    let circle = RotatingWaveSolver::default()
+        .from_mode(&shoot, &mode(&shoot), 0.01)
+        .unwrap();
     let found = circle.roots(&shoot, 1).unwrap();
     assert!(!found.roots.is_empty() && found.line < found.roots[0].value.re);
     assert_eq!(found.unstable(), 0);
     let period = TAU / circle.rate.abs();
     let leading = (found.roots[0].value.re * period).exp();
-    let mut strains = circle.rod.points()[circle.rod.zone()].iter().map(|point| point.intrinsic);
+    let mut strains = circle.rod.points()[circle.rod.zone()]
+        .iter()
+        .map(|point| point.intrinsic);
     shoot.set_intrinsic(|_| strains.next().unwrap());
-    let history = Circling { rate: circle.rate, memory: parameters.memory };
+    let history = Circling {
+        rate: circle.rate,
+        memory: parameters.memory,
+    };
     let seen = growth_in_time(shoot, &history, period, parameters.memory.delay, leading);
     assert_growth("the sensitive shoot", leading, seen);
 }
@@ -57,7 +67,9 @@ fn all_multipliers_outside_the_radius_are_in_the_shorter_list() {
     assert!(long.radius < short.radius && short.radius < 1.0);
     for (short_set, long_set) in planes(&short.values).iter().zip(&planes(&long.values)) {
         assert!(!short_set.is_empty() && long_set.len() >= 5);
-        let beyond = long_set.iter().filter(|one| one.value.norm() > short.radius);
+        let beyond = long_set
+            .iter()
+            .filter(|one| one.value.norm() > short.radius);
         for (k, one) in beyond.enumerate() {
             // The eigenvectors converge to 1e-10, and the condition numbers of the multipliers are
             // several tens.

@@ -31,8 +31,15 @@ use nalgebra::Complex;
 /// Builder of the reduced model with a given length (m), elements of equal length and a growth zone
 /// that contains the whole shoot.
 fn shoot(length: f64, elements: u32) -> ShootBuilder<Reduced> {
-    let nodes: Vec<f64> = (0..=elements).map(|i| length * f64::from(i) / f64::from(elements)).collect();
-    reduced(length, GROWTH_TIME).growth(Ongoing(UniformGrowth { zone_length: 1.0, time: GROWTH_TIME })).nodes(&nodes)
+    let nodes: Vec<f64> = (0..=elements)
+        .map(|i| length * f64::from(i) / f64::from(elements))
+        .collect();
+    reduced(length, GROWTH_TIME)
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 1.0,
+            time: GROWTH_TIME,
+        }))
+        .nodes(&nodes)
 }
 
 /// Rightmost root of the linearisation about the stationary state of a shoot, with its mode.
@@ -44,7 +51,10 @@ fn mode(shoot: &Shoot<DynLaws>) -> Root {
 /// lie in a plane.
 fn planes<T: Clone>(disturbances: &Disturbances<T>) -> [Vec<T>; 2] {
     match disturbances {
-        Disturbances::Planar { in_plane, out_of_plane } => [in_plane.clone(), out_of_plane.clone()],
+        Disturbances::Planar {
+            in_plane,
+            out_of_plane,
+        } => [in_plane.clone(), out_of_plane.clone()],
         Disturbances::Spatial(_) => panic!("the orbit does not lie in a plane"),
     }
 }
@@ -69,5 +79,8 @@ fn shared_family(
 /// numbers only with an optional feature.
 #[track_caller]
 fn assert_complex_eq(case: impl Display, a: Complex<f64>, b: Complex<f64>, tolerance: f64) {
-    assert!(abs_diff_eq!((a - b).norm(), 0.0, epsilon = tolerance), "{case}: {a} against {b}, tolerance {tolerance:e}");
+    assert!(
+        abs_diff_eq!((a - b).norm(), 0.0, epsilon = tolerance),
+        "{case}: {a} against {b}, tolerance {tolerance:e}"
+    );
 }

@@ -16,7 +16,8 @@ use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, Metho
 use morphorod::stability::Linearisation;
 use morphorod::tracking::{Search, Track};
 use morphorod::tropism::{
-    DirectionalTropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Site, Source,
+    DirectionalTropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Site,
+    Source,
 };
 use morphorod::{DynLaws, Model, Shoot};
 use nalgebra::{Complex, Vector3};
@@ -29,18 +30,30 @@ fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
     let orbit = swing(&shoot, 0.034, 16);
     let ([_, multiplier], _) = multipliers(&shoot, &orbit);
     let (_, rod) = orbit.largest_excursion(&shoot).unwrap();
-    let about = if rod.tip().x.abs() > rod.tip().y.abs() { 0 } else { 1 };
+    let about = if rod.tip().x.abs() > rod.tip().y.abs() {
+        0
+    } else {
+        1
+    };
     let history = orbit.enter(&mut shoot).unwrap();
     // The curvature of the swing is 10 1/m. The final disturbance is 1e-3 of it, and the nonlinear
     // effect on its growth is the square of this ratio. The error of an equilibrium is 1e-8 of the
     // curvature.
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::ith(about, 2e-3));
-    let mut run = MethodOfSteps::with_solver(orbit.period / 240.0, NewtonSolver::with_tolerance(1e-11));
+    let mut run =
+        MethodOfSteps::with_solver(orbit.period / 240.0, NewtonSolver::with_tolerance(1e-11));
     run.start(&mut shoot, &history).unwrap();
-    let aside = |shoot: &Shoot<DynLaws>| if about == 0 { shoot.tip().y } else { shoot.tip().x };
+    let aside = |shoot: &Shoot<DynLaws>| {
+        if about == 0 {
+            shoot.tip().y
+        } else {
+            shoot.tip().x
+        }
+    };
     let mut seen = Vec::new();
     for k in 0..=18 {
-        run.advance(&mut shoot, f64::from(k) * orbit.period).unwrap();
+        run.advance(&mut shoot, f64::from(k) * orbit.period)
+            .unwrap();
         seen.push(aside(&shoot));
     }
     // The part of the disturbance that rotates the swing is constant at equal phases. Differences
@@ -72,7 +85,11 @@ fn shoot_with_a_user_defined_law_has_a_circle_and_a_swing() {
     let lamp = Lamp(Vector3::z() * 0.5);
     let mut shoot = shoot(0.068, 4)
         .tropism((
-            DirectionalTropism { sensitivity: 0.8, perception: lamp }.remembered(MEMORY),
+            DirectionalTropism {
+                sensitivity: 0.8,
+                perception: lamp,
+            }
+            .remembered(MEMORY),
             Proprioception { sensitivity: ETA }.remembered(MEMORY),
         ))
         .into_dyn()
@@ -98,7 +115,11 @@ fn shoot_with_a_user_defined_law_has_a_circle_and_a_swing() {
     // The tip is on the opposite side half a period later.
     run.advance(&mut shoot, 3.5 * orbit.period).unwrap();
     let mirrored = Vector3::new(-before.x, -before.y, before.z);
-    assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(mirrored), epsilon = 2e-6 * 0.068);
+    assert_abs_diff_eq!(
+        InNorm(shoot.tip()),
+        InNorm(mirrored),
+        epsilon = 2e-6 * 0.068
+    );
     assert!(orbit.period > 0.9 * TAU / rate());
 }
 
@@ -109,9 +130,19 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     let (alpha, period) = (1e-3, 24.0 * MINUTE);
     let still = plain(0.05, 4);
     let linear = Linearisation::about(&still).unwrap();
-    let gradient = Vector3::new(Complex::from(alpha / RADIUS), Complex::new(0.0, -alpha / RADIUS), Complex::from(0.0));
+    let gradient = Vector3::new(
+        Complex::from(alpha / RADIUS),
+        Complex::new(0.0, -alpha / RADIUS),
+        Complex::from(0.0),
+    );
     let response = linear.response(TAU / period, &gradient).unwrap();
-    let expected = response.displacement.last().unwrap().fixed_rows::<2>(0).norm() / 2.0_f64.sqrt();
+    let expected = response
+        .displacement
+        .last()
+        .unwrap()
+        .fixed_rows::<2>(0)
+        .norm()
+        / 2.0_f64.sqrt();
 
     let (gravitropism, proprioception) = steering(SettledStatoliths);
     let mut driven = shoot(0.05, 4)
@@ -121,7 +152,10 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
         .unwrap();
     let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
     let other = PeriodicSolver::default().forced(&driven, 1.1 * period);
-    assert!(matches!(other, Err(CycleError::NotInvariant { .. })), "{other:?}");
+    assert!(
+        matches!(other, Err(CycleError::NotInvariant { .. })),
+        "{other:?}"
+    );
     let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
     // The radius of the motion of the tip is 4e-5 of the length. The relative nonlinear effect is
     // the square of this ratio.
@@ -135,11 +169,15 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     let before = driven.tip();
     run.advance(&mut driven, 5.0 * period).unwrap();
     // The error due to 64 steps in a period is 1e-5 of the excursion.
-    assert_abs_diff_eq!(InNorm(driven.tip()), InNorm(before), epsilon = 1e-4 * excursion);
+    assert_abs_diff_eq!(
+        InNorm(driven.tip()),
+        InNorm(before),
+        epsilon = 1e-4 * excursion
+    );
 }
 
-/// The rate of a user's growth law changes by half of its mean within the period. Integration in time from the forced
-/// orbit remains on it.
+/// The rate of a user's growth law changes by half of its mean within the period. Integration in
+/// time from the forced orbit remains on it.
 #[test]
 fn forced_orbit_of_a_growth_rate_that_depends_on_time_is_followed_in_time() {
     #[derive(Clone, Debug)]
@@ -169,7 +207,11 @@ fn forced_orbit_of_a_growth_rate_that_depends_on_time_is_followed_in_time() {
     let before = driven.tip();
     run.advance(&mut driven, 3.0 * period).unwrap();
     // The error due to 128 steps in a period is 5e-7 of the excursion.
-    assert_abs_diff_eq!(InNorm(driven.tip()), InNorm(before), epsilon = 5e-6 * excursion);
+    assert_abs_diff_eq!(
+        InNorm(driven.tip()),
+        InNorm(before),
+        epsilon = 5e-6 * excursion
+    );
 }
 
 /// The history of an orbit can be evaluated at a time that is NaN without a panic. Laws with other
@@ -178,14 +220,31 @@ fn forced_orbit_of_a_growth_rate_that_depends_on_time_is_followed_in_time() {
 fn history_of_an_orbit_is_refused_by_other_laws() {
     let mut swinging = plain(0.067, 4);
     let history = swing(&swinging, 0.034, 12).enter(&mut swinging).unwrap();
-    let site = Site::new(swinging.environment(), swinging.rod().frames()[0], swinging.rod());
+    let site = Site::new(
+        swinging.environment(),
+        swinging.rod().frames()[0],
+        swinging.rod(),
+    );
     let mut variables = [f64::INFINITY; 4];
-    history.variables(swinging.model().tropism(), f64::NAN, &site, &[], &mut variables);
+    history.variables(
+        swinging.model().tropism(),
+        f64::NAN,
+        &site,
+        &[],
+        &mut variables,
+    );
     // The other laws have seven variables instead of four. The history has no values for the
     // additional ones.
-    let mut others = shoot(0.067, 4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
+    let mut others = shoot(0.067, 4)
+        .tropism(steering(STATOLITHS))
+        .into_dyn()
+        .build()
+        .unwrap();
     let refused = MethodOfSteps::new(60.0).start(&mut others, &history);
-    assert!(matches!(refused, Err(IntegrationError::NotFinite { .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(IntegrationError::NotFinite { .. })),
+        "{refused:?}"
+    );
 }
 
 /// A shoot can enter a forced orbit only at the phase of the forcing at which the orbit was
@@ -200,8 +259,14 @@ fn forced_orbit_is_entered_only_at_its_phase() {
     let mut run = MethodOfSteps::new(60.0);
     run.advance(&mut driven, 0.3 * period).unwrap();
     let before = driven.clone();
-    assert!(matches!(orbit.enter(&mut driven), Err(CycleError::Parameter(_))));
-    assert!(driven.state() == before.state(), "an error leaves the shoot unchanged");
+    assert!(matches!(
+        orbit.enter(&mut driven),
+        Err(CycleError::Parameter(_))
+    ));
+    assert!(
+        driven.state() == before.state(),
+        "an error leaves the shoot unchanged"
+    );
     run.advance(&mut driven, 2.0 * period).unwrap();
     assert!(orbit.enter(&mut driven).is_ok());
 }
@@ -226,12 +291,22 @@ fn oscillations_of_the_tip_of_a_nonlinear_swing_are_odd_harmonics() {
             // The noise is a ten-thousandth of the largest excursion.
             positions.push(rod.tip().xy() + draw.normal() * 5.7e-6);
         }
-        let found = Track::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
+        let found = Track::new(times, positions)
+            .unwrap()
+            .oscillations(&Search::default())
+            .unwrap();
         let mut waves = found.oscillations.clone();
         waves.sort_by(|a, b| b.period.total_cmp(&a.period));
         let orders: Vec<_> = waves.iter().map(|wave| wave.harmonic).collect();
-        assert_eq!(orders, [None, Some(3), Some(5), Some(7)], "{count}: {waves:?}");
+        assert_eq!(
+            orders,
+            [None, Some(3), Some(5), Some(7)],
+            "{count}: {waves:?}"
+        );
         // The tolerance is three standard errors.
-        assert!((waves[0].period - orbit.period).abs() < 3.0 * waves[0].period_error, "{count}: {waves:?}");
+        assert!(
+            (waves[0].period - orbit.period).abs() < 3.0 * waves[0].period_error,
+            "{count}: {waves:?}"
+        );
     }
 }

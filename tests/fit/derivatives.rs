@@ -12,30 +12,65 @@ use morphorod::{DynLaws, Shoot};
 use nalgebra::{DVector, Vector3};
 
 /// β, η, τm (s), τr (s), τg (s), ℓg (m), α, τe (s), E (Pa), ρ (kg/m³), ℓ0 (m).
-const PARAMETERS: [f64; 11] = [0.8, 20.0, 720.0, 720.0, 20.0 * HOUR, 0.03, 0.2, 1440.0, 1e7, 1000.0, 0.0327];
+const PARAMETERS: [f64; 11] = [
+    0.8,
+    20.0,
+    720.0,
+    720.0,
+    20.0 * HOUR,
+    0.03,
+    0.2,
+    1440.0,
+    1e7,
+    1000.0,
+    0.0327,
+];
 
 /// A growing shoot whose tissue leaves the growth zone, lignifies, and is merged.
 fn shoot(p: &[f64]) -> Shoot<DynLaws> {
-    let memory = Memory { time: p[2], delay: p[3] };
-    let young = LinearElastic { youngs_modulus: p[8], poissons_ratio: 0.5 };
-    Shoot::builder(Lignifying { young, mature_modulus: 200.0 * p[8], time: 24.0 * HOUR })
-        .length(p[10])
-        .radius(RADIUS)
-        .elements(4)
-        .growth(UniformGrowth { zone_length: p[5], time: p[4] })
-        .tropism((
-            Oscillator::new(p[6], p[7]),
-            Gravitropism { sensitivity: p[0], perception: STATOLITHS }.remembered(memory),
-            Proprioception { sensitivity: p[1] }.remembered(memory),
-        ))
-        .load((morphorod::load::Weight { density: p[9] }, ApicalForce(|_: f64| Vector3::new(2e-5, 1e-5, 0.0))))
-        .into_dyn()
-        .build()
-        .unwrap()
+    let memory = Memory {
+        time: p[2],
+        delay: p[3],
+    };
+    let young = LinearElastic {
+        youngs_modulus: p[8],
+        poissons_ratio: 0.5,
+    };
+    Shoot::builder(Lignifying {
+        young,
+        mature_modulus: 200.0 * p[8],
+        time: 24.0 * HOUR,
+    })
+    .length(p[10])
+    .radius(RADIUS)
+    .elements(4)
+    .growth(UniformGrowth {
+        zone_length: p[5],
+        time: p[4],
+    })
+    .tropism((
+        Oscillator::new(p[6], p[7]),
+        Gravitropism {
+            sensitivity: p[0],
+            perception: STATOLITHS,
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: p[1] }.remembered(memory),
+    ))
+    .load((
+        morphorod::load::Weight { density: p[9] },
+        ApicalForce(|_: f64| Vector3::new(2e-5, 1e-5, 0.0)),
+    ))
+    .into_dyn()
+    .build()
+    .unwrap()
 }
 
 /// Tips every ten minutes over four hours, and the shoot at the end.
-fn run(p: &[f64], integrator: &mut MethodOfSteps) -> Result<(DVector<f64>, Shoot<DynLaws>), IntegrationError> {
+fn run(
+    p: &[f64],
+    integrator: &mut MethodOfSteps,
+) -> Result<(DVector<f64>, Shoot<DynLaws>), IntegrationError> {
     let (mut shoot, mut tips) = (shoot(p), Vec::new());
     for k in 1..=24 {
         integrator.advance(&mut shoot, 10.0 * MINUTE * f64::from(k))?;
@@ -82,12 +117,18 @@ fn differences_on_a_grid_are_derivatives_with_respect_to_every_parameter() {
             };
             (at(h) - at(-h)) / (2.0 * h)
         };
-        // The first step is that of fits. The reference is Richardson's extrapolation of two larger ones. Its error is
-        // of fourth order, (ω T h)⁴ = 1e-12 for the phase of the oscillator after four hours.
+        // The first step is that of fits. The reference is Richardson's extrapolation of two larger
+        // ones. Its error is of fourth order, (ω T h)⁴ = 1e-12 for the phase of the oscillator
+        // after four hours.
         let [used, coarse, fine] = [1e-5, 5e-5, 2.5e-5].map(difference);
         let extrapolated = (fine * 4.0 - coarse) / 3.0;
-        // The tolerance is the required accuracy. The error is 1e-7 for the phase and smaller for all others.
-        assert_abs_diff_eq!((used - &extrapolated).norm() / extrapolated.norm(), 0.0, epsilon = 1e-6);
+        // The tolerance is the required accuracy. The error is 1e-7 for the phase and smaller for
+        // all others.
+        assert_abs_diff_eq!(
+            (used - &extrapolated).norm() / extrapolated.norm(),
+            0.0,
+            epsilon = 1e-6
+        );
     }
 }
 
@@ -103,10 +144,19 @@ fn the_reaction_time_moves_the_steps_of_a_followed_grid_smoothly() {
         run(&p, &mut following).unwrap().0
     };
     let slopes = [0.02, 0.01].map(|change| (at(change) - at(-change)) / (2.0 * change));
-    // The difference is of second order, (0.02 s/τr)² = 8e-10, times the curvature of the path over four hours, below
-    // 1e3.
-    assert_relative_eq!(slopes[0].norm(), slopes[1].norm(), epsilon = 0.0, max_relative = 1e-6);
-    assert_abs_diff_eq!((&slopes[0] - &slopes[1]).norm() / slopes[1].norm(), 0.0, epsilon = 1e-6);
+    // The difference is of second order, (0.02 s/τr)² = 8e-10, times the curvature of the path over
+    // four hours, below 1e3.
+    assert_relative_eq!(
+        slopes[0].norm(),
+        slopes[1].norm(),
+        epsilon = 0.0,
+        max_relative = 1e-6
+    );
+    assert_abs_diff_eq!(
+        (&slopes[0] - &slopes[1]).norm() / slopes[1].norm(),
+        0.0,
+        epsilon = 1e-6
+    );
 }
 
 #[test]
@@ -116,13 +166,25 @@ fn errors_of_a_grid_that_does_not_fit_leave_the_shoot_unchanged() {
     p[4] *= 0.5;
     let mut following = integrator();
     following.follow(grid.clone());
-    assert!(matches!(run(&p, &mut following), Err(IntegrationError::Grid { .. })));
+    assert!(matches!(
+        run(&p, &mut following),
+        Err(IntegrationError::Grid { .. })
+    ));
 
     let mut following = integrator();
     following.follow(grid);
     let (_, mut end) = run(&PARAMETERS, &mut following).unwrap();
     let before = end.state().clone();
     let error = following.advance(&mut end, 5.0 * HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::Grid { problem: "it has no further step", .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            IntegrationError::Grid {
+                problem: "it has no further step",
+                ..
+            }
+        ),
+        "{error}"
+    );
     assert_eq!(*end.state(), before);
 }

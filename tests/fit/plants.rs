@@ -8,7 +8,9 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::fit::{Family, Parameter};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths,
+};
 use morphorod::{DynLaws, ParameterError, Shoot, Still};
 use nalgebra::Vector3;
 
@@ -31,24 +33,38 @@ pub fn righting(p: &[f64]) -> Result<Shoot<DynLaws>, ParameterError> {
 
 /// The same shoot with an internal oscillator.
 pub fn oscillating(p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, ParameterError> {
-    let memory = Memory { time: p[2], delay: p[3] };
-    Shoot::builder(LinearElastic { youngs_modulus: p[5], poissons_ratio: 0.5 })
-        .length(p[6])
-        .radius(RADIUS)
-        .elements(4)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: p[4] }))
-        .tropism((
-            oscillator,
-            Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory),
-            Proprioception { sensitivity: p[1] }.remembered(memory),
-        ))
-        .load(WEIGHT)
-        .scene(Still::tilted(FRAC_PI_2))
-        .into_dyn()
-        .build()
+    let memory = Memory {
+        time: p[2],
+        delay: p[3],
+    };
+    Shoot::builder(LinearElastic {
+        youngs_modulus: p[5],
+        poissons_ratio: 0.5,
+    })
+    .length(p[6])
+    .radius(RADIUS)
+    .elements(4)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 0.07,
+        time: p[4],
+    }))
+    .tropism((
+        oscillator,
+        Gravitropism {
+            sensitivity: p[0],
+            perception: SettledStatoliths,
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: p[1] }.remembered(memory),
+    ))
+    .load(WEIGHT)
+    .scene(Still::tilted(FRAC_PI_2))
+    .into_dyn()
+    .build()
 }
 
-/// Family of righting shoots. The initial values of the free parameters are their true values times `factor`.
+/// Family of righting shoots. The initial values of the free parameters are their true values times
+/// `factor`.
 pub fn family(free: &[&str], factor: f64) -> Family<Build> {
     let parameter = |(name, truth): (&&str, &f64)| {
         if free.contains(name) {
@@ -57,11 +73,14 @@ pub fn family(free: &[&str], factor: f64) -> Family<Build> {
             Parameter::fixed(name, *truth)
         }
     };
-    Family { parameters: NAMES.iter().zip(&TRUTH).map(parameter).collect(), build: righting }
+    Family {
+        parameters: NAMES.iter().zip(&TRUTH).map(parameter).collect(),
+        build: righting,
+    }
 }
 
-/// Times (s) every 10 min over six hours, and `count` points (m) of the true shoot at each time, from base to tip, with
-/// noise (m).
+/// Times (s) every 10 min over six hours, and `count` points (m) of the true shoot at each time,
+/// from base to tip, with noise (m).
 pub fn measured(count: usize, noise: f64, seed: u64) -> (Vec<f64>, Vec<Vec<Vector3<f64>>>) {
     measured_of(righting(&TRUTH).unwrap(), count, noise, seed)
 }
@@ -78,7 +97,11 @@ pub fn measured_of(
     let times: Vec<f64> = (1..=36).map(|k| HOUR / 6.0 * f64::from(k)).collect();
     let mut frame = |time: &f64| {
         integrator.advance(&mut shoot, *time).unwrap();
-        let points = if count == 1 { vec![shoot.tip()] } else { shoot.rod().centre_line_at(count + 1)[1..].to_vec() };
+        let points = if count == 1 {
+            vec![shoot.tip()]
+        } else {
+            shoot.rod().centre_line_at(count + 1)[1..].to_vec()
+        };
         let mut noisy = |p: Vector3<f64>| p + Vector3::from_fn(|_, _| noise * draw.normal().x);
         points.into_iter().map(&mut noisy).collect()
     };

@@ -11,12 +11,17 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Weight};
 use morphorod::tracking::Track;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths,
+};
 use morphorod::{DynLaws, ParameterError, Shoot, Still};
 use nalgebra::{Vector2, Vector3};
 
-/// Names of the parameters: β, η, α, E (Pa), r (m), ρ (kg/m³), force at the tip (N), ℓ0 (m), scale of the camera.
-const NAMES: [&str; 9] = ["beta", "eta", "alpha", "E", "r", "rho", "force", "l_0", "scale"];
+/// Names of the parameters: β, η, α, E (Pa), r (m), ρ (kg/m³), force at the tip (N), ℓ0 (m), scale
+/// of the camera.
+const NAMES: [&str; 9] = [
+    "beta", "eta", "alpha", "E", "r", "rho", "force", "l_0", "scale",
+];
 
 /// True values of the parameters.
 const TRUTH: [f64; 9] = [0.8, 20.0, 0.2, 1e7, 5e-4, 1000.0, 5e-5, 0.05, 1.0];
@@ -25,24 +30,44 @@ const TRUTH: [f64; 9] = [0.8, 20.0, 0.2, 1e7, 5e-4, 1000.0, 5e-5, 0.05, 1.0];
 const STEP: f64 = 200.0;
 
 fn build(p: &[f64]) -> Result<Shoot<DynLaws>, ParameterError> {
-    let (memory, force) = (Memory { time: 720.0, delay: 720.0 }, p[6]);
-    Shoot::builder(LinearElastic { youngs_modulus: p[3], poissons_ratio: 0.5 })
-        .length(p[7])
-        .radius(p[4])
-        .elements(4)
-        .growth(Ongoing(UniformGrowth { zone_length: 1.0, time: 72e3 }))
-        .tropism((
-            Oscillator::new(p[2], 2.0 * HOUR),
-            Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory),
-            Proprioception { sensitivity: p[1] }.remembered(memory),
-        ))
-        .load((Weight { density: p[5] }, ApicalForce(move |_: f64| Vector3::new(0.0, force, 0.0))))
-        .scene(Still::tilted(FRAC_PI_2))
-        .into_dyn()
-        .build()
+    let (memory, force) = (
+        Memory {
+            time: 720.0,
+            delay: 720.0,
+        },
+        p[6],
+    );
+    Shoot::builder(LinearElastic {
+        youngs_modulus: p[3],
+        poissons_ratio: 0.5,
+    })
+    .length(p[7])
+    .radius(p[4])
+    .elements(4)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 1.0,
+        time: 72e3,
+    }))
+    .tropism((
+        Oscillator::new(p[2], 2.0 * HOUR),
+        Gravitropism {
+            sensitivity: p[0],
+            perception: SettledStatoliths,
+        }
+        .remembered(memory),
+        Proprioception { sensitivity: p[1] }.remembered(memory),
+    ))
+    .load((
+        Weight { density: p[5] },
+        ApicalForce(move |_: f64| Vector3::new(0.0, force, 0.0)),
+    ))
+    .scene(Still::tilted(FRAC_PI_2))
+    .into_dyn()
+    .build()
 }
 
-/// Fit of the named parameters to the exact tip from above, every 20 min over four hours, with a noise of 0.1 mm.
+/// Fit of the named parameters to the exact tip from above, every 20 min over four hours, with a
+/// noise of 0.1 mm.
 fn fitted(free: &[&str], force: f64) -> Estimates {
     let mut truth = TRUTH;
     truth[6] = force;
@@ -54,7 +79,9 @@ fn fitted(free: &[&str], force: f64) -> Estimates {
         Vector2::new(shoot.tip().x, shoot.tip().y)
     };
     let track = Track::new(times.clone(), times.iter().map(&mut seen).collect()).unwrap();
-    let series = Series::track(&track, View::above()).with_noise(1e-4).with_scale("scale");
+    let series = Series::track(&track, View::above())
+        .with_noise(1e-4)
+        .with_scale("scale");
     let parameter = |(name, value): (&&str, &f64)| {
         if free.contains(name) {
             Parameter::positive(name, [value / 3.0, value * 3.0]).starting(*value)
@@ -63,34 +90,62 @@ fn fitted(free: &[&str], force: f64) -> Estimates {
         }
     };
     let parameters = NAMES.iter().zip(&truth).map(parameter).collect();
-    let fit = Fit { step: STEP, starts: 1, windows: vec![1.0], ..Fit::default() };
+    let fit = Fit {
+        step: STEP,
+        starts: 1,
+        windows: vec![1.0],
+        ..Fit::default()
+    };
     fit.run(&Family { parameters, build }, &[series]).unwrap()
 }
 
-/// Checks that all of the parameters are structurally not identifiable, by changes of their logarithms in proportion to
-/// the given ones.
+/// Checks that all of the parameters are structurally not identifiable, by changes of their
+/// logarithms in proportion to the given ones.
 fn assert_combination(found: &Estimates, expected: &[(&str, f64)]) {
-    assert_eq!(found.weak.iter().filter(|weak| weak.structural).count(), 1, "{found}");
+    assert_eq!(
+        found.weak.iter().filter(|weak| weak.structural).count(),
+        1,
+        "{found}"
+    );
     let components = &found.weak[0].components;
     assert_eq!(components.len(), expected.len(), "{found}");
-    let largest = expected.iter().fold(0.0_f64, |largest, (_, change)| largest.max(change.abs()));
-    let sign = components.iter().find(|(name, _)| *name == expected[0].0).unwrap().1.signum();
+    let largest = expected
+        .iter()
+        .fold(0.0_f64, |largest, (_, change)| largest.max(change.abs()));
+    let sign = components
+        .iter()
+        .find(|(name, _)| *name == expected[0].0)
+        .unwrap()
+        .1
+        .signum();
     for (name, change) in expected {
-        assert_eq!(found.get(name).unwrap().verdict, Verdict::StructurallyNot, "{name}");
-        let component = components.iter().find(|(other, _)| other == name).unwrap().1;
+        assert_eq!(
+            found.get(name).unwrap().verdict,
+            Verdict::StructurallyNot,
+            "{name}"
+        );
+        let component = components
+            .iter()
+            .find(|(other, _)| other == name)
+            .unwrap()
+            .1;
         // The combination is exact. Differences have relative errors below 1e-6.
         let exact = sign * change / largest * expected[0].1.signum();
         assert_relative_eq!(component, exact, epsilon = 0.0, max_relative = 1e-4);
     }
     // The singular value is rounding, far below the values of combinations with an effect, 1e-5.
-    let [largest, least] = [f64::max, f64::min].map(|f| found.singular_values.iter().copied().reduce(f).unwrap());
+    let [largest, least] =
+        [f64::max, f64::min].map(|f| found.singular_values.iter().copied().reduce(f).unwrap());
     assert!(least < 1e-9 * largest, "{least:.1e} {largest:.1e}");
 }
 
 #[test]
 fn radius_with_sensitivities_and_stiffness_is_structurally_not_identifiable() {
     let found = fitted(&["beta", "eta", "alpha", "E", "r"], 0.0);
-    assert_combination(&found, &[("r", 1.0), ("beta", 1.0), ("alpha", 1.0), ("E", -2.0)]);
+    assert_combination(
+        &found,
+        &[("r", 1.0), ("beta", 1.0), ("alpha", 1.0), ("E", -2.0)],
+    );
     assert_eq!(found.get("eta").unwrap().verdict, Verdict::Identifiable);
 }
 
@@ -104,20 +159,32 @@ fn density_with_stiffness_and_loads_is_structurally_not_identifiable() {
 #[test]
 fn scale_of_a_camera_from_above_with_lengths_is_structurally_not_identifiable() {
     let found = fitted(&["beta", "eta", "alpha", "E", "l_0", "scale"], 0.0);
-    let lengths = [("scale", 1.0), ("l_0", -1.0), ("beta", 1.0), ("alpha", 1.0), ("E", -3.0)];
+    let lengths = [
+        ("scale", 1.0),
+        ("l_0", -1.0),
+        ("beta", 1.0),
+        ("alpha", 1.0),
+        ("E", -3.0),
+    ];
     assert_combination(&found, &lengths);
     assert_eq!(found.get("eta").unwrap().verdict, Verdict::Identifiable);
 }
 
-/// Only a known force, a ten thousandth of the weight, determines the lengths. Its effect is far below the noise.
+/// Only a known force, a ten thousandth of the weight, determines the lengths. Its effect is far
+/// below the noise.
 #[test]
 fn scale_of_a_camera_is_only_practically_not_identifiable_with_a_small_known_force() {
     let found = fitted(&["beta", "eta", "alpha", "E", "l_0", "scale"], 4e-8);
     for name in ["scale", "l_0", "E"] {
-        assert_eq!(found.get(name).unwrap().verdict, Verdict::PracticallyNot, "{found}");
+        assert_eq!(
+            found.get(name).unwrap().verdict,
+            Verdict::PracticallyNot,
+            "{found}"
+        );
     }
     // The limit of combinations without effect is 1e-8.
-    let [largest, least] = [f64::max, f64::min].map(|f| found.singular_values.iter().copied().reduce(f).unwrap());
+    let [largest, least] =
+        [f64::max, f64::min].map(|f| found.singular_values.iter().copied().reduce(f).unwrap());
     assert!(least > 3e-8 * largest, "{least:.1e} {largest:.1e}");
 }
 

@@ -15,12 +15,18 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 /// closed form. With c = 2ℓg/σ0 − 1 it is σ = 2ℓg/(1 + c exp(−2t/τg)), from which γ = ∂σ/∂σ0 =
 /// (σ/σ0)² exp(−2t/τg). The point leaves the zone at (τg/2) ln c.
 fn linear(law: &LinearProfile, sigma: f64, t: f64) -> (f64, f64, f64) {
-    let (c, decay) = (2.0 * law.zone_length / sigma - 1.0, (-2.0 * t / law.time).exp());
+    let (c, decay) = (
+        2.0 * law.zone_length / sigma - 1.0,
+        (-2.0 * t / law.time).exp(),
+    );
     let now = 2.0 * law.zone_length / (1.0 + c * decay);
     (now, (now / sigma).powi(2) * decay, 0.5 * law.time * c.ln())
 }
 
-const LINEAR: LinearProfile = LinearProfile { zone_length: 0.03, time: 20.0 * HOUR };
+const LINEAR: LinearProfile = LinearProfile {
+    zone_length: 0.03,
+    time: 20.0 * HOUR,
+};
 
 #[test]
 fn integrated_motion_and_exit_times_match_the_linear_profile() {
@@ -45,7 +51,10 @@ fn integrated_motion_and_exit_times_match_the_linear_profile() {
             }
         }
     }
-    assert!(worst.iter().all(|e| *e < 1.0), "errors in units of the bound of the method: {worst:?}");
+    assert!(
+        worst.iter().all(|e| *e < 1.0),
+        "errors in units of the bound of the method: {worst:?}"
+    );
 }
 
 #[test]
@@ -59,7 +68,12 @@ fn simulated_shoot_with_linear_profile_follows_the_closed_form() {
         .into_dyn()
         .build()
         .unwrap();
-    let first_nodes: Vec<f64> = shoot.rod().centre_line().iter().map(|(s, _)| initial - s).collect();
+    let first_nodes: Vec<f64> = shoot
+        .rod()
+        .centre_line()
+        .iter()
+        .map(|(s, _)| initial - s)
+        .collect();
     let mut run = MethodOfSteps::with_solver(0.05 * HOUR, Unloaded);
     let mut worst = [0.0_f64; 2];
     for t in [5.0, 10.0, 20.0, 40.0].map(|h| h * HOUR) {
@@ -76,7 +90,10 @@ fn simulated_shoot_with_linear_profile_follows_the_closed_form() {
             } else {
                 initial + LINEAR.zone_length * exit / LINEAR.time - LINEAR.zone_length
             };
-            let nearest = line.iter().map(|(s, _)| (s - exact).abs()).fold(f64::INFINITY, f64::min);
+            let nearest = line
+                .iter()
+                .map(|(s, _)| (s - exact).abs())
+                .fold(f64::INFINITY, f64::min);
             worst[1] = worst[1].max(nearest / now);
         }
     }
@@ -115,9 +132,20 @@ impl GrowthLaw for Daily {
 #[test]
 fn growth_with_a_daily_rhythm_matches_the_closed_form() {
     for swing in [0.5, -0.9, 1.0] {
-        let law = Daily { zone: 0.03, time: 20.0 * HOUR, period: 24.0 * HOUR, swing };
+        let law = Daily {
+            zone: 0.03,
+            time: 20.0 * HOUR,
+            period: 24.0 * HOUR,
+            swing,
+        };
         let initial = 0.05;
-        let mut shoot = Shoot::builder(YOUNG).length(initial).radius(5e-4).growth(law).into_dyn().build().unwrap();
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(initial)
+            .radius(5e-4)
+            .growth(law)
+            .into_dyn()
+            .build()
+            .unwrap();
         let mut run = MethodOfSteps::with_solver(0.1 * HOUR, Unloaded);
         for t in [6.0, 24.0, 72.0].map(|h| h * HOUR) {
             let exact = initial + law.zone * law.exponent(t);
@@ -154,9 +182,16 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
 fn integrated_motion_matches_the_cosine_profile() {
     // ∫ REGR from the apex is (σ − ℓg/(2π) sin(2πσ/ℓg))/τg. The reference is the 3/8 rule with
     // 40000 steps, whose error is 1e-14.
-    let law = CosineProfile { zone_length: 0.03, time: 20.0 * HOUR };
+    let law = CosineProfile {
+        zone_length: 0.03,
+        time: 20.0 * HOUR,
+    };
     let speed = |x: f64| (x - law.zone_length / TAU * (TAU * x / law.zone_length).sin()) / law.time;
-    for (sigma, t) in [(0.002, 40.0 * HOUR), (0.012, 10.0 * HOUR), (0.02, 8.0 * HOUR)] {
+    for (sigma, t) in [
+        (0.002, 40.0 * HOUR),
+        (0.012, 10.0 * HOUR),
+        (0.02, 8.0 * HOUR),
+    ] {
         let (mut x, h) = (sigma, t / 40000.0);
         for _ in 0..40000 {
             let k1 = speed(x);
@@ -170,11 +205,25 @@ fn integrated_motion_matches_the_cosine_profile() {
         let (distance, stretch) = law.flow(sigma, 0.0, t);
         // The error is 3e-11 per growth time of τg/2, for at most two growth times.
         assert_relative_eq!(distance, x, epsilon = 0.0, max_relative = 1e-10);
-        assert_relative_eq!(stretch, speed(x) / speed(sigma), epsilon = 0.0, max_relative = 1e-10);
+        assert_relative_eq!(
+            stretch,
+            speed(x) / speed(sigma),
+            epsilon = 0.0,
+            max_relative = 1e-10
+        );
         let exit = law.exit_time(sigma, 0.0, 40.0 * law.time).unwrap();
-        assert_relative_eq!(law.flow(sigma, 0.0, exit).0, law.zone_length, epsilon = 0.0, max_relative = 1e-12);
+        assert_relative_eq!(
+            law.flow(sigma, 0.0, exit).0,
+            law.zone_length,
+            epsilon = 0.0,
+            max_relative = 1e-12
+        );
         // The elongation of the whole zone is the same for all profiles of mean 1/τg.
-        assert_abs_diff_eq!(law.length(0.05, t) - 0.05, law.zone_length * t / law.time, epsilon = 1e-14);
+        assert_abs_diff_eq!(
+            law.length(0.05, t) - 0.05,
+            law.zone_length * t / law.time,
+            epsilon = 1e-14
+        );
     }
 }
 
@@ -183,7 +232,11 @@ struct Late;
 
 impl GrowthLaw for Late {
     fn regr(&self, _sigma: f64, t: f64) -> f64 {
-        if t < 1800.0 { 0.0 } else { 1.0 / (20.0 * 3600.0) }
+        if t < 1800.0 {
+            0.0
+        } else {
+            1.0 / (20.0 * 3600.0)
+        }
     }
     fn zone_length(&self) -> f64 {
         0.07
@@ -192,7 +245,11 @@ impl GrowthLaw for Late {
 
 #[test]
 fn tissue_without_a_finite_exit_time_keeps_an_infinite_age() {
-    let tissue = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * 86400.0 };
+    let tissue = Lignifying {
+        young: YOUNG,
+        mature_modulus: 2e9,
+        time: 6.0 * 86400.0,
+    };
     let mut shoot = Shoot::builder(tissue)
         .length(0.1)
         .radius(5e-4)

@@ -25,7 +25,10 @@ struct Closed {
 
 impl Closed {
     fn law(&self) -> UniformGrowth {
-        UniformGrowth { zone_length: self.zone, time: self.time }
+        UniformGrowth {
+            zone_length: self.zone,
+            time: self.time,
+        }
     }
 
     fn length(&self, t: f64) -> f64 {
@@ -47,7 +50,11 @@ impl Closed {
             let early = -self.time * (sigma - self.zone) / self.zone;
             (self.initial - sigma, 1.0, early)
         } else if t <= exit {
-            (self.length(t) - sigma * (t / self.time).exp(), (t / self.time).exp(), exit)
+            (
+                self.length(t) - sigma * (t / self.time).exp(),
+                (t / self.time).exp(),
+                exit,
+            )
         } else {
             (self.length(exit) - self.zone, self.zone / sigma, exit)
         }
@@ -57,10 +64,26 @@ impl Closed {
 /// The cases are ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h),
 /// ℓ0 = ℓg, and ℓ0 > ℓg.
 const CASES: [Closed; 4] = [
-    Closed { initial: 0.01, zone: 0.03, time: 20.0 * HOUR },
-    Closed { initial: 0.068, zone: 0.07, time: 40.0 * HOUR },
-    Closed { initial: 0.03, zone: 0.03, time: 20.0 * HOUR },
-    Closed { initial: 0.05, zone: 0.03, time: 20.0 * HOUR },
+    Closed {
+        initial: 0.01,
+        zone: 0.03,
+        time: 20.0 * HOUR,
+    },
+    Closed {
+        initial: 0.068,
+        zone: 0.07,
+        time: 40.0 * HOUR,
+    },
+    Closed {
+        initial: 0.03,
+        zone: 0.03,
+        time: 20.0 * HOUR,
+    },
+    Closed {
+        initial: 0.05,
+        zone: 0.03,
+        time: 20.0 * HOUR,
+    },
 ];
 
 #[test]
@@ -71,7 +94,12 @@ fn traced_uniform_growth_matches_the_closed_form() {
             let now = case.length(t);
             // The rounding of a few operations on numbers of the size of the length is far below
             // 1e-12 of it.
-            assert_relative_eq!(law.length(case.initial, t), now, epsilon = 0.0, max_relative = 1e-12);
+            assert_relative_eq!(
+                law.length(case.initial, t),
+                now,
+                epsilon = 0.0,
+                max_relative = 1e-12
+            );
             for start in (0..17).map(|i| case.initial * f64::from(i) / 16.0) {
                 let traced = law.trace(case.initial, start, t);
                 let (place, stretch, exit) = case.point(case.initial - start, t);
@@ -83,7 +111,11 @@ fn traced_uniform_growth_matches_the_closed_form() {
                     relative_eq!(traced.stretch, stretch, epsilon = 0.0, max_relative = 1e-12),
                     "{case:?} {start} {t}: {traced:?} against the stretch {stretch}"
                 );
-                assert_eq!(traced.exit_time.is_some(), exit <= t, "{case:?} {start} {t}: {traced:?}");
+                assert_eq!(
+                    traced.exit_time.is_some(),
+                    exit <= t,
+                    "{case:?} {start} {t}: {traced:?}"
+                );
                 if let Some(found) = traced.exit_time {
                     assert!(
                         abs_diff_eq!(found, exit, epsilon = 1e-12 * case.time),
@@ -103,8 +135,12 @@ fn places(rod: &Rod) -> Vec<f64> {
     let place = |i: usize| {
         let points = &rod.points()[i / p * p..(i / p + 1) * p];
         // The Lagrange polynomial of point j.
-        let polynomial =
-            |j: usize, y: f64| (0..p).filter(|k| *k != j).map(|k| (y - x[k]) / (x[j] - x[k])).product::<f64>();
+        let polynomial = |j: usize, y: f64| {
+            (0..p)
+                .filter(|k| *k != j)
+                .map(|k| (y - x[k]) / (x[j] - x[k]))
+                .product::<f64>()
+        };
         let inner = x.iter().zip(&w).map(|(y, w)| {
             let jacobian = (0..p).map(|j| polynomial(j, x[i % p] * y) * points[j].jacobian);
             w * x[i % p] * jacobian.sum::<f64>()
@@ -129,7 +165,12 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
             .into_dyn()
             .build()
             .unwrap();
-        let first_nodes: Vec<f64> = shoot.rod().centre_line().iter().map(|(s, _)| initial - s).collect();
+        let first_nodes: Vec<f64> = shoot
+            .rod()
+            .centre_line()
+            .iter()
+            .map(|(s, _)| initial - s)
+            .collect();
         let mut run = MethodOfSteps::with_solver(0.1 * HOUR, Unloaded);
         let (mut splits, mut worst) = (0, [0.0_f64; 4]);
         for t in (1..=4).map(|i| 0.25 * f64::from(i) * growth_times * case.time) {
@@ -143,12 +184,20 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
                 worst[1] = worst[1].max((place - exact).abs() / now);
                 // At the boundary itself, rounding may place a point on either side.
                 let near = 1e-12 * case.time;
-                assert!(point.exit_time.is_infinite() || point.exit_time <= t, "{point:?} at {t}");
+                assert!(
+                    point.exit_time.is_infinite() || point.exit_time <= t,
+                    "{point:?} at {t}"
+                );
                 if exit < t - near {
                     worst[2] = worst[2].max((point.exit_time - exit).abs() / case.time);
                 } else if exit > t + near {
-                    assert!(point.exit_time.is_infinite(), "{point:?} at {t} has not left before {exit}");
-                    worst[3] = worst[3].max((point.apex_distance / (now - exact) - 1.0).abs() * (now - exact) / now);
+                    assert!(
+                        point.exit_time.is_infinite(),
+                        "{point:?} at {t} has not left before {exit}"
+                    );
+                    worst[3] = worst[3].max(
+                        (point.apex_distance / (now - exact) - 1.0).abs() * (now - exact) / now,
+                    );
                 }
             }
             // Elements are split and never moved relative to the tissue. The first nodes therefore
@@ -156,7 +205,10 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
             let line = rod.centre_line();
             for sigma in &first_nodes[..first_nodes.len() - 1] {
                 let (exact, ..) = case.point(*sigma, t);
-                let nearest = line.iter().map(|(s, _)| (s - exact).abs()).fold(f64::INFINITY, f64::min);
+                let nearest = line
+                    .iter()
+                    .map(|(s, _)| (s - exact).abs())
+                    .fold(f64::INFINITY, f64::min);
                 worst[1] = worst[1].max(nearest / now);
             }
         }
@@ -171,9 +223,20 @@ fn very_long_growth_zone_takes_no_extra_steps() {
     // A zone length above the length of the shoot represents growth of the whole shoot. No tissue
     // leaves the zone, and no step is shortened.
     for zone in [0.06, 1.0, 1e9, 1e300, f64::MAX] {
-        let growth = UniformGrowth { zone_length: zone, time: 20.0 * HOUR };
-        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).into_dyn().build().unwrap();
-        let statistics = MethodOfSteps::with_solver(600.0, Unloaded).advance(&mut shoot, HOUR).unwrap();
+        let growth = UniformGrowth {
+            zone_length: zone,
+            time: 20.0 * HOUR,
+        };
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(5e-4)
+            .growth(growth)
+            .into_dyn()
+            .build()
+            .unwrap();
+        let statistics = MethodOfSteps::with_solver(600.0, Unloaded)
+            .advance(&mut shoot, HOUR)
+            .unwrap();
         assert_eq!(statistics.steps, 12, "{zone}");
         assert_abs_diff_eq!(shoot.rod().length(), 0.05 * f64::exp(0.05), epsilon = 1e-15);
     }
@@ -188,7 +251,11 @@ fn tropisms_receive_the_material_point() {
             to.stimuli(1);
         }
         fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-            check_uniform(site.environment.time, site.apex_distance, site.initial_apex_distance);
+            check_uniform(
+                site.environment.time,
+                site.apex_distance,
+                site.initial_apex_distance,
+            );
             stimuli[0] = 0.0;
         }
         fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
@@ -198,10 +265,22 @@ fn tropisms_receive_the_material_point() {
     }
     fn check_uniform(time: f64, distance: f64, initial: f64) {
         // Points move by a formula at each of a hundred steps.
-        assert_relative_eq!(distance, initial * f64::exp(time / 72e3), epsilon = 0.0, max_relative = 1e-12);
+        assert_relative_eq!(
+            distance,
+            initial * f64::exp(time / 72e3),
+            epsilon = 0.0,
+            max_relative = 1e-12
+        );
     }
-    let growth = UniformGrowth { zone_length: 0.07, time: 72e3 };
-    let builder = Shoot::builder(YOUNG).length(0.02).radius(RADIUS).growth(growth).tropism(Identified);
+    let growth = UniformGrowth {
+        zone_length: 0.07,
+        time: 72e3,
+    };
+    let builder = Shoot::builder(YOUNG)
+        .length(0.02)
+        .radius(RADIUS)
+        .growth(growth)
+        .tropism(Identified);
     let mut shoot = builder.into_dyn().build().unwrap();
     MethodOfSteps::new(360.0).advance(&mut shoot, 36e3).unwrap();
 }

@@ -1,4 +1,5 @@
-//! Composition of laws: declarations, chained memories, tuples, boxed laws, and user-defined models.
+//! Composition of laws: declarations, chained memories, tuples, boxed laws, and user-defined
+//! models.
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
@@ -11,8 +12,9 @@ use morphorod::integrator::{Integrator, MethodOfSteps, Simulation};
 use morphorod::load::{Distributed, Load, Weight};
 use morphorod::stability::{Linearisation, solve_steady_state};
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered,
-    Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
+    Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception,
+    Proprioception, Remembered, Response, Rotation, SettledStatoliths, Site, Size, Source,
+    TropismLaw, Variable,
 };
 use morphorod::{DynLaws, Laws, Model, Shoot, State, Still};
 use nalgebra::{Rotation3, Vector3};
@@ -38,41 +40,74 @@ impl TropismLaw for Counted<'_> {
 #[test]
 fn laws_may_borrow_and_need_not_cross_threads() {
     let calls = Cell::new(0);
-    let proprioception: Box<dyn TropismLaw> = Box::new(Proprioception { sensitivity: ETA }.remembered(MEMORY));
-    let mut shoot = righting().tropism((Counted(&calls), proprioception)).build().unwrap();
+    let proprioception: Box<dyn TropismLaw> =
+        Box::new(Proprioception { sensitivity: ETA }.remembered(MEMORY));
+    let mut shoot = righting()
+        .tropism((Counted(&calls), proprioception))
+        .build()
+        .unwrap();
     let _ = MethodOfSteps::new(360.0).advance(&mut shoot, HOUR).unwrap();
     assert!(calls.get() > 0);
-    assert!(Linearisation::about(&shoot).is_err(), "a shoot that still rises is not stationary");
+    assert!(
+        Linearisation::about(&shoot).is_err(),
+        "a shoot that still rises is not stationary"
+    );
 }
 
 #[test]
 fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
     let declared = Declaration::of(&all_laws());
-    assert_eq!(declared.size(), Size { variables: 7, stimuli: 5, reads_present: false });
+    assert_eq!(
+        declared.size(),
+        Size {
+            variables: 7,
+            stimuli: 5,
+            reads_present: false
+        }
+    );
     assert_eq!(declared.size(), all_laws().size());
     assert!(!declared.reads_position());
-    let component = |k, turn| Variable::unread().relaxing_in(120.0).approaching(Source::Stimulus(k)).turning(turn);
+    let component = |k, turn| {
+        Variable::unread()
+            .relaxing_in(120.0)
+            .approaching(Source::Stimulus(k))
+            .turning(turn)
+    };
     // No rate depends on the memories of these laws.
-    let read = Variable { coupled: false, ..Variable::read_after(720.0).relaxing_in(720.0) };
-    let memory = |remembers, rotation| Variable { remembers, rotation, ..read };
+    let read = Variable {
+        coupled: false,
+        ..Variable::read_after(720.0).relaxing_in(720.0)
+    };
+    let memory = |remembers, rotation| Variable {
+        remembers,
+        rotation,
+        ..read
+    };
     let expected = [
         component(0, Rotation::First),
         component(1, Rotation::Second),
         component(2, Rotation::Invariant),
-        // These memories follow the normal of the pile and the bend. The stimuli of the bend are declared after the
-        // three components of the vertical.
+        // These memories follow the normal of the pile and the bend. The stimuli of the bend are
+        // declared after the three components of the vertical.
         memory(Source::Variable(0), Rotation::First),
         memory(Source::Variable(1), Rotation::Second),
         memory(Source::Stimulus(3), Rotation::First),
         memory(Source::Stimulus(4), Rotation::Second),
     ];
     assert_eq!(declared.variables(), expected);
-    assert_eq!((declared.shortest_delay(), declared.longest_delay()), (720.0, 720.0));
+    assert_eq!(
+        (declared.shortest_delay(), declared.longest_delay()),
+        (720.0, 720.0)
+    );
     // A law without delayed variables does not limit the step.
-    assert_eq!(Declaration::of(&Oscillator::new(0.2, 1440.0)).shortest_delay(), f64::INFINITY);
+    assert_eq!(
+        Declaration::of(&Oscillator::new(0.2, 1440.0)).shortest_delay(),
+        f64::INFINITY
+    );
 }
 
-/// Values after a rotation of the directors by `angle` about d3, transformed as their declared rotation requires.
+/// Values after a rotation of the directors by `angle` about d3, transformed as their declared
+/// rotation requires.
 fn turned(values: &[f64], rotation: impl Fn(usize) -> Rotation, angle: f64) -> Vec<f64> {
     let (sin, cos) = angle.sin_cos();
     let turn = |i: usize| match rotation(i) {
@@ -170,27 +205,53 @@ impl TropismLaw for WrittenOut {
 
 #[test]
 fn chained_memories_filter_twice_and_add_their_delays() {
-    let light = DirectionalTropism { sensitivity: 0.8, perception: Sunlight };
-    let twice = light.remembered(Memory { time: 600.0, delay: 100.0 }).remembered(Memory { time: 300.0, delay: 200.0 });
+    let light = DirectionalTropism {
+        sensitivity: 0.8,
+        perception: Sunlight,
+    };
+    let twice = light
+        .remembered(Memory {
+            time: 600.0,
+            delay: 100.0,
+        })
+        .remembered(Memory {
+            time: 300.0,
+            delay: 200.0,
+        });
     let declared = Declaration::of(&twice);
     assert_eq!(declared.delays().collect::<Vec<_>>(), [300.0; 2]);
     assert_eq!(declared.variables()[2].remembers, Source::Variable(0));
     fn tip(law: impl TropismLaw + Send + Sync + 'static) -> Vector3<f64> {
         let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
-        MethodOfSteps::new(150.0).advance(&mut shoot, 5.0 * HOUR).unwrap();
+        MethodOfSteps::new(150.0)
+            .advance(&mut shoot, 5.0 * HOUR)
+            .unwrap();
         shoot.tip()
     }
-    let (found, expected) = (tip(twice), tip(WrittenOut { stages: [600.0, 300.0], delay: 300.0 }));
-    // Only the order of operations differs. A stable shoot does not amplify the rounding errors of positions of 5 cm.
+    let (found, expected) = (
+        tip(twice),
+        tip(WrittenOut {
+            stages: [600.0, 300.0],
+            delay: 300.0,
+        }),
+    );
+    // Only the order of operations differs. A stable shoot does not amplify the rounding errors of
+    // positions of 5 cm.
     assert_abs_diff_eq!(InNorm(found), InNorm(expected), epsilon = 1e-14);
-    let once =
-        DirectionalTropism { sensitivity: 0.8, perception: Sunlight }.remembered(Memory { time: 600.0, delay: 300.0 });
+    let once = DirectionalTropism {
+        sensitivity: 0.8,
+        perception: Sunlight,
+    }
+    .remembered(Memory {
+        time: 600.0,
+        delay: 300.0,
+    });
     // The second memory has an effect.
     assert!((tip(once) - expected).norm() > 1e-4);
 }
 
-/// A law that responds to the present bend or to its memory. The gradient is NaN if the present or past values that
-/// it receives contradict its declaration.
+/// A law that responds to the present bend or to its memory. The gradient is NaN if the present or
+/// past values that it receives contradict its declaration.
 struct Straightens {
     at_once: bool,
 }
@@ -228,12 +289,24 @@ impl TropismLaw for Straightens {
 fn present_stimuli_are_empty_for_laws_that_do_not_request_them() {
     let gravitropism = || steering(SettledStatoliths).0;
     for at_once in [false, true] {
-        let mut shoot = righting().tropism((gravitropism(), Straightens { at_once })).into_dyn().build().unwrap();
-        MethodOfSteps::new(300.0).advance(&mut shoot, 1800.0).unwrap();
+        let mut shoot = righting()
+            .tropism((gravitropism(), Straightens { at_once }))
+            .into_dyn()
+            .build()
+            .unwrap();
+        MethodOfSteps::new(300.0)
+            .advance(&mut shoot, 1800.0)
+            .unwrap();
         solve_steady_state(&mut shoot).unwrap();
         let both = (Straightens { at_once: true }, Straightens { at_once });
-        let mut shoot = righting().tropism((gravitropism(), both)).into_dyn().build().unwrap();
-        MethodOfSteps::new(300.0).advance(&mut shoot, 1800.0).unwrap();
+        let mut shoot = righting()
+            .tropism((gravitropism(), both))
+            .into_dyn()
+            .build()
+            .unwrap();
+        MethodOfSteps::new(300.0)
+            .advance(&mut shoot, 1800.0)
+            .unwrap();
         solve_steady_state(&mut shoot).unwrap();
         let _ = Linearisation::about(&shoot).unwrap();
     }
@@ -241,10 +314,27 @@ fn present_stimuli_are_empty_for_laws_that_do_not_request_them() {
 
 #[test]
 fn tuples_of_laws_act_as_their_sum() {
-    let bend = |share: f64| Proprioception { sensitivity: share * ETA }.remembered(MEMORY);
-    let up =
-        |share: f64| DirectionalTropism { sensitivity: share * BETA, perception: SettledStatoliths }.remembered(MEMORY);
-    let six = (up(0.5), bend(0.25), up(0.25), bend(0.5), up(0.25), bend(0.25));
+    let bend = |share: f64| {
+        Proprioception {
+            sensitivity: share * ETA,
+        }
+        .remembered(MEMORY)
+    };
+    let up = |share: f64| {
+        DirectionalTropism {
+            sensitivity: share * BETA,
+            perception: SettledStatoliths,
+        }
+        .remembered(MEMORY)
+    };
+    let six = (
+        up(0.5),
+        bend(0.25),
+        up(0.25),
+        bend(0.5),
+        up(0.25),
+        bend(0.25),
+    );
     let mut six = righting().tropism(six).into_dyn().build().unwrap();
     let nested = ((up(0.5), up(0.5)), Some(bend(1.0)), None::<Oscillator>);
     let mut nested = righting().tropism(nested).into_dyn().build().unwrap();
@@ -275,13 +365,19 @@ fn boxed_laws_reproduce_statically_typed_laws_bit_for_bit() {
 struct Specimen {
     name: &'static str,
     growth: Ongoing<UniformGrowth>,
-    steering: (Remembered<DirectionalTropism<SettledStatoliths>>, Remembered<Proprioception>),
+    steering: (
+        Remembered<DirectionalTropism<SettledStatoliths>>,
+        Remembered<Proprioception>,
+    ),
     pot: Still,
 }
 
 impl Model for Specimen {
     type Growth = Ongoing<UniformGrowth>;
-    type Tropism = (Remembered<DirectionalTropism<SettledStatoliths>>, Remembered<Proprioception>);
+    type Tropism = (
+        Remembered<DirectionalTropism<SettledStatoliths>>,
+        Remembered<Proprioception>,
+    );
     type Constitutive = LinearElastic;
     type Load = Weight;
     type Scene = Still;
@@ -314,9 +410,23 @@ fn user_written_model_matches_the_provided_one() {
         advance(&mut shoot, HOUR);
         shoot
     };
-    let Laws { growth, tropism, scene, .. } = *expected.model();
-    let specimen = Specimen { name: "Helianthus 7", growth, steering: tropism, pot: scene };
-    let mut shoot = Shoot::of(specimen).length(0.05).radius(RADIUS).build().unwrap();
+    let Laws {
+        growth,
+        tropism,
+        scene,
+        ..
+    } = *expected.model();
+    let specimen = Specimen {
+        name: "Helianthus 7",
+        growth,
+        steering: tropism,
+        pot: scene,
+    };
+    let mut shoot = Shoot::of(specimen)
+        .length(0.05)
+        .radius(RADIUS)
+        .build()
+        .unwrap();
     advance(&mut shoot, HOUR);
     assert!(shoot.state() == expected.state());
     assert_eq!(shoot.model().name, "Helianthus 7");
@@ -324,24 +434,45 @@ fn user_written_model_matches_the_provided_one() {
 
 #[test]
 fn boxed_and_shared_laws_compose_like_plain_laws() {
-    let mut expected = righting().tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
+    let mut expected = righting()
+        .tropism(steering(STATOLITHS))
+        .into_dyn()
+        .build()
+        .unwrap();
     advance(&mut expected, HOUR);
     let (gravitropism, proprioception) = steering(STATOLITHS);
     // Perceptions, responses, laws and models may be boxed, shared or borrowed.
     let shared = Arc::new(STATOLITHS);
-    let sensed = Gravitropism { sensitivity: BETA, perception: shared.clone() }.remembered(MEMORY);
+    let sensed = Gravitropism {
+        sensitivity: BETA,
+        perception: shared.clone(),
+    }
+    .remembered(MEMORY);
     let boxed: Box<dyn Perception<Signal = [f64; 2]> + Send + Sync> = Box::new(&STATOLITHS);
-    let dynamic = Gravitropism { sensitivity: BETA, perception: boxed }.remembered(MEMORY);
+    let dynamic = Gravitropism {
+        sensitivity: BETA,
+        perception: boxed,
+    }
+    .remembered(MEMORY);
     let answered = Arc::new(gravitropism.response).remembered(MEMORY);
-    let laws: [Box<dyn TropismLaw + Send + Sync>; 3] = [Box::new(sensed), Box::new(dynamic), Box::new(answered)];
+    let laws: [Box<dyn TropismLaw + Send + Sync>; 3] =
+        [Box::new(sensed), Box::new(dynamic), Box::new(answered)];
     for law in laws {
-        let mut shoot = righting().tropism((law, proprioception)).into_dyn().build().unwrap();
+        let mut shoot = righting()
+            .tropism((law, proprioception))
+            .into_dyn()
+            .build()
+            .unwrap();
         advance(&mut shoot, HOUR);
         assert!(shoot.state() == expected.state());
     }
     let model = Arc::new(expected.model().clone());
     for _ in 0..2 {
-        let mut shoot = Shoot::of(model.clone()).length(0.05).radius(RADIUS).build().unwrap();
+        let mut shoot = Shoot::of(model.clone())
+            .length(0.05)
+            .radius(RADIUS)
+            .build()
+            .unwrap();
         advance(&mut shoot, HOUR);
         assert!(shoot.state() == expected.state());
     }
@@ -350,14 +481,23 @@ fn boxed_and_shared_laws_compose_like_plain_laws() {
 #[test]
 fn shoots_of_different_models_share_a_list_of_simulations() {
     // The two shoots differ in the types of their models.
-    let mut alone = (righting().build().unwrap(), growing().into_dyn().build().unwrap());
+    let mut alone = (
+        righting().build().unwrap(),
+        growing().into_dyn().build().unwrap(),
+    );
     advance(&mut alone.0, HOUR);
     advance(&mut alone.1, HOUR);
     let mut list: Vec<Box<dyn Simulation + Send>> = vec![
         Box::new((righting().build().unwrap(), MethodOfSteps::new(180.0))),
-        Box::new((growing().into_dyn().build().unwrap(), MethodOfSteps::new(180.0))),
+        Box::new((
+            growing().into_dyn().build().unwrap(),
+            MethodOfSteps::new(180.0),
+        )),
     ];
-    let starts: Vec<State> = list.iter().map(|simulation| simulation.state().clone()).collect();
+    let starts: Vec<State> = list
+        .iter()
+        .map(|simulation| simulation.state().clone())
+        .collect();
     for _ in 0..2 {
         std::thread::scope(|scope| {
             for simulation in &mut list {
@@ -380,21 +520,46 @@ fn shoots_of_different_models_share_a_list_of_simulations() {
 /// A list of laws or loads equals the tuple of them.
 #[test]
 fn lists_of_laws_and_loads_equal_tuples() {
-    let gravitropism = || Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+    let gravitropism = || {
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: SettledStatoliths,
+        }
+        .remembered(MEMORY)
+    };
     let proprioception = || Proprioception { sensitivity: ETA }.remembered(MEMORY);
     let force = |x: f64| Distributed(Vector3::x() * x);
-    let boxed: Vec<Box<dyn TropismLaw + Send + Sync>> = vec![Box::new(gravitropism()), Box::new(proprioception())];
-    let loads: Vec<Box<dyn Load + Send + Sync>> = vec![Box::new(force(1e-5)), Box::new(force(2e-5))];
+    let boxed: Vec<Box<dyn TropismLaw + Send + Sync>> =
+        vec![Box::new(gravitropism()), Box::new(proprioception())];
+    let loads: Vec<Box<dyn Load + Send + Sync>> =
+        vec![Box::new(force(1e-5)), Box::new(force(2e-5))];
     let run = |mut shoot: Shoot<DynLaws>| {
         MethodOfSteps::new(90.0).advance(&mut shoot, HOUR).unwrap();
         shoot.tip()
     };
-    let tuple =
-        run(righting().tropism((gravitropism(), proprioception())).load(force(3e-5)).into_dyn().build().unwrap());
-    let list = run(righting().tropism(boxed).load(loads).into_dyn().build().unwrap());
+    let tuple = run(righting()
+        .tropism((gravitropism(), proprioception()))
+        .load(force(3e-5))
+        .into_dyn()
+        .build()
+        .unwrap());
+    let list = run(righting()
+        .tropism(boxed)
+        .load(loads)
+        .into_dyn()
+        .build()
+        .unwrap());
     // Only the order of additions differs.
     approx::assert_abs_diff_eq!((tuple - list).norm(), 0.0, epsilon = 1e-14);
-    let same = run(righting().tropism(vec![proprioception(); 2]).into_dyn().build().unwrap());
-    let pair = run(righting().tropism((proprioception(), proprioception())).into_dyn().build().unwrap());
+    let same = run(righting()
+        .tropism(vec![proprioception(); 2])
+        .into_dyn()
+        .build()
+        .unwrap());
+    let pair = run(righting()
+        .tropism((proprioception(), proprioception()))
+        .into_dyn()
+        .build()
+        .unwrap());
     assert_eq!(same, pair);
 }

@@ -10,8 +10,8 @@ use crate::fixtures::shoots::{BETA, HOUR, MEMORY, STATOLITHS, righting, steering
 use approx::assert_abs_diff_eq;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Gravitropism, Growing, KernelTerm, MemoryKernel, Perception, Response,
-    SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
+    Declaration, DirectionalTropism, Gravitropism, Growing, KernelTerm, MemoryKernel, Perception,
+    Response, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
 };
 use nalgebra::Vector3;
 
@@ -51,7 +51,10 @@ impl<L: TropismLaw> TropismLaw for Silent<L> {
 
 /// A variable that is not declared as a memory.
 fn computed(variable: &Variable) -> Variable {
-    Variable { remembers: Source::Computed, ..*variable }
+    Variable {
+        remembers: Source::Computed,
+        ..*variable
+    }
 }
 
 /// Tip (m) and variables of a righting shoot after two hours.
@@ -63,7 +66,9 @@ fn righted(law: impl TropismLaw + Send + Sync + 'static) -> (Vector3<f64>, Vec<f
         run.advance(&mut shoot, until * HOUR).unwrap();
     }
     let points = 0..shoot.rod().points().len();
-    let variables = points.flat_map(|i| shoot.state().variables(i).unwrap().to_vec()).collect();
+    let variables = points
+        .flat_map(|i| shoot.state().variables(i).unwrap().to_vec())
+        .collect();
     (shoot.tip(), variables)
 }
 
@@ -71,14 +76,21 @@ fn righted(law: impl TropismLaw + Send + Sync + 'static) -> (Vector3<f64>, Vec<f
 fn undeclared_memories_give_the_same_shoot_as_declared_ones() {
     let calls = Arc::new(AtomicUsize::new(0));
     let (tip, variables) = righted(steering(SettledStatoliths));
-    let (other_tip, other_variables) =
-        righted(Silent { law: steering(SettledStatoliths), silenced: computed, calls: calls.clone() });
+    let (other_tip, other_variables) = righted(Silent {
+        law: steering(SettledStatoliths),
+        silenced: computed,
+        calls: calls.clone(),
+    });
     // The same weights are applied in another order, in fifty steps. The tolerance of the variables
     // is four machine epsilons per step, relative to the larger of their size and 1. The tip is at
     // a distance of 5 cm.
     assert_abs_diff_eq!(InNorm(tip), InNorm(other_tip), epsilon = 1e-15);
     for (y, other) in variables.iter().zip(&other_variables) {
-        assert_abs_diff_eq!(y, other, epsilon = 50.0 * 4.0 * f64::EPSILON * y.abs().max(1.0));
+        assert_abs_diff_eq!(
+            y,
+            other,
+            epsilon = 50.0 * 4.0 * f64::EPSILON * y.abs().max(1.0)
+        );
     }
     assert!(calls.load(Ordering::Relaxed) > 0);
 }
@@ -89,10 +101,14 @@ fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
     // undeclared memories.
     let calls = Arc::new(AtomicUsize::new(0));
     let (tip, _) = righted(steering(STATOLITHS));
-    let (other, _) = righted(Silent { law: steering(STATOLITHS), silenced: computed, calls: calls.clone() });
+    let (other, _) = righted(Silent {
+        law: steering(STATOLITHS),
+        silenced: computed,
+        calls: calls.clone(),
+    });
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
-    // At most four sweeps over three nodes at 32 points. Two hours take 50 steps, seven initial steps, and some
-    // additional steps around the two output times.
+    // At most four sweeps over three nodes at 32 points. Two hours take 50 steps, seven initial
+    // steps, and some additional steps around the two output times.
     let per_point = calls.load(Ordering::Relaxed) as f64 / (32.0 * 60.0);
     assert!(per_point < 12.0, "{per_point} calls at a point in a step");
 }
@@ -101,15 +117,25 @@ fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
 fn declared_stimulus_of_statoliths_saves_calls() {
     let calls = |silenced: fn(&Variable) -> Variable| {
         let calls = Arc::new(AtomicUsize::new(0));
-        let (tip, _) = righted(Silent { law: steering(STATOLITHS), silenced, calls: calls.clone() });
+        let (tip, _) = righted(Silent {
+            law: steering(STATOLITHS),
+            silenced,
+            calls: calls.clone(),
+        });
         (tip, calls.load(Ordering::Relaxed) as f64)
     };
     let (tip, declared) = calls(computed);
-    let (other, undeclared) = calls(|variable| Variable { approaches: Source::Computed, ..computed(variable) });
+    let (other, undeclared) = calls(|variable| Variable {
+        approaches: Source::Computed,
+        ..computed(variable)
+    });
     // The tolerance of the iteration, at a distance of 5 cm.
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
     println!("{declared} and {undeclared} calls");
-    assert!(declared < 0.9 * undeclared, "{declared} and {undeclared} calls");
+    assert!(
+        declared < 0.9 * undeclared,
+        "{declared} and {undeclared} calls"
+    );
 }
 
 /// A perception that does not declare which of its variables are the signal.
@@ -146,15 +172,31 @@ impl<P: Perception> Perception for Computed<P> {
 fn memories_of_a_computed_signal_give_the_same_shoot_as_those_of_a_declared_one() {
     let (tip, _) = righted(steering(STATOLITHS));
     let (other, _) = righted(steering(Computed(STATOLITHS)));
-    // Variables of statoliths are iterated to a relative tolerance of 1e-12, and the tip is at a distance of 5 cm.
+    // Variables of statoliths are iterated to a relative tolerance of 1e-12, and the tip is at a
+    // distance of 5 cm.
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
 }
 
 #[test]
 fn memories_of_a_computed_memory_give_the_same_shoot_as_those_of_a_declared_one() {
-    let once = || Gravitropism { sensitivity: BETA, perception: STATOLITHS }.remembered(MEMORY);
-    let (tip, _) = righted(DirectionalTropism { sensitivity: BETA, perception: once() }.remembered(MEMORY));
-    let computed = DirectionalTropism { sensitivity: BETA, perception: Computed(once()) };
+    let once = || {
+        Gravitropism {
+            sensitivity: BETA,
+            perception: STATOLITHS,
+        }
+        .remembered(MEMORY)
+    };
+    let (tip, _) = righted(
+        DirectionalTropism {
+            sensitivity: BETA,
+            perception: once(),
+        }
+        .remembered(MEMORY),
+    );
+    let computed = DirectionalTropism {
+        sensitivity: BETA,
+        perception: Computed(once()),
+    };
     let (other, _) = righted(computed.remembered(MEMORY));
     // The tolerance of the iteration, as above.
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
@@ -163,23 +205,45 @@ fn memories_of_a_computed_memory_give_the_same_shoot_as_those_of_a_declared_one(
 /// Oscillating memories of a stimulus, of a variable that is iterated, and of a computed signal.
 #[test]
 fn oscillations_integrated_in_closed_form_give_the_same_shoot_as_iterated_ones() {
-    let oscillation = KernelTerm { amplitude: 2e-3, time: 900.0, frequency: 1.5e-3, phase: -0.4 };
-    let kernel = || MemoryKernel { terms: vec![KernelTerm::decay(1e-3, 300.0), oscillation], delay: 400.0 };
+    let oscillation = KernelTerm {
+        amplitude: 2e-3,
+        time: 900.0,
+        frequency: 1.5e-3,
+        phase: -0.4,
+    };
+    let kernel = || MemoryKernel {
+        terms: vec![KernelTerm::decay(1e-3, 300.0), oscillation],
+        delay: 400.0,
+    };
     fn gravitropism<P>(perception: P) -> Gravitropism<P> {
-        Gravitropism { sensitivity: BETA, perception }
+        Gravitropism {
+            sensitivity: BETA,
+            perception,
+        }
     }
-    let silent = |variable: &Variable| Variable { turns: None, ..computed(variable) };
+    let silent = |variable: &Variable| Variable {
+        turns: None,
+        ..computed(variable)
+    };
     let (tip, variables) = righted(gravitropism(SettledStatoliths).filtered(kernel()));
     let law = gravitropism(SettledStatoliths).filtered(kernel());
-    let (other, other_variables) = righted(Silent { law, silenced: silent, calls: Arc::default() });
-    // Collocation replaces the partner of an oscillating variable by a cubic. The error of four Lobatto points in fifty
-    // steps is of the order of 50 (ωh)⁷/1e6, with h = 180 s.
+    let (other, other_variables) = righted(Silent {
+        law,
+        silenced: silent,
+        calls: Arc::default(),
+    });
+    // Collocation replaces the partner of an oscillating variable by a cubic. The error of four
+    // Lobatto points in fifty steps is of the order of 50 (ωh)⁷/1e6, with h = 180 s.
     let error = 50.0 * (1.5e-3_f64 * 180.0).powi(7) / 1e6;
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = error * 0.05);
     assert_abs_diff_eq!(variables[..], other_variables[..], epsilon = error);
     let (tip, variables) = righted(gravitropism(STATOLITHS).filtered(kernel()));
     let law = gravitropism(STATOLITHS).filtered(kernel());
-    let (other, other_variables) = righted(Silent { law, silenced: silent, calls: Arc::default() });
+    let (other, other_variables) = righted(Silent {
+        law,
+        silenced: silent,
+        calls: Arc::default(),
+    });
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = error * 0.05);
     assert_abs_diff_eq!(variables[..], other_variables[..], epsilon = error);
     let (other, _) = righted(gravitropism(Computed(STATOLITHS)).filtered(kernel()));

@@ -18,7 +18,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 const LENGTH: f64 = 0.06;
 
 /// The profile of a tilted rod in equilibrium, evaluated at the given arc lengths.
-fn read(law: &dyn Constitutive, load: &dyn Load, order: Order, elements: usize, places: &[f64]) -> Vec<Place> {
+fn read(
+    law: &dyn Constitutive,
+    load: &dyn Load,
+    order: Order,
+    elements: usize,
+    places: &[f64],
+) -> Vec<Place> {
     let scene = Still::tilted(1.2);
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).unwrap();
     let environment = scene.environment(0.0);
@@ -29,11 +35,14 @@ fn read(law: &dyn Constitutive, load: &dyn Load, order: Order, elements: usize, 
 
 #[test]
 fn unloaded_helix_has_constant_strain_and_curvature() {
-    let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 3, Order::Eight).unwrap();
+    let mut rod =
+        Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 3, Order::Eight).unwrap();
     // The intrinsic shape is a helix, bent by 20/m and twisted by 9/m. Its curvature is 20/m
     // everywhere.
     rod.set_intrinsic(|_| Vector3::new(0.0, 20.0, 9.0));
-    let _ = Unloaded.solve(&mut rod, &YOUNG, &(), &Still::weightless().environment(0.0)).unwrap();
+    let _ = Unloaded
+        .solve(&mut rod, &YOUNG, &(), &Still::weightless().environment(0.0))
+        .unwrap();
     let profile = Profile::of(&rod, &YOUNG, &(), &Still::weightless().environment(0.0));
     let places = profile.sample(41);
     assert_eq!(places.len(), 41);
@@ -41,9 +50,21 @@ fn unloaded_helix_has_constant_strain_and_curvature() {
         let s = LENGTH * i as f64 / 40.0;
         assert_abs_diff_eq!(place.arc_length, s, epsilon = 1e-16);
         assert_abs_diff_eq!(place.apex_distance, LENGTH - s, epsilon = 1e-16);
-        assert_abs_diff_eq!(InNorm(place.strain), InNorm(Vector3::new(0.0, 20.0, 9.0)), epsilon = 1e-12);
+        assert_abs_diff_eq!(
+            InNorm(place.strain),
+            InNorm(Vector3::new(0.0, 20.0, 9.0)),
+            epsilon = 1e-12
+        );
         assert_abs_diff_eq!(place.curvature(), 20.0, epsilon = 1e-12);
-        assert_eq!((place.couple.norm(), place.force.norm(), place.regr, place.speed), (0.0, 0.0, 0.0, 0.0));
+        assert_eq!(
+            (
+                place.couple.norm(),
+                place.force.norm(),
+                place.regr,
+                place.speed
+            ),
+            (0.0, 0.0, 0.0, 0.0)
+        );
         // In the frame of the base, the axis of the helix is parallel to u. The frame rotates about
         // it by |u| s.
         let expected = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 20.0, 9.0) * s);
@@ -52,7 +73,11 @@ fn unloaded_helix_has_constant_strain_and_curvature() {
         let (position, frame) = rod.at(s).unwrap();
         assert_abs_diff_eq!(InNorm(place.position), InNorm(position), epsilon = 1e-13);
         assert_abs_diff_eq!(place.frame.angle_to(&frame), 0.0, epsilon = 1e-15);
-        assert_abs_diff_eq!(InNorm(place.tangent()), InNorm(frame * Vector3::z()), epsilon = 1e-15);
+        assert_abs_diff_eq!(
+            InNorm(place.tangent()),
+            InNorm(frame * Vector3::z()),
+            epsilon = 1e-15
+        );
     }
 }
 
@@ -94,9 +119,16 @@ fn couple_strain_and_position_converge_at_their_order_between_material_points() 
                 let couple = (a.couple - b.couple).norm() / finest[0].couple.norm();
                 let strain = (a.strain - b.strain).norm() / finest[0].strain.norm();
                 let position = (a.position - b.position).norm() / LENGTH;
-                [couple, strain, position, (a.force - b.force).norm() / finest[0].force.norm()]
+                [
+                    couple,
+                    strain,
+                    position,
+                    (a.force - b.force).norm() / finest[0].force.norm(),
+                ]
             });
-            apart.reduce(|a, b| std::array::from_fn(|k| f64::max(a[k], b[k]))).unwrap()
+            apart
+                .reduce(|a, b| std::array::from_fn(|k| f64::max(a[k], b[k])))
+                .unwrap()
         };
         let p = order.points() as i32;
         let (coarse, fine) = (error(16), error(32));
@@ -105,7 +137,12 @@ fn couple_strain_and_position_converge_at_their_order_between_material_points() 
             // frames limits it. The floor of the error is rounding. Half an order is allowed
             // because the places have other relative positions within finer elements.
             let expected = coarse[k] / 2.0_f64.powf(f64::from((p + 2).min(2 * p)) - 0.5);
-            assert!(fine[k] < expected.max(1e-12), "order {order:?}, quantity {k}: {:e} then {:e}", coarse[k], fine[k]);
+            assert!(
+                fine[k] < expected.max(1e-12),
+                "order {order:?}, quantity {k}: {:e} then {:e}",
+                coarse[k],
+                fine[k]
+            );
         }
         // Two points or more represent a linear density exactly.
         assert!(p == 1 || fine[3] < 1e-13, "{:e}", fine[3]);
@@ -116,11 +153,16 @@ fn couple_strain_and_position_converge_at_their_order_between_material_points() 
 fn arc_length_of_inverts_the_initial_apex_distance_at_every_order() {
     for order in Order::ALL {
         let rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, order).unwrap();
-        let (load, environment) = (Weight { density: 1000.0 }, Still::upright().environment(0.0));
+        let (load, environment) = (
+            Weight { density: 1000.0 },
+            Still::upright().environment(0.0),
+        );
         let profile = Profile::of(&rod, &YOUNG, &load, &environment);
         for place in profile.sample(37) {
             // Initial apex distances are linear along a rod that has not grown.
-            let found = rod.arc_length_of(LENGTH - place.tissue.initial_apex_distance).unwrap();
+            let found = rod
+                .arc_length_of(LENGTH - place.tissue.initial_apex_distance)
+                .unwrap();
             assert!(
                 abs_diff_eq!(found, place.arc_length, epsilon = 1e-15),
                 "{order:?}: {found} against {}",
@@ -133,25 +175,46 @@ fn arc_length_of_inverts_the_initial_apex_distance_at_every_order() {
 #[test]
 fn point_force_loads_only_the_part_below_it() {
     let force = Vector3::new(1e-4, 0.0, 0.0);
-    let load = PointForce { initial_apex_distance: 0.4 * LENGTH, force };
+    let load = PointForce {
+        initial_apex_distance: 0.4 * LENGTH,
+        force,
+    };
     let shoot = |steps: f64| {
-        let mut shoot = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).into_dyn().build().unwrap();
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(LENGTH)
+            .radius(RADIUS)
+            .load(load)
+            .into_dyn()
+            .build()
+            .unwrap();
         let _ = MethodOfSteps::new(60.0).advance(&mut shoot, steps).unwrap();
         shoot
     };
     let shoot = shoot(60.0);
     let profile = shoot.profile();
     let at = |x: f64| profile.at(x * LENGTH).unwrap();
-    assert_eq!((at(0.599).force, at(0.601).force), (force, Vector3::zeros()));
+    assert_eq!(
+        (at(0.599).force, at(0.601).force),
+        (force, Vector3::zeros())
+    );
     assert!(at(0.601).couple.norm() == 0.0 && at(0.599).couple.norm() > 0.0);
 }
 
 #[test]
 fn profile_of_growing_shoot_matches_traced_growth() {
     let (initial, zone, time) = (0.05, 0.03, 20.0 * HOUR);
-    let law = LinearProfile { zone_length: zone, time };
-    let mut shoot =
-        Shoot::builder(YOUNG).length(initial).radius(RADIUS).growth(law).load(WEIGHT).into_dyn().build().unwrap();
+    let law = LinearProfile {
+        zone_length: zone,
+        time,
+    };
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(initial)
+        .radius(RADIUS)
+        .growth(law)
+        .load(WEIGHT)
+        .into_dyn()
+        .build()
+        .unwrap();
     let now = 9.0 * HOUR;
     let _ = MethodOfSteps::new(300.0).advance(&mut shoot, now).unwrap();
     let (rod, profile) = (shoot.rod(), shoot.profile());
@@ -164,9 +227,17 @@ fn profile_of_growing_shoot_matches_traced_growth() {
         // Initial apex distances between material points are interpolated with order four in
         // elements of 1/13 of the shoot.
         let s = rod.arc_length_of(start).unwrap();
-        assert!(abs_diff_eq!(s, exact.arc_length, epsilon = 1e-7), "{start}: {s} against {}", exact.arc_length);
+        assert!(
+            abs_diff_eq!(s, exact.arc_length, epsilon = 1e-7),
+            "{start}: {s} against {}",
+            exact.arc_length
+        );
         let place = profile.at(s).unwrap();
-        assert_abs_diff_eq!(place.tissue.initial_apex_distance, initial - start, epsilon = 1e-9);
+        assert_abs_diff_eq!(
+            place.tissue.initial_apex_distance,
+            initial - start,
+            epsilon = 1e-9
+        );
         assert_eq!(place.tissue.age > 0.0, s < range.start - 1e-9, "{s}");
         // The expected speed is the derivative of the traced path, by central differences over two
         // minutes.
@@ -178,14 +249,25 @@ fn profile_of_growing_shoot_matches_traced_growth() {
                 "{s}: {} against {speed}",
                 place.speed
             );
-            let regr = if s > range.start { 2.0 * (1.0 - (range.end - s) / zone) / time } else { 0.0 };
-            assert!(abs_diff_eq!(place.regr, regr, epsilon = 1e-9 / time), "{s}: {} against {regr}", place.regr);
+            let regr = if s > range.start {
+                2.0 * (1.0 - (range.end - s) / zone) / time
+            } else {
+                0.0
+            };
+            assert!(
+                abs_diff_eq!(place.regr, regr, epsilon = 1e-9 / time),
+                "{s}: {} against {regr}",
+                place.regr
+            );
         }
     }
     // The age of tissue is the time since it left the growth zone, s.
     let half = 0.5 * range.start.max(initial - zone) + 0.5 * (initial - zone);
     let place = profile.at(half).unwrap();
-    let exit = law.trace(initial, initial - place.tissue.initial_apex_distance, now).exit_time.unwrap();
+    let exit = law
+        .trace(initial, initial - place.tissue.initial_apex_distance, now)
+        .exit_time
+        .unwrap();
     assert_abs_diff_eq!(place.tissue.age, now - exit, epsilon = 1e-5 * DAY);
 }
 
@@ -194,21 +276,28 @@ fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
     let mut shoot = Shoot::builder(YOUNG)
         .length(LENGTH)
         .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.07,
+            time: 72e3,
+        }))
         .tropism(steering(morphorod::tropism::SettledStatoliths))
         .load(WEIGHT)
         .scene(Still::tilted(1.2))
         .into_dyn()
         .build()
         .unwrap();
-    let _ = MethodOfSteps::new(0.25 * MEMORY.delay).advance(&mut shoot, 6.0 * HOUR).unwrap();
+    let _ = MethodOfSteps::new(0.25 * MEMORY.delay)
+        .advance(&mut shoot, 6.0 * HOUR)
+        .unwrap();
     let (rod, profile) = (shoot.rod(), shoot.profile());
     let mut below = 0.0;
     for e in 0..rod.elements() {
         for g in 0..rod.order().points() {
             // In a uniform element, the material points are at the nodes of the Gauss rule.
             let x = gauss(rod.order().points()).0[g];
-            let place = profile.at(below + x * rod.element_length(e).unwrap()).unwrap();
+            let place = profile
+                .at(below + x * rod.element_length(e).unwrap())
+                .unwrap();
             let point = &rod.points()[e * rod.order().points() + g];
             assert_abs_diff_eq!(
                 InNorm(place.intrinsic),
@@ -235,18 +324,35 @@ fn places_beyond_the_ends_of_a_rod_have_no_profile() {
     let (load, environment) = (Weight { density: 1000.0 }, scene.environment(0.0));
     let profile = Profile::of(&rod, &YOUNG, &load, &environment);
     assert!(profile.at(f64::NAN).is_none() && rod.arc_length_of(f64::NAN).is_none());
-    for beyond in [-1.0, -1e-6 * LENGTH, LENGTH * (1.0 + 1e-6), f64::INFINITY, f64::NEG_INFINITY] {
-        assert!(profile.at(beyond).is_none() && rod.at(beyond).is_none(), "{beyond}");
+    for beyond in [
+        -1.0,
+        -1e-6 * LENGTH,
+        LENGTH * (1.0 + 1e-6),
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+    ] {
+        assert!(
+            profile.at(beyond).is_none() && rod.at(beyond).is_none(),
+            "{beyond}"
+        );
     }
     // A place that is beyond an end by rounding is at the end.
     assert_eq!(profile.at(-1e-12 * LENGTH), profile.at(0.0));
     let [beyond, apex] = [LENGTH * (1.0 + 1e-12), LENGTH].map(|s| profile.at(s).unwrap());
     assert_abs_diff_eq!(beyond.arc_length, LENGTH, epsilon = 1e-16);
-    assert_abs_diff_eq!(InNorm(beyond.position), InNorm(apex.position), epsilon = 1e-16);
+    assert_abs_diff_eq!(
+        InNorm(beyond.position),
+        InNorm(apex.position),
+        epsilon = 1e-16
+    );
     assert_eq!(profile.sample(0).len(), 0);
     assert_eq!(profile.sample(1), [profile.at(0.0).unwrap()]);
     assert_abs_diff_eq!(rod.arc_length_of(-5.0).unwrap(), 0.0, epsilon = 1e-16);
     assert_abs_diff_eq!(rod.arc_length_of(5.0).unwrap(), LENGTH, epsilon = 1e-16);
-    assert_abs_diff_eq!(rod.arc_length_of(0.31 * LENGTH).unwrap(), 0.31 * LENGTH, epsilon = 1e-16);
+    assert_abs_diff_eq!(
+        rod.arc_length_of(0.31 * LENGTH).unwrap(),
+        0.31 * LENGTH,
+        epsilon = 1e-16
+    );
     assert_eq!(rod.growth_zone(), 0.0..rod.length());
 }

@@ -1,4 +1,5 @@
-//! Touch: force per length at contacts, differential growth in closed form, threshold, sign, symmetry and saved states.
+//! Touch: force per length at contacts, differential growth in closed form, threshold, sign,
+//! symmetry and saved states.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,8 +14,8 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::Linearisation;
 use morphorod::support::{Contact, Cylinder, HalfSpace, Hold, Obstacle};
 use morphorod::tropism::{
-    AtApex, DirectionalTropism, Gravitropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths,
-    Thigmotropism, Touch, TropismLaw,
+    AtApex, DirectionalTropism, Gravitropism, Oscillator, Perception, Proprioception, Response,
+    SettledStatoliths, Thigmotropism, Touch, TropismLaw,
 };
 use morphorod::{DynLaws, Shoot, State, Still, check};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -26,25 +27,41 @@ const GROWTH_TIME: f64 = 20.0 * HOUR;
 const BENDING: f64 = 1e7 * PI / 4.0 * RADIUS * RADIUS * RADIUS * RADIUS;
 /// Intrinsic curvature of the propped shoot, 1/m, which causes angles of 3e-4 rad.
 const CURVATURE: f64 = 0.02;
-/// Distance that the apex of the propped shoot moves before it touches the wall, m: a fifth of its free deflection.
+/// Distance that the apex of the propped shoot moves before it touches the wall, m: a fifth of its
+/// free deflection.
 const GAP: f64 = 0.1 * CURVATURE * LENGTH * LENGTH;
-/// A width of four elements, and forces per length of the order of that at the apex of the propped shoot, 2.9e-5 N/m.
-const TOUCH: Touch = Touch { width: 0.02, threshold: 2e-6, saturation: 2e-5 };
+/// A width of four elements, and forces per length of the order of that at the apex of the propped
+/// shoot, 2.9e-5 N/m.
+const TOUCH: Touch = Touch {
+    width: 0.02,
+    threshold: 2e-6,
+    saturation: 2e-5,
+};
 
 /// A shoot in contact with an obstacle without friction.
 fn contact<O: Obstacle>(obstacle: O) -> Contact<O> {
-    Contact { obstacle, radius: RADIUS, friction: 0.0 }
+    Contact {
+        obstacle,
+        radius: RADIUS,
+        friction: 0.0,
+    }
 }
 
-/// A weightless upright shoot of constant length whose intrinsic curvature presses its apex on a wall in a horizontal
-/// direction.
+/// A weightless upright shoot of constant length whose intrinsic curvature presses its apex on a
+/// wall in a horizontal direction.
 fn propped_on(side: Vector3<f64>, law: impl TropismLaw + Send + Sync + 'static) -> Shoot<DynLaws> {
-    let wall = HalfSpace { through: side * (GAP + RADIUS), normal: -side };
+    let wall = HalfSpace {
+        through: side * (GAP + RADIUS),
+        normal: -side,
+    };
     let mut shoot = Shoot::builder(YOUNG)
         .length(LENGTH)
         .radius(RADIUS)
         .elements(10)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: GROWTH_TIME }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.07,
+            time: GROWTH_TIME,
+        }))
         .tropism(law)
         .scene(Still::weightless())
         .support(contact(wall))
@@ -65,37 +82,81 @@ fn run(step: f64) -> MethodOfSteps {
 }
 
 fn thigmotropism(sensitivity: f64) -> impl TropismLaw + Clone {
-    Thigmotropism { sensitivity, perception: TOUCH }.remembered(MEMORY)
+    Thigmotropism {
+        sensitivity,
+        perception: TOUCH,
+    }
+    .remembered(MEMORY)
 }
 
 /// A growing shoot whose oscillator presses it on a vertical pole.
-fn swinging(law: impl TropismLaw + Send + Sync + 'static, turn: UnitQuaternion<f64>, friction: f64) -> Shoot<DynLaws> {
-    let obstacle = Cylinder { through: turn * Vector3::x() * 0.02, along: turn * Vector3::z(), radius: 2e-3 };
+fn swinging(
+    law: impl TropismLaw + Send + Sync + 'static,
+    turn: UnitQuaternion<f64>,
+    friction: f64,
+) -> Shoot<DynLaws> {
+    let obstacle = Cylinder {
+        through: turn * Vector3::x() * 0.02,
+        along: turn * Vector3::z(),
+        radius: 2e-3,
+    };
     let still = Still::upright();
-    Shoot::builder(LinearElastic { youngs_modulus: 1e8, ..YOUNG })
-        .length(0.06)
-        .radius(RADIUS)
-        .growth(UniformGrowth { zone_length: 0.05, time: 40.0 * HOUR })
-        .tropism((Oscillator::new(1.0, 2.0 * HOUR), law))
-        .load(WEIGHT)
-        .scene(Still { base: turn * still.base, gravity: turn * still.gravity })
-        .support(Contact { friction, ..contact(obstacle) })
-        .into_dyn()
-        .build()
-        .unwrap()
+    Shoot::builder(LinearElastic {
+        youngs_modulus: 1e8,
+        ..YOUNG
+    })
+    .length(0.06)
+    .radius(RADIUS)
+    .growth(UniformGrowth {
+        zone_length: 0.05,
+        time: 40.0 * HOUR,
+    })
+    .tropism((Oscillator::new(1.0, 2.0 * HOUR), law))
+    .load(WEIGHT)
+    .scene(Still {
+        base: turn * still.base,
+        gravity: turn * still.gravity,
+    })
+    .support(Contact {
+        friction,
+        ..contact(obstacle)
+    })
+    .into_dyn()
+    .build()
+    .unwrap()
 }
 
 /// A law for the forces of [`swinging`] shoots.
 fn winds(sensitivity: f64) -> impl TropismLaw + Clone {
-    let perception = Touch { width: 0.01, threshold: 1e-3, saturation: 2e-2 };
-    Thigmotropism { sensitivity, perception }.remembered(MEMORY)
+    let perception = Touch {
+        width: 0.01,
+        threshold: 1e-3,
+        saturation: 2e-2,
+    };
+    Thigmotropism {
+        sensitivity,
+        perception,
+    }
+    .remembered(MEMORY)
 }
 
 /// A heavy rod that hangs from a horizontal clamp above a table.
 fn on_table(length: f64, height: f64) -> Shoot<DynLaws> {
-    let table = HalfSpace { through: Vector3::z() * (-height - RADIUS), normal: Vector3::z() };
-    let builder = Shoot::builder(YOUNG).length(length).radius(RADIUS).elements(30).load(WEIGHT);
-    let mut shoot = builder.scene(Still::tilted(FRAC_PI_2)).support(contact(table)).into_dyn().build().unwrap();
+    let table = HalfSpace {
+        through: Vector3::z() * (-height - RADIUS),
+        normal: Vector3::z(),
+    };
+    let builder = Shoot::builder(YOUNG)
+        .length(length)
+        .radius(RADIUS)
+        .elements(30)
+        .load(WEIGHT);
+    let mut shoot = builder
+        .scene(Still::tilted(FRAC_PI_2))
+        .support(contact(table))
+        .into_dyn()
+        .build()
+        .unwrap();
     run(60.0).advance(&mut shoot, 0.0).unwrap();
     shoot
 }
@@ -110,8 +171,9 @@ fn force_per_length_integrates_to_the_forces() {
         let (rod, length) = (shoot.rod(), shoot.rod().length());
         assert!(!shoot.reactions().is_empty());
         let sum: Vector3<f64> = shoot.reactions().iter().map(|at| at.force).sum();
-        // The trapezoidal rule for three continuous derivatives has an error of (h/w)⁵ = 1e-14 or less. The last width
-        // is larger than half of the shoot, so that its kernel is reflected at both ends.
+        // The trapezoidal rule for three continuous derivatives has an error of (h/w)⁵ = 1e-14 or
+        // less. The last width is larger than half of the shoot, so that its kernel is reflected at
+        // both ends.
         for width in [3e-3, 1e-2, 0.7 * length, 2.0 * length] {
             let (touch, n) = (Touch { width, ..TOUCH }, 20_000);
             let at = |i: u32| touch.force_per_length(rod, length * f64::from(i) / f64::from(n));
@@ -125,10 +187,24 @@ fn force_per_length_integrates_to_the_forces() {
 #[test]
 fn force_per_length_of_a_rod_on_a_table_is_its_weight() {
     let shoot = on_table(0.09, 4e-3);
-    let (rod, length, touch) = (shoot.rod(), shoot.rod().length(), Touch { width: 0.01, ..TOUCH });
-    let first = shoot.reactions().iter().map(|at| at.arc_length).fold(f64::INFINITY, f64::min);
+    let (rod, length, touch) = (
+        shoot.rod(),
+        shoot.rod().length(),
+        Touch {
+            width: 0.01,
+            ..TOUCH
+        },
+    );
+    let first = shoot
+        .reactions()
+        .iter()
+        .map(|at| at.arc_length)
+        .fold(f64::INFINITY, f64::min);
     let weight = Vector3::z() * (WEIGHT.density * 9.81 * PI * RADIUS * RADIUS);
-    println!("lift-off at {first} m of {length} m, {} reactions", shoot.reactions().len());
+    println!(
+        "lift-off at {first} m of {length} m, {} reactions",
+        shoot.reactions().len()
+    );
     // The pressure at the stations of a contact is that of elements of 3 mm.
     let mut largest = 0.0_f64;
     for i in 0..=100 {
@@ -138,13 +214,20 @@ fn force_per_length_of_a_rod_on_a_table_is_its_weight() {
     println!("largest relative error {largest:e}");
     // This includes the apex, where the kernel is reflected.
     assert!(largest < 1e-4, "{largest:e}");
-    assert_eq!(touch.force_per_length(rod, first - 0.0101), Vector3::zeros());
+    assert_eq!(
+        touch.force_per_length(rod, first - 0.0101),
+        Vector3::zeros()
+    );
 }
 
 /// The kernel of [`Touch`] for a force at the apex, at a distance from it (m), 1/m.
 fn at_apex(distance: f64) -> f64 {
     let x = distance / TOUCH.width;
-    if x < 1.0 { 2.0 * 315.0 / 256.0 / TOUCH.width * (1.0 - x * x).powi(4) } else { 0.0 }
+    if x < 1.0 {
+        2.0 * 315.0 / 256.0 / TOUCH.width * (1.0 - x * x).powi(4)
+    } else {
+        0.0
+    }
 }
 
 #[test]
@@ -152,29 +235,50 @@ fn differential_growth_at_a_contact_has_its_closed_form() {
     // The sensitivity is so small that the shape does not change.
     let (sensitivity, t) = (1e-9, 2.0 * HOUR);
     let gained = |perception: Box<dyn Perception<Signal = [f64; 2]> + Send + Sync>| {
-        let mut shoot = propped(DirectionalTropism { sensitivity, perception }.remembered(MEMORY));
+        let mut shoot = propped(
+            DirectionalTropism {
+                sensitivity,
+                perception,
+            }
+            .remembered(MEMORY),
+        );
         run(30.0).advance(&mut shoot, t).unwrap();
         shoot
     };
     let since = t - MEMORY.delay;
     let memory = since + MEMORY.time * (-since / MEMORY.time).exp_m1();
     let full = sensitivity / (RADIUS * GROWTH_TIME) * memory;
-    for (shoot, apex) in [(gained(Box::new(TOUCH)), false), (gained(Box::new(AtApex(TOUCH))), true)] {
-        let [reaction] = shoot.reactions() else { panic!("{:?}", shoot.reactions()) };
-        // Force of a propped beam. Equilibria with the apex on a wall have errors of 1e-9 m, and the gap is 5e-6 m.
+    for (shoot, apex) in [
+        (gained(Box::new(TOUCH)), false),
+        (gained(Box::new(AtApex(TOUCH))), true),
+    ] {
+        let [reaction] = shoot.reactions() else {
+            panic!("{:?}", shoot.reactions())
+        };
+        // Force of a propped beam. Equilibria with the apex on a wall have errors of 1e-9 m, and
+        // the gap is 5e-6 m.
         let force = 3.0 * BENDING / LENGTH.powi(3) * (0.5 * CURVATURE * LENGTH * LENGTH - GAP);
         assert_relative_eq!(reaction.normal, force, epsilon = 0.0, max_relative = 1e-3);
         let (mut zero, mut between, mut one) = (0, 0, 0);
         for point in shoot.rod().points() {
-            let distance = if apex { 0.0 } else { point.initial_apex_distance };
+            let distance = if apex {
+                0.0
+            } else {
+                point.initial_apex_distance
+            };
             let density = reaction.normal * at_apex(distance);
-            let x = ((density - TOUCH.threshold) / (TOUCH.saturation - TOUCH.threshold)).clamp(0.0, 1.0);
+            let x = ((density - TOUCH.threshold) / (TOUCH.saturation - TOUCH.threshold))
+                .clamp(0.0, 1.0);
             let strength = x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x);
             let growth = point.intrinsic - Vector3::y() * CURVATURE;
-            // Rounding of the curvature 0.02 after 240 steps. Cubics in steps of 1/24 of the memory time have an error
-            // of (1/24)⁴/384 = 1e-8, and the angles one of 1e-7.
+            // Rounding of the curvature 0.02 after 240 steps. Cubics in steps of 1/24 of the memory
+            // time have an error of (1/24)⁴/384 = 1e-8, and the angles one of 1e-7.
             let epsilon = 1e-6 * full + 1e-16;
-            assert_abs_diff_eq!(InNorm(growth), InNorm(Vector3::y() * (strength * full)), epsilon = epsilon);
+            assert_abs_diff_eq!(
+                InNorm(growth),
+                InNorm(Vector3::y() * (strength * full)),
+                epsilon = epsilon
+            );
             (zero, between, one) = match strength {
                 0.0 => (zero + 1, between, one),
                 1.0 => (zero, between, one + 1),
@@ -188,16 +292,33 @@ fn differential_growth_at_a_contact_has_its_closed_form() {
 
 #[test]
 fn forces_below_the_threshold_have_no_effect() {
-    let touch = Touch { threshold: 4e-5, saturation: 8e-5, ..TOUCH };
-    let [mut with, mut without] =
-        [0.3, 0.0].map(|sensitivity| propped(Thigmotropism { sensitivity, perception: touch }.remembered(MEMORY)));
+    let touch = Touch {
+        threshold: 4e-5,
+        saturation: 8e-5,
+        ..TOUCH
+    };
+    let [mut with, mut without] = [0.3, 0.0].map(|sensitivity| {
+        propped(
+            Thigmotropism {
+                sensitivity,
+                perception: touch,
+            }
+            .remembered(MEMORY),
+        )
+    });
     for shoot in [&mut with, &mut without] {
         run(120.0).advance(shoot, 2.0 * HOUR).unwrap();
     }
     let density = with.reactions()[0].normal * at_apex(0.0);
-    assert!(density > 0.5 * touch.threshold && density < touch.threshold, "{density}");
+    assert!(
+        density > 0.5 * touch.threshold && density < touch.threshold,
+        "{density}"
+    );
     assert_eq!(with.rod(), without.rod());
-    assert_eq!([0.0, 4e-5, 8e-5, 1.0].map(|force| touch.strength(force)), [0.0, 0.0, 1.0, 1.0]);
+    assert_eq!(
+        [0.0, 4e-5, 8e-5, 1.0].map(|force| touch.strength(force)),
+        [0.0, 0.0, 1.0, 1.0]
+    );
     assert_relative_eq!(touch.strength(6e-5), 0.5, epsilon = 1e-12);
 }
 
@@ -208,11 +329,19 @@ fn positive_sensitivity_presses_the_shoot_on_the_obstacle_and_negative_one_relie
         run(120.0).advance(&mut shoot, 2.0 * HOUR).unwrap();
         shoot.reactions().iter().map(|at| at.normal).sum::<f64>()
     });
-    assert!(forces[0] < 0.99 * forces[1] && forces[2] > 1.01 * forces[1], "{forces:?}");
+    assert!(
+        forces[0] < 0.99 * forces[1] && forces[2] > 1.01 * forces[1],
+        "{forces:?}"
+    );
     // The same on another side of the shoot.
     let mut shoot = propped_on(Vector3::new(0.6, -0.8, 0.0), thigmotropism(1e-4));
     run(120.0).advance(&mut shoot, 2.0 * HOUR).unwrap();
-    assert_relative_eq!(shoot.reactions()[0].normal, forces[2], epsilon = 0.0, max_relative = 1e-3);
+    assert_relative_eq!(
+        shoot.reactions()[0].normal,
+        forces[2],
+        epsilon = 0.0,
+        max_relative = 1e-3
+    );
 }
 
 #[test]
@@ -229,20 +358,28 @@ fn touch_turns_with_the_scene() {
     let moved = (upright.tip() - without.tip()).norm();
     assert!(moved > 1e-4, "{moved}");
     // The times at which contacts begin have rounding errors, which equilibria of 1e-12 magnify.
-    assert_abs_diff_eq!(InNorm(turn * upright.tip()), InNorm(turned.tip()), epsilon = 1e-8);
+    assert_abs_diff_eq!(
+        InNorm(turn * upright.tip()),
+        InNorm(turned.tip()),
+        epsilon = 1e-8
+    );
 }
 
 #[test]
 fn resumed_runs_with_touch_return_the_same_bytes() {
     let build = || swinging(winds(0.5), UnitQuaternion::identity(), 0.0);
     let mut whole = build();
-    MethodOfSteps::new(120.0).advance(&mut whole, 1.5 * HOUR).unwrap();
+    MethodOfSteps::new(120.0)
+        .advance(&mut whole, 1.5 * HOUR)
+        .unwrap();
     let mut stepped = build();
     while stepped.time() < 1.5 * HOUR {
         let state: State = from_bytes(&to_bytes(stepped.state()).unwrap()).unwrap();
         stepped = build();
         stepped.restore(&state).unwrap();
-        let _ = MethodOfSteps::new(120.0).step(&mut stepped, 1.5 * HOUR).unwrap();
+        let _ = MethodOfSteps::new(120.0)
+            .step(&mut stepped, 1.5 * HOUR)
+            .unwrap();
     }
     assert!(!stepped.reactions().is_empty());
     assert!(to_bytes(stepped.state()).unwrap() == to_bytes(whole.state()).unwrap());
@@ -250,49 +387,115 @@ fn resumed_runs_with_touch_return_the_same_bytes() {
 
 #[test]
 fn methods_of_the_law_agree_in_contact() {
-    let law = (winds(0.5), Thigmotropism { sensitivity: 0.1, perception: AtApex(TOUCH) }.remembered(MEMORY));
+    let law = (
+        winds(0.5),
+        Thigmotropism {
+            sensitivity: 0.1,
+            perception: AtApex(TOUCH),
+        }
+        .remembered(MEMORY),
+    );
     let mut shoot = swinging(law, UnitQuaternion::identity(), 0.3);
     run(120.0).advance(&mut shoot, 1.5 * HOUR).unwrap();
     assert!(!shoot.reactions().is_empty());
     shoot.check_laws().unwrap();
-    let site = morphorod::tropism::Site::new(shoot.environment(), UnitQuaternion::identity(), shoot.rod());
+    let site =
+        morphorod::tropism::Site::new(shoot.environment(), UnitQuaternion::identity(), shoot.rod());
     check::perception(&TOUCH, &[site]).unwrap();
 }
 
 #[test]
 fn holds_are_not_sensed_and_a_law_without_contact_does_not_change_stability() {
-    let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(MEMORY);
-    let steering = (gravitropism, Proprioception { sensitivity: 20.0 }.remembered(MEMORY));
-    let wall = || contact(HalfSpace { through: Vector3::x() * 0.02, normal: -Vector3::x() });
+    let gravitropism = Gravitropism {
+        sensitivity: BETA,
+        perception: SettledStatoliths,
+    }
+    .remembered(MEMORY);
+    let steering = (
+        gravitropism,
+        Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+    );
+    let wall = || {
+        contact(HalfSpace {
+            through: Vector3::x() * 0.02,
+            normal: -Vector3::x(),
+        })
+    };
     let guide = || Hold::place(0.02).on_plane(Vector3::zeros(), Vector3::x_axis());
     let build = |law: Box<dyn TropismLaw + Send + Sync>, tilt: f64| {
-        let growth = Ongoing(UniformGrowth { zone_length: 0.07, time: GROWTH_TIME });
-        let builder = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).elements(8).growth(growth);
-        let builder = builder.tropism((steering, law)).load(WEIGHT).scene(Still::tilted(tilt));
-        builder.support((guide(), wall())).into_dyn().build().unwrap()
+        let growth = Ongoing(UniformGrowth {
+            zone_length: 0.07,
+            time: GROWTH_TIME,
+        });
+        let builder = Shoot::builder(YOUNG)
+            .length(LENGTH)
+            .radius(RADIUS)
+            .elements(8)
+            .growth(growth);
+        let builder = builder
+            .tropism((steering, law))
+            .load(WEIGHT)
+            .scene(Still::tilted(tilt));
+        builder
+            .support((guide(), wall()))
+            .into_dyn()
+            .build()
+            .unwrap()
     };
-    let root = |law| Linearisation::about(&build(law, 0.0)).unwrap().rightmost().unwrap().value;
+    let root = |law| {
+        Linearisation::about(&build(law, 0.0))
+            .unwrap()
+            .rightmost()
+            .unwrap()
+            .value
+    };
     let (with, without) = (root(Box::new(thigmotropism(0.5))), root(Box::new(())));
-    // The law adds stable roots and no coupling. Responses are differences, with a relative error of 1e-9.
-    assert_abs_diff_eq!((with - without).norm(), 0.0, epsilon = 1e-9 * without.norm());
+    // The law adds stable roots and no coupling. Responses are differences, with a relative error
+    // of 1e-9.
+    assert_abs_diff_eq!(
+        (with - without).norm(),
+        0.0,
+        epsilon = 1e-9 * without.norm()
+    );
     let mut held = build(Box::new(thigmotropism(0.5)), 0.3);
     run(60.0).advance(&mut held, 0.0).unwrap();
-    let [hold] = held.reactions() else { panic!("{:?}", held.reactions()) };
+    let [hold] = held.reactions() else {
+        panic!("{:?}", held.reactions())
+    };
     assert!(hold.force.norm() > 0.0);
-    assert_eq!(TOUCH.force_per_length(held.rod(), hold.arc_length), Vector3::zeros());
+    assert_eq!(
+        TOUCH.force_per_length(held.rod(), hold.arc_length),
+        Vector3::zeros()
+    );
 }
 
 #[test]
 fn parameters_of_touch_out_of_range_are_refused() {
     let refused = |touch: Touch| {
-        let law = Thigmotropism { sensitivity: 0.5, perception: touch }.remembered(MEMORY);
+        let law = Thigmotropism {
+            sensitivity: 0.5,
+            perception: touch,
+        }
+        .remembered(MEMORY);
         TropismLaw::check(&law).unwrap_err().name
     };
     for width in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(refused(Touch { width, ..TOUCH }), "sensing width of touch");
     }
-    assert_eq!(refused(Touch { threshold: -1.0, ..TOUCH }), "threshold of touch");
+    assert_eq!(
+        refused(Touch {
+            threshold: -1.0,
+            ..TOUCH
+        }),
+        "threshold of touch"
+    );
     for saturation in [TOUCH.threshold, f64::NAN, f64::INFINITY] {
-        assert_eq!(refused(Touch { saturation, ..TOUCH }), "saturation of touch");
+        assert_eq!(
+            refused(Touch {
+                saturation,
+                ..TOUCH
+            }),
+            "saturation of touch"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Tests of the project itself: layers of modules, lists of files, and the example `sweep` as a program.
+//! Tests of the project itself: layers of modules, lists of files, and the example `sweep` as a
+//! program.
 
 mod figures;
 mod layers;

@@ -10,8 +10,8 @@ use morphorod::stability::{
     BoundarySettings, Linearisation, StabilityError, boundary, crossings, onset, solve_steady_state,
 };
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site,
-    Statoliths, TropismLaw, Variable,
+    Declaration, Gravitropism, Growing, Memory, Proprioception, Remembered, Response,
+    SettledStatoliths, Site, Statoliths, TropismLaw, Variable,
 };
 use morphorod::{Scene, Shoot, Still};
 use nalgebra::Vector3;
@@ -32,7 +32,10 @@ pub(super) fn analyse(
         .length(length)
         .radius(5e-4)
         .elements(elements)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: hours * HOUR }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.1,
+            time: hours * HOUR,
+        }))
         .tropism(laws)
         .load(load)
         .scene(scene)
@@ -42,8 +45,10 @@ pub(super) fn analyse(
 }
 
 pub(super) const WEIGHT: Weight = Weight { density: 1000.0 };
-pub(super) const BENDING: Remembered<Proprioception> =
-    Remembered { response: Proprioception { sensitivity: 20.0 }, memory: MEMORY };
+pub(super) const BENDING: Remembered<Proprioception> = Remembered {
+    response: Proprioception { sensitivity: 20.0 },
+    memory: MEMORY,
+};
 
 /// Law in one plane that depends on either the strain or the tilt, through two variables with
 /// linear dynamics.
@@ -60,8 +65,16 @@ struct Own {
 
 impl TropismLaw for Own {
     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-        let size = if self.strain { -self.sensitivity } else { self.sensitivity / at.section.radius() };
-        let (component, sign) = if self.plane == 0 || self.strain { (1 - self.plane, 1.0) } else { (0, -1.0) };
+        let size = if self.strain {
+            -self.sensitivity
+        } else {
+            self.sensitivity / at.section.radius()
+        };
+        let (component, sign) = if self.plane == 0 || self.strain {
+            (1 - self.plane, 1.0)
+        } else {
+            (0, -1.0)
+        };
         Vector3::ith(component, sign * size * past[0])
     }
     fn declare(&self, to: &mut Declaration) {
@@ -71,7 +84,11 @@ impl TropismLaw for Own {
     }
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let up = site.along_directors(&site.environment.up());
-        stimuli[0] = if self.strain { site.strain[1 - self.plane] } else { up[self.plane] };
+        stimuli[0] = if self.strain {
+            site.strain[1 - self.plane]
+        } else {
+            up[self.plane]
+        };
     }
     fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
         for i in 0..2 {
@@ -93,8 +110,11 @@ fn law_with_an_unstable_variable_makes_infinitely_many_roots_unstable() {
         plane: 0,
     };
     for rate in [1e-3, 1e-5] {
-        let answer = analyse(law(rate), (), Still::upright(), 20.0, 0.05, 3).unwrap().unstable();
-        let infinite = matches!(answer, Err(StabilityError::InfinitelyMany { abscissa }) if abscissa > 0.0);
+        let answer = analyse(law(rate), (), Still::upright(), 20.0, 0.05, 3)
+            .unwrap()
+            .unstable();
+        let infinite =
+            matches!(answer, Err(StabilityError::InfinitelyMany { abscissa }) if abscissa > 0.0);
         assert!(infinite, "{answer:?}");
     }
     // The feedback loop of a resonator y'' = w² (x − y) − c y' with unit gain is stable if c > 1/τg
@@ -108,8 +128,15 @@ fn law_with_an_unstable_variable_makes_infinitely_many_roots_unstable() {
         plane: 0,
     };
     let limit = 1.0 / (20.0 * HOUR);
-    for (damping, stable) in [(0.1 * limit, false), (0.7 * limit, false), (1.5 * limit, true), (20.0 * limit, true)] {
-        let answer = analyse(resonator(damping), (), Still::upright(), 20.0, 0.05, 3).unwrap().unstable();
+    for (damping, stable) in [
+        (0.1 * limit, false),
+        (0.7 * limit, false),
+        (1.5 * limit, true),
+        (20.0 * limit, true),
+    ] {
+        let answer = analyse(resonator(damping), (), Still::upright(), 20.0, 0.05, 3)
+            .unwrap()
+            .unstable();
         assert_eq!(answer == Ok(0), stable, "{damping}: {answer:?}");
     }
 }
@@ -126,10 +153,22 @@ fn roots_of_two_planes_with_different_laws_are_counted_separately_beside_a_slow_
     };
     let count = |slow: Option<f64>| {
         let slow = slow.map(|time| {
-            Gravitropism { sensitivity: 1e-9, perception: SettledStatoliths }.remembered(Memory { time, delay: 0.0 })
+            Gravitropism {
+                sensitivity: 1e-9,
+                perception: SettledStatoliths,
+            }
+            .remembered(Memory { time, delay: 0.0 })
         });
-        let laws = (plane(0, 720.0, 720.0), plane(1, 200.0, 100.0), BENDING, slow);
-        analyse(laws, WEIGHT, Still::upright(), 20.0, 0.07, 6).unwrap().unstable().unwrap()
+        let laws = (
+            plane(0, 720.0, 720.0),
+            plane(1, 200.0, 100.0),
+            BENDING,
+            slow,
+        );
+        analyse(laws, WEIGHT, Still::upright(), 20.0, 0.07, 6)
+            .unwrap()
+            .unstable()
+            .unwrap()
     };
     let alone = count(None);
     assert_eq!(alone, 2);
@@ -139,18 +178,28 @@ fn roots_of_two_planes_with_different_laws_are_counted_separately_beside_a_slow_
 }
 
 #[test]
-fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_and_without_memory() {
+fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_and_without_memory()
+{
     // The reference is the rightmost root of 1 + b = 0, computed by Newton's method from 400
     // initial guesses.
-    for (time, delay, hours) in [(100.0, 900.0, 40.0), (300.0, 900.0, 40.0), (720.0, 720.0, 20.0)] {
+    for (time, delay, hours) in [
+        (100.0, 900.0, 40.0),
+        (300.0, 900.0, 40.0),
+        (720.0, 720.0, 20.0),
+    ] {
         let memory = Memory { time, delay };
         let laws = Proprioception { sensitivity: 20.0 }.remembered(memory);
-        let found = analyse(laws, (), Still::upright(), hours, 0.05, 2).unwrap().essential_spectrum().unwrap()[0];
+        let found = analyse(laws, (), Still::upright(), hours, 0.05, 2)
+            .unwrap()
+            .essential_spectrum()
+            .unwrap()[0];
         let growth = hours * HOUR;
         let mut best = f64::NEG_INFINITY;
         for k in 0..400 {
-            let start =
-                nalgebra::Complex::new(-3e-3 + 3e-3 * f64::from(k % 20) / 20.0, 1e-2 * f64::from(k / 20) / 20.0);
+            let start = nalgebra::Complex::new(
+                -3e-3 + 3e-3 * f64::from(k % 20) / 20.0,
+                1e-2 * f64::from(k / 20) / 20.0,
+            );
             let mut z = start;
             for _ in 0..60 {
                 let lag = (-z * delay).exp() * 20.0;
@@ -162,7 +211,10 @@ fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_a
                 best = best.max(z.re);
             }
         }
-        assert!(abs_diff_eq!(found.re, best, epsilon = 1e-10), "{time} s, {delay} s: {found} against {best}");
+        assert!(
+            abs_diff_eq!(found.re, best, epsilon = 1e-10),
+            "{time} s, {delay} s: {found} against {best}"
+        );
     }
     /// Proprioception without memory or delay, for which λ = −η/τg.
     struct AtOnce;
@@ -177,7 +229,10 @@ fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_a
             stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
         }
     }
-    let found = analyse(AtOnce, (), Still::upright(), 20.0, 0.05, 2).unwrap().essential_spectrum().unwrap()[0];
+    let found = analyse(AtOnce, (), Still::upright(), 20.0, 0.05, 2)
+        .unwrap()
+        .essential_spectrum()
+        .unwrap()[0];
     assert_relative_eq!(found.re, -20.0 / 72e3, epsilon = 0.0, max_relative = 1e-8);
     assert_eq!(found.im, 0.0);
 }
@@ -207,10 +262,18 @@ fn onset_of_a_real_root_is_found_at_zero_frequency() {
     let family = |k: f64| analyse((Topple(k), BENDING), (), Still::upright(), 20.0, length, 3);
     // At λ = 0 the strain is uniform, and η θ' = k θ(ℓ) = k ℓ θ'.
     let expected = 20.0 / length;
-    for found in [onset(family, 100.0, 900.0).unwrap(), crossings(family, 100.0, 900.0).unwrap()[0]] {
+    for found in [
+        onset(family, 100.0, 900.0).unwrap(),
+        crossings(family, 100.0, 900.0).unwrap()[0],
+    ] {
         // The search locates the root on the imaginary axis to within 1e-11 of 1/(720 s). The root
         // changes by 1e-7/s if k changes by one.
-        assert_relative_eq!(found.parameters[0], expected, epsilon = 0.0, max_relative = 1e-8);
+        assert_relative_eq!(
+            found.parameters[0],
+            expected,
+            epsilon = 0.0,
+            max_relative = 1e-8
+        );
         assert_eq!(found.frequency, 0.0, "{found:?}");
     }
 }
@@ -241,7 +304,10 @@ fn small_closed_stability_boundary_is_followed_all_around() {
         let round = 2.0 * PI * radius;
         let traveled: f64 = chords.sum();
         // The tolerance covers the last step and the difference between chords and arcs.
-        assert!(traveled > 0.8 * round && traveled < 1.3 * round, "{step}: {traveled} of {round}");
+        assert!(
+            traveled > 0.8 * round && traveled < 1.3 * round,
+            "{step}: {traveled} of {round}"
+        );
     }
     let answer = boundary(family, &settings([3.0, 0.0], 0.05));
     assert!(matches!(answer, Err(StabilityError::Parameter(_))));
@@ -249,14 +315,26 @@ fn small_closed_stability_boundary_is_followed_all_around() {
 
 #[test]
 fn roots_of_a_shoot_on_a_tilted_base_with_statoliths_converge_with_the_mesh() {
-    let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
-    let laws = (Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY), BENDING);
+    let statoliths = Statoliths {
+        avalanche_time: 2.0 * MINUTE,
+    };
+    let laws = (
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: statoliths,
+        }
+        .remembered(MEMORY),
+        BENDING,
+    );
     let linear = |length: f64, elements: usize| {
         let mut shoot = Shoot::builder(YOUNG)
             .length(length)
             .radius(5e-4)
             .elements(elements)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 0.1,
+                time: 20.0 * HOUR,
+            }))
             .tropism(laws)
             .load(WEIGHT)
             .scene(Still::tilted(0.5))
@@ -265,10 +343,14 @@ fn roots_of_a_shoot_on_a_tilted_base_with_statoliths_converge_with_the_mesh() {
         solve_steady_state(&mut shoot)?;
         Linearisation::about(&shoot)
     };
-    let [coarse, fine] = [4, 6].map(|elements| linear(0.068, elements).unwrap().rightmost().unwrap().value);
+    let [coarse, fine] =
+        [4, 6].map(|elements| linear(0.068, elements).unwrap().rightmost().unwrap().value);
     // The order is eight, and the relative error on four elements is less than 1e-6. `approx`
     // cannot compare complex numbers without its feature `num-complex`.
-    assert!((coarse - fine).norm() < 1e-6 * fine.norm(), "{coarse} and {fine}");
+    assert!(
+        (coarse - fine).norm() < 1e-6 * fine.norm(),
+        "{coarse} and {fine}"
+    );
     let found = crossings(|length| linear(length, 4), 0.060, 0.068).unwrap();
     assert!(!found.is_empty());
 }

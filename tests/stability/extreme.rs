@@ -13,7 +13,9 @@ use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::nalgebra::{Complex, Vector3};
 use morphorod::stability::{Linearisation, StabilityError, onset, solve_steady_state};
-use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{DynLaws, Shoot, Still};
 use proptest::prelude::*;
 
@@ -39,7 +41,10 @@ struct Leaning {
 
 /// Parameters with a delay of 35 times the memory time.
 const LONG: Leaning = Leaning {
-    memory: Memory { time: 73.0, delay: 2540.0 },
+    memory: Memory {
+        time: 73.0,
+        delay: 2540.0,
+    },
     avalanche_time: 23.6,
     beta: 0.305,
     eta: 24.3,
@@ -53,8 +58,16 @@ const LONG: Leaning = Leaning {
 impl Leaning {
     /// Stationary shoot with uniform growth and statoliths.
     fn shoot(&self) -> Result<Shoot<DynLaws>, StabilityError> {
-        let growth = UniformGrowth { zone_length: 0.1, time: self.growth_time };
-        self.with(growth, Statoliths { avalanche_time: self.avalanche_time })
+        let growth = UniformGrowth {
+            zone_length: 0.1,
+            time: self.growth_time,
+        };
+        self.with(
+            growth,
+            Statoliths {
+                avalanche_time: self.avalanche_time,
+            },
+        )
     }
 
     /// Stationary shoot with a given growth law and a given perception of gravity.
@@ -67,19 +80,29 @@ impl Leaning {
         P: Perception + Send + Sync + 'static,
         Gravitropism<P>: Response,
     {
-        let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: self.stiffness, poissons_ratio: 0.5 })
-            .length(self.length)
-            .radius(5e-4)
-            .elements(self.elements)
-            .growth(Ongoing(growth))
-            .tropism((
-                Gravitropism { sensitivity: self.beta, perception }.remembered(self.memory),
-                Proprioception { sensitivity: self.eta }.remembered(self.memory),
-            ))
-            .load(Weight { density: 1000.0 })
-            .scene(Still::tilted(self.tilt))
-            .into_dyn()
-            .build()?;
+        let mut shoot = Shoot::builder(LinearElastic {
+            youngs_modulus: self.stiffness,
+            poissons_ratio: 0.5,
+        })
+        .length(self.length)
+        .radius(5e-4)
+        .elements(self.elements)
+        .growth(Ongoing(growth))
+        .tropism((
+            Gravitropism {
+                sensitivity: self.beta,
+                perception,
+            }
+            .remembered(self.memory),
+            Proprioception {
+                sensitivity: self.eta,
+            }
+            .remembered(self.memory),
+        ))
+        .load(Weight { density: 1000.0 })
+        .scene(Still::tilted(self.tilt))
+        .into_dyn()
+        .build()?;
         solve_steady_state(&mut shoot)?;
         Ok(shoot)
     }
@@ -110,16 +133,28 @@ impl Leaning {
 #[test]
 fn essential_spectrum_is_exact_for_delays_much_longer_than_memories() {
     for delay in [500.0, 1000.0, 2540.0, 7300.0] {
-        let leaning = Leaning { memory: Memory { delay, ..LONG.memory }, ..LONG };
+        let leaning = Leaning {
+            memory: Memory {
+                delay,
+                ..LONG.memory
+            },
+            ..LONG
+        };
         let linear = Linearisation::about(&leaning.shoot().unwrap()).unwrap();
         let found = linear.essential_spectrum().unwrap()[0];
         let expected = leaning.essential();
         // The local problem contains proprioception only, not the statoliths of the tilted shoot.
         // The finite differences of the laws have a relative error of 1e-9. `approx` cannot compare
         // complex numbers without its feature `num-complex`.
-        assert!((found - expected).norm() < 1e-7 * expected.norm(), "{delay} s: {found} against {expected}");
+        assert!(
+            (found - expected).norm() < 1e-7 * expected.norm(),
+            "{delay} s: {found} against {expected}"
+        );
         assert_eq!(
-            matches!(linear.unstable(), Err(StabilityError::InfinitelyMany { .. })),
+            matches!(
+                linear.unstable(),
+                Err(StabilityError::InfinitelyMany { .. })
+            ),
             expected.re > 0.0,
             "{delay} s"
         );
@@ -131,17 +166,35 @@ fn essential_spectrum_is_found_at_every_point_of_a_nonuniform_growth_zone() {
     // For a linear profile, REGR is 2 (1 − σ/ℓg)/τg at a distance σ from the apex. The local
     // problem is that of uniform growth at this rate. The rightmost root is that of the Gauss point
     // nearest to the apex, where growth is fastest.
-    let leaning = Leaning { elements: 5, tilt: 0.0, ..LONG };
-    let profile = LinearProfile { zone_length: 0.1, time: leaning.growth_time };
+    let leaning = Leaning {
+        elements: 5,
+        tilt: 0.0,
+        ..LONG
+    };
+    let profile = LinearProfile {
+        zone_length: 0.1,
+        time: leaning.growth_time,
+    };
     let shoot = leaning.with(profile, SettledStatoliths).unwrap();
-    let found = Linearisation::about(&shoot).unwrap().essential_spectrum().unwrap();
+    let found = Linearisation::about(&shoot)
+        .unwrap()
+        .essential_spectrum()
+        .unwrap();
     // Distance (m) of the last Gauss point from the apex. At order eight its ratio to the length of
     // the element is (1 − x)/2, where x is the largest Legendre node.
     let nearest = 0.069_431_844_202_973_71 * leaning.length / 5.0;
     let growth_time = leaning.growth_time / (2.0 * (1.0 - nearest / 0.1));
-    let expected = Leaning { growth_time, ..leaning }.essential();
+    let expected = Leaning {
+        growth_time,
+        ..leaning
+    }
+    .essential();
     // `approx` cannot compare complex numbers without its feature `num-complex`.
-    assert!((found[0] - expected).norm() < 1e-7 * expected.norm(), "{} against {expected}", found[0]);
+    assert!(
+        (found[0] - expected).norm() < 1e-7 * expected.norm(),
+        "{} against {expected}",
+        found[0]
+    );
     assert_eq!(found.len(), 20, "{found:?}");
 }
 
@@ -150,8 +203,14 @@ fn onset_does_not_depend_on_the_upper_end_of_the_search_range() {
     let shoot = Upright {
         beta: 1.910_980_44,
         eta: 3.127_642_50,
-        gravity: Memory { time: 1_031.172_52, delay: 1_773.001_01 },
-        bending: Memory { time: 384.787_60, delay: 1_340.058_91 },
+        gravity: Memory {
+            time: 1_031.172_52,
+            delay: 1_773.001_01,
+        },
+        bending: Memory {
+            time: 384.787_60,
+            delay: 1_340.058_91,
+        },
         growth_time: 24_089.465_18,
     };
     // The reference is the solution of the continuous problem.
@@ -159,19 +218,31 @@ fn onset_does_not_depend_on_the_upper_end_of_the_search_range() {
     for to in [0.05, 0.0785] {
         let found = onset(|length| shoot.linear(length, 16), 0.012, to).unwrap();
         // The relative discretisation error of sixteen elements is 4e-9, see docs/stability.md.
-        let agrees = relative_eq!(found.parameters[0], expected, epsilon = 0.0, max_relative = 2e-8);
+        let agrees = relative_eq!(
+            found.parameters[0],
+            expected,
+            epsilon = 0.0,
+            max_relative = 2e-8
+        );
         assert!(agrees, "{to}: {found:?} against {expected}");
     }
 }
 
 #[test]
 fn roots_left_of_zero_are_refused_without_proprioception() {
-    let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(upright::MEMORY);
+    let gravity = Gravitropism {
+        sensitivity: 0.8,
+        perception: SettledStatoliths,
+    }
+    .remembered(upright::MEMORY);
     let shoot = Shoot::builder(upright::YOUNG)
         .length(0.05)
         .radius(5e-4)
         .elements(4)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.1,
+            time: 72e3,
+        }))
         .tropism(gravity)
         .load(Weight { density: 1000.0 })
         .into_dyn()
@@ -180,8 +251,14 @@ fn roots_left_of_zero_are_refused_without_proprioception() {
     let linear = Linearisation::about(&shoot).unwrap();
     // The continuous problem has infinitely many roots to the right of any line left of the
     // imaginary axis. The roots of a discretised problem there are artefacts.
-    assert!(matches!(linear.roots(-1e-4), Err(StabilityError::Parameter(_))));
-    assert_eq!(linear.rightmost().unwrap_err(), StabilityError::NoIsolatedRoot);
+    assert!(matches!(
+        linear.roots(-1e-4),
+        Err(StabilityError::Parameter(_))
+    ));
+    assert_eq!(
+        linear.rightmost().unwrap_err(),
+        StabilityError::NoIsolatedRoot
+    );
     assert!(linear.roots(1e-8).unwrap().is_empty());
 }
 
@@ -277,14 +354,20 @@ proptest! {
 fn unstable_roots_are_counted_exactly_when_disturbances_grow_in_time() {
     // The ratios of delay to memory time range from 0.1 to 100. The first three shoots are stable.
     // In the last one, waves of any length grow.
-    let with = |time: f64, delay: f64| Leaning { memory: Memory { time, delay }, ..LONG };
+    let with = |time: f64, delay: f64| Leaning {
+        memory: Memory { time, delay },
+        ..LONG
+    };
     for (leaning, unstable) in [
         (with(2540.0, 254.0), false),
         (with(500.0, 1500.0), false),
         (with(73.0, 2190.0), false),
         (with(73.0, 7300.0), true),
     ] {
-        let found = match Linearisation::about(&leaning.shoot().unwrap()).unwrap().unstable() {
+        let found = match Linearisation::about(&leaning.shoot().unwrap())
+            .unwrap()
+            .unstable()
+        {
             Err(StabilityError::InfinitelyMany { .. }) => usize::MAX,
             number => number.unwrap(),
         };

@@ -10,7 +10,9 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Refinement, Root, StabilityError, solve_steady_state};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{DynLaws, Shoot, Still};
 
 use crate::fixtures::random::{Draw, number};
@@ -20,22 +22,64 @@ use crate::fixtures::upright::continuous::Upright;
 fn rightmost_root_right_of_an_unstable_essential_spectrum_is_that_of_the_continuous_problem() {
     let memory = |time, delay| Memory { time, delay };
     let cases = [
-        (0.055, 49.0, memory(400.0, 1300.0), memory(110.0, 1850.0), 19_700.0, 0.052),
-        (0.35, 28.0, memory(1100.0, 10_000.0), memory(1100.0, 10_000.0), 21_000.0, 0.065),
-        (0.2, 40.0, memory(1800.0, 34_000.0), memory(1800.0, 34_000.0), 58_000.0, 0.060),
-        (0.2, 24.0, memory(130.0, 415.0), memory(565.0, 3600.0), 12_200.0, 0.045),
+        (
+            0.055,
+            49.0,
+            memory(400.0, 1300.0),
+            memory(110.0, 1850.0),
+            19_700.0,
+            0.052,
+        ),
+        (
+            0.35,
+            28.0,
+            memory(1100.0, 10_000.0),
+            memory(1100.0, 10_000.0),
+            21_000.0,
+            0.065,
+        ),
+        (
+            0.2,
+            40.0,
+            memory(1800.0, 34_000.0),
+            memory(1800.0, 34_000.0),
+            58_000.0,
+            0.060,
+        ),
+        (
+            0.2,
+            24.0,
+            memory(130.0, 415.0),
+            memory(565.0, 3600.0),
+            12_200.0,
+            0.045,
+        ),
     ];
     for (beta, eta, gravity, bending, growth_time, length) in cases {
-        let shoot = Upright { beta, eta, gravity, bending, growth_time };
+        let shoot = Upright {
+            beta,
+            eta,
+            gravity,
+            bending,
+            growth_time,
+        };
         for elements in [6, 12] {
             let linear = shoot.linear(length, elements).unwrap();
-            let Err(StabilityError::InfinitelyMany { abscissa }) = linear.unstable() else { panic!("{shoot:?}") };
+            let Err(StabilityError::InfinitelyMany { abscissa }) = linear.unstable() else {
+                panic!("{shoot:?}")
+            };
             let found = linear.rightmost().unwrap().value;
-            assert!(found.re > abscissa && abscissa > 0.0, "{found} and the essential spectrum at {abscissa}");
+            assert!(
+                found.re > abscissa && abscissa > 0.0,
+                "{found} and the essential spectrum at {abscissa}"
+            );
             let exact = shoot.root(length, found);
             // The last of these shoots has the shortest waves, and a relative error of 4e-7 on six
             // elements. `approx` cannot compare complex numbers without its feature `num-complex`.
-            assert!((found - exact).norm() < 1e-6 * exact.norm(), "{elements} elements: {found} and {exact}");
+            assert!(
+                (found - exact).norm() < 1e-6 * exact.norm(),
+                "{elements} elements: {found} and {exact}"
+            );
         }
     }
 }
@@ -61,7 +105,10 @@ impl Random {
         let mut draw = Draw::new(seed);
         let mut memory = || {
             let time = draw.log(60.0, 3000.0);
-            Memory { time, delay: time * draw.log(0.05, 20.0) }
+            Memory {
+                time,
+                delay: time * draw.log(0.05, 20.0),
+            }
         };
         let (gravity, bending) = (memory(), memory());
         let gravity = if draw.chance(0.5) { bending } else { gravity };
@@ -73,7 +120,11 @@ impl Random {
             gravity,
             bending,
             avalanche_time,
-            tilt: if draw.chance(0.5) { 0.0 } else { draw.uniform(0.0, 1.5) },
+            tilt: if draw.chance(0.5) {
+                0.0
+            } else {
+                draw.uniform(0.0, 1.5)
+            },
             beta: draw.log(0.05, 5.0),
             eta: draw.log(0.3, 60.0),
             growth_time: draw.log(1e4, 4e5),
@@ -88,20 +139,44 @@ impl Random {
 
     /// Shoot in its steady state.
     fn shoot(&self, elements: usize) -> Result<Shoot<DynLaws>, StabilityError> {
-        let builder = Shoot::builder(LinearElastic { youngs_modulus: self.stiffness, poissons_ratio: 0.5 })
-            .length(self.length)
-            .radius(5e-4)
-            .elements(elements)
-            .growth(Ongoing(UniformGrowth { zone_length: 1.0, time: self.growth_time }))
-            .load(Weight { density: 1000.0 })
-            .scene(Still::tilted(self.tilt));
-        let (sensitivity, bending) = (self.beta, Proprioception { sensitivity: self.eta }.remembered(self.bending));
+        let builder = Shoot::builder(LinearElastic {
+            youngs_modulus: self.stiffness,
+            poissons_ratio: 0.5,
+        })
+        .length(self.length)
+        .radius(5e-4)
+        .elements(elements)
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 1.0,
+            time: self.growth_time,
+        }))
+        .load(Weight { density: 1000.0 })
+        .scene(Still::tilted(self.tilt));
+        let (sensitivity, bending) = (
+            self.beta,
+            Proprioception {
+                sensitivity: self.eta,
+            }
+            .remembered(self.bending),
+        );
         let mut shoot = if let Some(avalanche_time) = self.avalanche_time {
-            let gravity = Gravitropism { sensitivity, perception: Statoliths { avalanche_time } };
-            builder.tropism((gravity.remembered(self.gravity), bending)).into_dyn().build()?
+            let gravity = Gravitropism {
+                sensitivity,
+                perception: Statoliths { avalanche_time },
+            };
+            builder
+                .tropism((gravity.remembered(self.gravity), bending))
+                .into_dyn()
+                .build()?
         } else {
-            let gravity = Gravitropism { sensitivity, perception: SettledStatoliths };
-            builder.tropism((gravity.remembered(self.gravity), bending)).into_dyn().build()?
+            let gravity = Gravitropism {
+                sensitivity,
+                perception: SettledStatoliths,
+            };
+            builder
+                .tropism((gravity.remembered(self.gravity), bending))
+                .into_dyn()
+                .build()?
         };
         solve_steady_state(&mut shoot)?;
         Ok(shoot)
@@ -132,11 +207,23 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
         let random = Random::new(seed);
         let elements = 4 + (seed % 5) as usize;
         // A tilted shoot may have no stationary shape that is resolved on these meshes.
-        let (Ok(coarse), Ok(fine)) = (random.linear(elements), random.linear(2 * elements)) else { continue };
+        let (Ok(coarse), Ok(fine)) = (random.linear(elements), random.linear(2 * elements)) else {
+            continue;
+        };
         stationary += 1;
-        let abscissa = fine.essential_spectrum().unwrap().first().map_or(f64::NEG_INFINITY, |root| root.re);
+        let abscissa = fine
+            .essential_spectrum()
+            .unwrap()
+            .first()
+            .map_or(f64::NEG_INFINITY, |root| root.re);
         positive += u32::from(abscissa > 0.0);
-        let isolated = |root: &Root| assert!(root.value.re > abscissa, "{seed}: {} and {abscissa}", root.value);
+        let isolated = |root: &Root| {
+            assert!(
+                root.value.re > abscissa,
+                "{seed}: {} and {abscissa}",
+                root.value
+            )
+        };
         let roots = [&coarse, &fine].map(|linear| conclusive(linear.rightmost()));
         roots.iter().flatten().for_each(isolated);
         // The error estimate of a root is its distance from the root to which Newton's method
@@ -144,29 +231,50 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
         // root. The relative rounding error of the finite differences is 1e-10.
         let moves = |root: &Root, other: &Root, error: f64| {
             let moved = (root.value - other.value).norm();
-            assert!(moved <= 1.000_001 * error + 1e-10 * root.value.norm(), "{seed}: {moved:e} of {error:e}");
+            assert!(
+                moved <= 1.000_001 * error + 1e-10 * root.value.norm(),
+                "{seed}: {moved:e} of {error:e}"
+            );
         };
         if let [Some(root), Some(other)] = &roots {
             compared += 1;
-            moves(root, other, root.clone().with_error(&fine).unwrap().error.unwrap());
+            moves(
+                root,
+                other,
+                root.clone().with_error(&fine).unwrap().error.unwrap(),
+            );
         }
-        let meshes = Refinement { last: 24, ..Refinement::to(1e-5) };
+        let meshes = Refinement {
+            last: 24,
+            ..Refinement::to(1e-5)
+        };
         if let Some(root) = conclusive(meshes.rightmost(|elements| random.linear(elements))) {
             isolated(&root);
             // The strain has values at four points of each element, so that this mesh has twice as
             // many elements.
-            let finer = random.linear(root.strain.len() / 2).unwrap().rightmost().unwrap();
+            let finer = random
+                .linear(root.strain.len() / 2)
+                .unwrap()
+                .rightmost()
+                .unwrap();
             refined += 1;
             moves(&root, &finer, root.error.unwrap());
         }
     }
-    println!("{stationary} of {} shoots are stationary, {positive} with an unstable essential spectrum", cases());
+    println!(
+        "{stationary} of {} shoots are stationary, {positive} with an unstable essential spectrum",
+        cases()
+    );
     println!("{compared} roots compared on two meshes, {refined} refined");
-    assert!(compared + refined > 0, "none of the shoots has an isolated root that is resolved");
+    assert!(
+        compared + refined > 0,
+        "none of the shoots has an isolated root that is resolved"
+    );
 }
 
-/// Refinement increases the number of answers from 180 to 198 of 200 random steady shoots on eight elements. The
-/// others are not resolved by two meshes of at most 128 elements, and are refused after three seconds.
+/// Refinement increases the number of answers from 180 to 198 of 200 random steady shoots on eight
+/// elements. The others are not resolved by two meshes of at most 128 elements, and are refused
+/// after three seconds.
 #[test]
 fn linearisations_that_refine_themselves_answer_with_errors_that_a_finer_mesh_confirms() {
     let seed = number("MORPHOROD_SEED", 17);
@@ -179,32 +287,51 @@ fn linearisations_that_refine_themselves_answer_with_errors_that_a_finer_mesh_co
         let found = Linearisation::resolved(&shoot, 1e-6);
         slowest = slowest.max(start.elapsed().as_secs_f64());
         let linear = match found {
-            Err(StabilityError::UnderResolved { .. } | StabilityError::ToleranceNotMet { .. }) => continue,
+            Err(StabilityError::UnderResolved { .. } | StabilityError::ToleranceNotMet { .. }) => {
+                continue;
+            }
             linear => linear.unwrap(),
         };
         answered += 1;
         let count = linear.unstable();
-        assert!(matches!(count, Ok(_) | Err(StabilityError::InfinitelyMany { .. })), "{seed}: {count:?}");
+        assert!(
+            matches!(count, Ok(_) | Err(StabilityError::InfinitelyMany { .. })),
+            "{seed}: {count:?}"
+        );
         let before = Linearisation::about(&shoot).unwrap();
-        refined += u32::from(before.unstable() != count || conclusive(before.rightmost()).is_none());
+        refined +=
+            u32::from(before.unstable() != count || conclusive(before.rightmost()).is_none());
         let root = match linear.rightmost() {
             Err(StabilityError::NoIsolatedRoot) => continue,
             root => root.unwrap(),
         };
         let error = root.error.unwrap();
-        assert!(error <= 1.000_001e-6 * root.value.norm(), "{seed}: {error:e}");
+        assert!(
+            error <= 1.000_001e-6 * root.value.norm(),
+            "{seed}: {error:e}"
+        );
         if linear.elements() > 24 {
             continue;
         }
-        // The root of a mesh with half as many elements again. The relative error of the finite differences is 1e-10.
+        // The root of a mesh with half as many elements again. The relative error of the finite
+        // differences is 1e-10.
         let finer = Linearisation::refined(&shoot, linear.elements() / 8 * 3 / 2).unwrap();
-        let moved = (root.clone().with_error(&finer).unwrap().error.unwrap(), finer.unstable());
-        assert!(moved.0 <= error + 1e-10 * root.value.norm(), "{seed}: {:e} of {error:e}", moved.0);
+        let moved = (
+            root.clone().with_error(&finer).unwrap().error.unwrap(),
+            finer.unstable(),
+        );
+        assert!(
+            moved.0 <= error + 1e-10 * root.value.norm(),
+            "{seed}: {:e} of {error:e}",
+            moved.0
+        );
         assert_eq!(moved.1.is_ok(), count.is_ok());
         assert_eq!(moved.1.unwrap_or(usize::MAX), count.unwrap_or(usize::MAX));
         compared += 1;
     }
-    println!("{answered} of {steady} steady shoots, {refined} of them not on their own mesh, {compared} compared");
+    println!(
+        "{answered} of {steady} steady shoots, {refined} of them not on their own mesh, {compared} compared"
+    );
     println!("the slowest answer or refusal takes {slowest:.1} s");
     assert!(100 * answered >= 99 * steady && compared > 0);
 }

@@ -5,7 +5,8 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{BoundarySettings, Linearisation, StabilityError, boundary, onset};
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site, TropismLaw, Variable,
+    Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site,
+    TropismLaw, Variable,
 };
 use morphorod::{ParameterError, Shoot};
 use nalgebra::Vector3;
@@ -51,13 +52,22 @@ impl TropismLaw for Saturating {
 
 /// Linearisation about the upright shape of a shoot of given length (m) with another law of
 /// gravitropism.
-fn problem(gravity: impl TropismLaw + Send + Sync + 'static, length: f64) -> Result<Linearisation, StabilityError> {
+fn problem(
+    gravity: impl TropismLaw + Send + Sync + 'static,
+    length: f64,
+) -> Result<Linearisation, StabilityError> {
     let shoot = Shoot::builder(YOUNG)
         .length(length)
         .radius(5e-4)
         .elements(4)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
-        .tropism((gravity, Proprioception { sensitivity: 20.0 }.remembered(MEMORY)))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.1,
+            time: 20.0 * HOUR,
+        }))
+        .tropism((
+            gravity,
+            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+        ))
         .load(Weight { density: 1000.0 })
         .into_dyn()
         .build()?;
@@ -66,8 +76,14 @@ fn problem(gravity: impl TropismLaw + Send + Sync + 'static, length: f64) -> Res
 
 #[test]
 fn saturating_gravitropism_has_the_onset_of_its_linear_part() {
-    let law = Saturating { sensitivity: 0.8, scale: 1.0, memory: MEMORY };
-    let found = onset(|length| problem(law, length), 0.055, 0.075).unwrap().parameters[0];
+    let law = Saturating {
+        sensitivity: 0.8,
+        scale: 1.0,
+        memory: MEMORY,
+    };
+    let found = onset(|length| problem(law, length), 0.055, 0.075)
+        .unwrap()
+        .parameters[0];
     // The derivative of tanh at zero is one. Finite differences with a step of 1e-4 of the scale
     // have a relative error of 1e-8/3. The resulting relative error of the length is smaller.
     assert_relative_eq!(found, 0.065_614_866_491, epsilon = 0.0, max_relative = 1e-8);
@@ -78,19 +94,32 @@ fn infinite_derivative_of_a_law_is_refused() {
     struct Broken;
     impl TropismLaw for Broken {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-            Vector3::new(if past[0] == 0.0 { 0.0 } else { f64::INFINITY.copysign(past[0]) }, past[0], 0.0)
+            Vector3::new(
+                if past[0] == 0.0 {
+                    0.0
+                } else {
+                    f64::INFINITY.copysign(past[0])
+                },
+                past[0],
+                0.0,
+            )
         }
         fn declare(&self, to: &mut Declaration) {
             to.stimuli(1);
             to.variable(Variable::read_after(0.0));
         }
     }
-    assert!(matches!(problem(Broken, 0.05), Err(StabilityError::NotFinite { .. })));
+    assert!(matches!(
+        problem(Broken, 0.05),
+        Err(StabilityError::NotFinite { .. })
+    ));
 }
 
 #[test]
 fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_rectangle() {
-    let family = |hours: f64, length: f64| linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 4);
+    let family = |hours: f64, length: f64| {
+        linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 4)
+    };
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     let mut linearisations = 0;
@@ -100,7 +129,15 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
                 linearisations += 1;
                 family(hours, length)
             },
-            &BoundarySettings { start, frequency, direction: [1.0, 0.0], low, high, step, points: 1000 },
+            &BoundarySettings {
+                start,
+                frequency,
+                direction: [1.0, 0.0],
+                low,
+                high,
+                step,
+                points: 1000,
+            },
         )
         .unwrap()
     };
@@ -111,7 +148,12 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
         // relative error of 1e-9 in the frequency. The finite differences in the matrix also have
         // an error of 1e-9.
         let period = std::f64::consts::TAU / point.frequency / MINUTE;
-        let agrees = relative_eq!(period, 87.638_358_711_642_3, epsilon = 0.0, max_relative = 1e-8);
+        let agrees = relative_eq!(
+            period,
+            87.638_358_711_642_3,
+            epsilon = 0.0,
+            max_relative = 1e-8
+        );
         assert!(agrees, "{point:?}: {period} min");
     }
     // The first point is close to the initial guess, and the last point is on the edge of the
@@ -121,13 +163,23 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
     assert_eq!(last[0], high[0]);
     // A search along the length at the growth time of the last point returns the same onset. The
     // growth time of 40 h lies between two points.
-    let found = onset(|length| family(45.0, length), 0.065, 0.078).unwrap().parameters[0];
+    let found = onset(|length| family(45.0, length), 0.065, 0.078)
+        .unwrap()
+        .parameters[0];
     assert_relative_eq!(last[1], found, epsilon = 0.0, max_relative = 1e-8);
-    let around = curve.windows(2).find(|pair| pair[0].parameters[0] <= 40.0 && pair[1].parameters[0] > 40.0).unwrap();
-    assert!(around[0].parameters[1] < 0.072_407_759_341 && around[1].parameters[1] > 0.072_407_759_341);
+    let around = curve
+        .windows(2)
+        .find(|pair| pair[0].parameters[0] <= 40.0 && pair[1].parameters[0] > 40.0)
+        .unwrap();
+    assert!(
+        around[0].parameters[1] < 0.072_407_759_341 && around[1].parameters[1] > 0.072_407_759_341
+    );
     // Each point requires two linearisations, and the two ends require a few more.
     let points = curve.len();
-    assert!(linearisations <= 3 * points + 10, "{linearisations} linearisations for {points} points");
+    assert!(
+        linearisations <= 3 * points + 10,
+        "{linearisations} linearisations for {points} points"
+    );
 }
 
 #[test]
@@ -136,7 +188,14 @@ fn stability_boundary_is_followed_around_a_fold() {
     // boundary in (p, q) is a parabola with a fold at q = 1.
     let family = |p: f64, q: f64| {
         let hours = 15.0 * (1.0 + (q - 1.0).powi(2) + 0.1 * p);
-        linearisation(0.065_614_866_491, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
+        linearisation(
+            0.065_614_866_491,
+            hours * HOUR,
+            0.8,
+            20.0,
+            SettledStatoliths,
+            3,
+        )
     };
     let q = 0.5_f64;
     let settings = BoundarySettings {
@@ -154,15 +213,23 @@ fn stability_boundary_is_followed_around_a_fold() {
         // The relative error of the length is 1e-9 on three elements. The slope of growth time
         // against length amplifies it by 10, and the factor 0.1 of p by another 10.
         let expected = 10.0 * (1.0 / 3.0 - (q - 1.0).powi(2));
-        assert!(abs_diff_eq!(p, expected, epsilon = 1e-5), "{point:?}: {expected}");
+        assert!(
+            abs_diff_eq!(p, expected, epsilon = 1e-5),
+            "{point:?}: {expected}"
+        );
     }
     let last = curve[curve.len() - 1].parameters;
-    assert!(last[0] == 0.0 && last[1] > 1.5, "the curve ends before the fold at q = 1: {last:?}");
+    assert!(
+        last[0] == 0.0 && last[1] > 1.5,
+        "the curve ends before the fold at q = 1: {last:?}"
+    );
 }
 
 #[test]
 fn invalid_boundary_settings_and_unstable_families_are_refused() {
-    let family = |hours: f64, length: f64| linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let family = |hours: f64, length: f64| {
+        linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
+    };
     let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     let settings = BoundarySettings {
         start,
@@ -174,16 +241,39 @@ fn invalid_boundary_settings_and_unstable_families_are_refused() {
         points: 50,
     };
     let follow = |settings: BoundarySettings| boundary(family, &settings);
-    let off = BoundarySettings { frequency: 3.0 / MEMORY.delay, ..settings };
-    assert!(matches!(follow(off), Err(StabilityError::NoConvergence { .. })));
+    let off = BoundarySettings {
+        frequency: 3.0 / MEMORY.delay,
+        ..settings
+    };
+    assert!(matches!(
+        follow(off),
+        Err(StabilityError::NoConvergence { .. })
+    ));
     for wrong in [
-        BoundarySettings { direction: [0.0, 0.0], ..settings },
-        BoundarySettings { low: settings.high, high: settings.low, ..settings },
-        BoundarySettings { step: -1.0, ..settings },
+        BoundarySettings {
+            direction: [0.0, 0.0],
+            ..settings
+        },
+        BoundarySettings {
+            low: settings.high,
+            high: settings.low,
+            ..settings
+        },
+        BoundarySettings {
+            step: -1.0,
+            ..settings
+        },
     ] {
-        assert!(matches!(follow(wrong), Err(StabilityError::Parameter(_))), "{wrong:?}");
+        assert!(
+            matches!(follow(wrong), Err(StabilityError::Parameter(_))),
+            "{wrong:?}"
+        );
     }
-    let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+    let gravity = Gravitropism {
+        sensitivity: 0.8,
+        perception: SettledStatoliths,
+    }
+    .remembered(MEMORY);
     // Shoots of this family are longer than the buckling length.
     assert!(matches!(
         boundary(|_, _| problem(gravity, 0.081), &settings),
@@ -193,18 +283,30 @@ fn invalid_boundary_settings_and_unstable_families_are_refused() {
 
 #[test]
 fn boundary_points_are_accurate_with_long_continuation_steps() {
-    let family = |hours: f64, length: f64| linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let family = |hours: f64, length: f64| {
+        linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
+    };
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     // Long steps need several corrections each. The corrector stops when the estimate of the next
     // correction is small.
     for step in [0.03, 0.1] {
-        let settings = BoundarySettings { start, frequency, direction: [1.0, 0.0], low, high, step, points: 1000 };
+        let settings = BoundarySettings {
+            start,
+            frequency,
+            direction: [1.0, 0.0],
+            low,
+            high,
+            step,
+            points: 1000,
+        };
         let curve = boundary(family, &settings).unwrap();
         for point in &curve {
             let [hours, length] = point.parameters;
             // The reference is computed by another method on the same mesh, with an error of 1e-11.
-            let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameters[0];
+            let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length)
+                .unwrap()
+                .parameters[0];
             // The error normal to the curve is at most 1e-9 of the sides of the rectangle. For
             // growth times of at least 20 h the scaled slope of the curve is less than one, so that
             // the error along the length is at most √2 times as large.

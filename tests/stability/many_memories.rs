@@ -4,7 +4,9 @@
 use approx::assert_relative_eq;
 use morphorod::Still;
 use morphorod::stability::{Linearisation, StabilityError};
-use morphorod::tropism::{Declaration, Gravitropism, Growing, Response, SettledStatoliths, Site, TropismLaw, Variable};
+use morphorod::tropism::{
+    Declaration, Gravitropism, Growing, Response, SettledStatoliths, Site, TropismLaw, Variable,
+};
 use nalgebra::Vector3;
 
 use super::edges::{BENDING, WEIGHT, analyse};
@@ -23,7 +25,9 @@ impl TropismLaw for Pairs {
         let up = to.stimulus_pair();
         for _ in 0..self.number {
             if self.chain {
-                (0..2).for_each(|_| _ = to.variable(Variable::read_after(MEMORY.delay).relaxing_in(MEMORY.time)));
+                (0..2).for_each(|_| {
+                    _ = to.variable(Variable::read_after(MEMORY.delay).relaxing_in(MEMORY.time))
+                });
             } else {
                 to.memories(2, up, MEMORY.time, Some(MEMORY.delay));
             }
@@ -34,16 +38,24 @@ impl TropismLaw for Pairs {
     }
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         for (k, rate) in rates.iter_mut().enumerate() {
-            let remembered = if self.chain && k > 1 { variables[k - 2] } else { stimuli[k % 2] };
+            let remembered = if self.chain && k > 1 {
+                variables[k - 2]
+            } else {
+                stimuli[k % 2]
+            };
             *rate = MEMORY.rate(variables[k], remembered);
         }
     }
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        variables.iter_mut().enumerate().for_each(|(k, y)| *y = stimuli[k % 2]);
+        variables
+            .iter_mut()
+            .enumerate()
+            .for_each(|(k, y)| *y = stimuli[k % 2]);
     }
     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let [mut first, mut second] = [0.0; 2];
-        past.chunks_exact(2).for_each(|pair| (first, second) = (first + pair[0], second + pair[1]));
+        past.chunks_exact(2)
+            .for_each(|pair| (first, second) = (first + pair[0], second + pair[1]));
         Vector3::new(-second, first, 0.0) * (0.8 / at.section.radius() / self.number as f64)
     }
 }
@@ -56,8 +68,19 @@ fn linear(law: impl TropismLaw + Send + Sync + 'static) -> Result<Linearisation,
 /// eigenvalues and its factorisation at every λ.
 #[test]
 fn thousand_equal_memories_have_the_roots_of_one_memory() {
-    let one = linear(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY)).unwrap();
-    let many = linear(Pairs { number: 500, chain: false }).unwrap();
+    let one = linear(
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: SettledStatoliths,
+        }
+        .remembered(MEMORY),
+    )
+    .unwrap();
+    let many = linear(Pairs {
+        number: 500,
+        chain: false,
+    })
+    .unwrap();
     assert_eq!(many.unstable(), one.unstable());
     let [one, many] = [one, many].map(|linear| linear.rightmost().unwrap().value);
     // The relative error of the finite differences of the laws is 1e-9. The relative error of a sum
@@ -68,10 +91,29 @@ fn thousand_equal_memories_have_the_roots_of_one_memory() {
 
 #[test]
 fn long_chain_of_variables_is_refused_with_its_work() {
-    assert!(linear(Pairs { number: 30, chain: true }).unwrap().unstable().is_ok());
-    let error = linear(Pairs { number: 500, chain: true }).unwrap_err();
+    assert!(
+        linear(Pairs {
+            number: 30,
+            chain: true
+        })
+        .unwrap()
+        .unstable()
+        .is_ok()
+    );
+    let error = linear(Pairs {
+        number: 500,
+        chain: true,
+    })
+    .unwrap_err();
     // Each of the two components has a chain of 500 variables, which requires 500³ operations.
-    let StabilityError::TooMuchWork { amount: operations, most, .. } = error else { panic!("{error}") };
+    let StabilityError::TooMuchWork {
+        amount: operations,
+        most,
+        ..
+    } = error
+    else {
+        panic!("{error}")
+    };
     assert_relative_eq!(operations, 2.5e8, epsilon = 0.0, max_relative = 1e-6);
     assert!(most < operations, "{error}");
 }

@@ -5,7 +5,9 @@
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, onset, solve_steady_state};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{Shoot, Still};
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
@@ -28,12 +30,20 @@ fn length_and_period_at_onset_agree_with_linear_theory() {
         (20.0, 0.0, 0.071_003_931_291, [0.064, 0.075]),
     ];
     for (hours, eta, length, [from, to]) in cases {
-        let found = onset(|l| linearisation(l, hours * HOUR, 0.8, eta, SettledStatoliths, 4), from, to).unwrap();
+        let found = onset(
+            |l| linearisation(l, hours * HOUR, 0.8, eta, SettledStatoliths, 4),
+            from,
+            to,
+        )
+        .unwrap();
         // The relative error of four elements of order eight, with finite differences of relative
         // error 1e-9, is 1e-9.
         for (value, expected) in [(found.parameters[0], length), (found.period(), PERIOD)] {
             let agrees = relative_eq!(value, expected, epsilon = 0.0, max_relative = 1e-8);
-            assert!(agrees, "{hours} h, η = {eta}: {value} against {expected}, {found:?}");
+            assert!(
+                agrees,
+                "{hours} h, η = {eta}: {value} against {expected}, {found:?}"
+            );
         }
         assert!(!found.essential);
     }
@@ -41,11 +51,28 @@ fn length_and_period_at_onset_agree_with_linear_theory() {
 
 #[test]
 fn slow_statoliths_reduce_the_length_at_onset() {
-    let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
-    let found = onset(|l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, statoliths, 4), 0.06, 0.07).unwrap();
+    let statoliths = Statoliths {
+        avalanche_time: 2.0 * MINUTE,
+    };
+    let found = onset(
+        |l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, statoliths, 4),
+        0.06,
+        0.07,
+    )
+    .unwrap();
     // The reference length has ten digits, the reference period nine.
-    assert_relative_eq!(found.parameters[0], 0.064_595_221_175, epsilon = 0.0, max_relative = 1e-8);
-    assert_relative_eq!(found.period(), 92.769_230_7 * MINUTE, epsilon = 0.0, max_relative = 1e-8);
+    assert_relative_eq!(
+        found.parameters[0],
+        0.064_595_221_175,
+        epsilon = 0.0,
+        max_relative = 1e-8
+    );
+    assert_relative_eq!(
+        found.period(),
+        92.769_230_7 * MINUTE,
+        epsilon = 0.0,
+        max_relative = 1e-8
+    );
 }
 
 #[test]
@@ -58,7 +85,10 @@ fn length_at_onset_converges_at_least_at_order_eight() {
     // differences in the matrix, which is 1e-10.
     let (one, three) = (error(1), error(3));
     let order = (one / three).ln() / 3.0_f64.ln();
-    assert!(order > 7.5, "observed order {order}: errors {one:e} and {three:e}");
+    assert!(
+        order > 7.5,
+        "observed order {order}: errors {one:e} and {three:e}"
+    );
 }
 
 #[test]
@@ -67,10 +97,17 @@ fn onset_in_microgravity_is_that_of_the_essential_spectrum() {
     let found = onset(family, 2.0 * HOUR, 6.0 * HOUR).unwrap();
     assert!(found.essential);
     // The growth time follows from 1 + b(iω) = 0. The paper gives 3.5 h.
-    assert_abs_diff_eq!(found.parameters[0] / HOUR, 3.524_494_109_609_37, epsilon = 1e-9);
+    assert_abs_diff_eq!(
+        found.parameters[0] / HOUR,
+        3.524_494_109_609_37,
+        epsilon = 1e-9
+    );
     assert_relative_eq!(found.period(), PERIOD, epsilon = 0.0, max_relative = 1e-9);
     let unstable = family(3.0 * HOUR).unwrap().unstable();
-    assert!(matches!(unstable, Err(StabilityError::InfinitelyMany { abscissa }) if abscissa > 0.0), "{unstable:?}");
+    assert!(
+        matches!(unstable, Err(StabilityError::InfinitelyMany { abscissa }) if abscissa > 0.0),
+        "{unstable:?}"
+    );
 }
 
 /// Linearisation about the straight shape of a weightless shoot with proprioception only. The
@@ -80,7 +117,10 @@ fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisatio
         .length(0.05)
         .radius(5e-4)
         .elements(2)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.07,
+            time: growth_time,
+        }))
         .tropism(Proprioception { sensitivity: eta }.remembered(memory))
         .scene(Still::weightless())
         .into_dyn()
@@ -97,11 +137,18 @@ fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
         let growth_time: f64 = hours * HOUR;
         let linear = weightless(eta, growth_time, Memory { time, delay: 0.0 }).unwrap();
         let root = linear.essential_spectrum().unwrap()[0];
-        let expected =
-            0.5 * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt() - 1.0 / time);
+        let expected = 0.5
+            * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt()
+                - 1.0 / time);
         // Newton's method has a relative error of 1e-13 for roots of about 1e-3/s.
-        assert!(abs_diff_eq!(root.re, expected.re, epsilon = 1e-14), "{hours} h: {root} against {expected}");
-        assert!(abs_diff_eq!(root.im, expected.im.abs(), epsilon = 1e-14), "{hours} h: {root} against {expected}");
+        assert!(
+            abs_diff_eq!(root.re, expected.re, epsilon = 1e-14),
+            "{hours} h: {root} against {expected}"
+        );
+        assert!(
+            abs_diff_eq!(root.im, expected.im.abs(), epsilon = 1e-14),
+            "{hours} h: {root} against {expected}"
+        );
         assert_eq!(linear.unstable().unwrap(), 0);
     }
 }
@@ -132,16 +179,32 @@ fn rigid_shoot_with_gravitropism_alone_is_stable() {
                 .length(0.065)
                 .radius(5e-4)
                 .elements(elements)
-                .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: hours * HOUR }))
-                .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY))
+                .growth(Ongoing(UniformGrowth {
+                    zone_length: 0.07,
+                    time: hours * HOUR,
+                }))
+                .tropism(
+                    Gravitropism {
+                        sensitivity: 0.8,
+                        perception: SettledStatoliths,
+                    }
+                    .remembered(MEMORY),
+                )
                 .load(Weight { density: 1000.0 })
                 .into_dyn()
                 .build()
                 .unwrap();
             let linear = Linearisation::about(&shoot).unwrap();
             // The count includes only roots to the right of 1e-6/τm.
-            assert_eq!(linear.unstable().unwrap(), 0, "τg = {hours} h, {elements} elements");
-            assert!(matches!(linear.rightmost(), Err(StabilityError::NoIsolatedRoot)));
+            assert_eq!(
+                linear.unstable().unwrap(),
+                0,
+                "τg = {hours} h, {elements} elements"
+            );
+            assert!(matches!(
+                linear.rightmost(),
+                Err(StabilityError::NoIsolatedRoot)
+            ));
         }
     }
 }
@@ -150,19 +213,35 @@ fn rigid_shoot_with_gravitropism_alone_is_stable() {
 fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
     let upright = |l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let error = onset(upright, 0.05, 0.06).unwrap_err();
-    assert!(matches!(error, StabilityError::NoCrossing { unstable: [0, 0] }), "{error}");
-    assert!(matches!(onset(upright, f64::NAN, 0.06), Err(StabilityError::Parameter(_))));
+    assert!(
+        matches!(error, StabilityError::NoCrossing { unstable: [0, 0] }),
+        "{error}"
+    );
+    assert!(matches!(
+        onset(upright, f64::NAN, 0.06),
+        Err(StabilityError::Parameter(_))
+    ));
     // An upright shoot longer than Greenhill's length (7.93 cm) buckles.
-    assert!(matches!(upright(0.08), Err(StabilityError::MechanicallyUnstable { negative: 2 })));
+    assert!(matches!(
+        upright(0.08),
+        Err(StabilityError::MechanicallyUnstable { negative: 2 })
+    ));
 
     let shoot = |law: bool, tilt: f64| {
         let oscillator = law.then(|| Oscillator::new(0.2, 24.0 * MINUTE));
-        let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+        let gravity = Gravitropism {
+            sensitivity: 0.8,
+            perception: SettledStatoliths,
+        }
+        .remembered(MEMORY);
         Shoot::builder(YOUNG)
             .length(0.05)
             .radius(5e-4)
             .elements(3)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 0.07,
+                time: 20.0 * HOUR,
+            }))
             .tropism((oscillator, gravity))
             .load(Weight { density: 1000.0 })
             .scene(Still::tilted(tilt))
@@ -182,7 +261,18 @@ fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
     assert_eq!(none, StabilityError::NoProprioception);
     assert_eq!(&before, tilted.state());
     let moving = Linearisation::about(&tilted).unwrap_err();
-    assert!(matches!(moving, StabilityError::NotSteadyState { .. }), "{moving}");
-    let nothing = Shoot::builder(YOUNG).length(0.05).radius(5e-4).into_dyn().build().unwrap();
-    assert!(matches!(Linearisation::about(&nothing), Err(StabilityError::NothingDriven)));
+    assert!(
+        matches!(moving, StabilityError::NotSteadyState { .. }),
+        "{moving}"
+    );
+    let nothing = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(5e-4)
+        .into_dyn()
+        .build()
+        .unwrap();
+    assert!(matches!(
+        Linearisation::about(&nothing),
+        Err(StabilityError::NothingDriven)
+    ));
 }

@@ -1,5 +1,5 @@
-//! Shoots and meshes that a stability analysis must refuse: forced shoots, coarse meshes and invalid
-//! delays.
+//! Shoots and meshes that a stability analysis must refuse: forced shoots, coarse meshes and
+//! invalid delays.
 
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
@@ -11,7 +11,8 @@ use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::load::ApicalForce;
 use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site, TropismLaw, Variable,
+    Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site,
+    TropismLaw, Variable,
 };
 use morphorod::{Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -24,26 +25,54 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
     struct Clinostat;
     impl Scene for Clinostat {
         fn gravity(&self, t: f64) -> Vector3<f64> {
-            UnitQuaternion::from_scaled_axis(Vector3::x() * (2.0 * PI * t / 3600.0)) * Vector3::new(0.0, 0.0, -9.81)
+            UnitQuaternion::from_scaled_axis(Vector3::x() * (2.0 * PI * t / 3600.0))
+                * Vector3::new(0.0, 0.0, -9.81)
         }
         fn base(&self, _t: f64) -> UnitQuaternion<f64> {
             UnitQuaternion::identity()
         }
     }
-    let laws = || (Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY), BENDING);
+    let laws = || {
+        (
+            Gravitropism {
+                sensitivity: 0.8,
+                perception: SettledStatoliths,
+            }
+            .remembered(MEMORY),
+            BENDING,
+        )
+    };
     let answer = analyse(laws(), WEIGHT, Clinostat, 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
+    assert!(
+        matches!(answer, Err(StabilityError::NotAutonomous { .. })),
+        "{answer:?}"
+    );
     let pull = ApicalForce(|t: f64| Vector3::new(1e-7 * (2.0 * PI * t / 1440.0).sin(), 0.0, 0.0));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
+    assert!(
+        matches!(answer, Err(StabilityError::NotAutonomous { .. })),
+        "{answer:?}"
+    );
     // This force acts along the shoot and does not bend the upright shape.
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-7 * (2.0 * PI * t / 1440.0).sin()));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
+    assert!(
+        matches!(answer, Err(StabilityError::NotAutonomous { .. })),
+        "{answer:?}"
+    );
     // This force varies by 1e-11 of its magnitude.
-    let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-3 * (1.0 + 1e-11 * (2.0 * PI * t / 1440.0).sin())));
+    let pull = ApicalForce(|t: f64| {
+        Vector3::new(
+            0.0,
+            0.0,
+            1e-3 * (1.0 + 1e-11 * (2.0 * PI * t / 1440.0).sin()),
+        )
+    });
     let answer = analyse(laws(), ((), pull), Still::upright(), 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
+    assert!(
+        matches!(answer, Err(StabilityError::NotAutonomous { .. })),
+        "{answer:?}"
+    );
     let steady = ApicalForce(|_| Vector3::new(0.0, 0.0, 1e-7));
     assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
 }
@@ -54,8 +83,17 @@ fn tilted_shoot_without_proprioception_has_no_steady_state() {
         Shoot::builder(YOUNG)
             .length(0.05)
             .radius(5e-4)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
-            .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 0.07,
+                time: 20.0 * HOUR,
+            }))
+            .tropism(
+                Gravitropism {
+                    sensitivity: 0.8,
+                    perception: SettledStatoliths,
+                }
+                .remembered(MEMORY),
+            )
             .scene(Still::tilted(tilt))
             .build()
             .unwrap()
@@ -79,7 +117,11 @@ fn growth_rate_that_depends_on_time_is_refused_as_forced() {
             0.1
         }
     }
-    let gravitropism = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+    let gravitropism = Gravitropism {
+        sensitivity: 0.8,
+        perception: SettledStatoliths,
+    }
+    .remembered(MEMORY);
     let shoot = Shoot::builder(YOUNG)
         .length(0.05)
         .radius(5e-4)
@@ -90,7 +132,10 @@ fn growth_rate_that_depends_on_time_is_refused_as_forced() {
         .build()
         .unwrap();
     let answer = Linearisation::about(&shoot).map(|_| ());
-    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
+    assert!(
+        matches!(answer, Err(StabilityError::NotAutonomous { .. })),
+        "{answer:?}"
+    );
 }
 
 #[test]
@@ -98,7 +143,13 @@ fn coarse_meshes_do_not_report_an_unstable_shoot_as_stable() {
     // β, η, τm and τr (s) of both laws, τg (h), length (m). An analysis on a finer mesh returns
     // dozens of unstable roots, or an error that the mesh is too coarse.
     let cases = [
-        (2.280_986, 1.754_145_65, [951.073, 1974.152], 11_348.48 / HOUR, 0.042_481_8),
+        (
+            2.280_986,
+            1.754_145_65,
+            [951.073, 1974.152],
+            11_348.48 / HOUR,
+            0.042_481_8,
+        ),
         (2.0, 5.0, [720.0, 1440.0], 2.0, 0.07),
         (20.0, 15.0, [720.0, 720.0], 24.0, 0.075),
         (3.0, 0.0, [720.0, 720.0], 2.0, 0.075),
@@ -107,13 +158,20 @@ fn coarse_meshes_do_not_report_an_unstable_shoot_as_stable() {
         for elements in [1, 2, 3, 4] {
             let memory = Memory { time, delay };
             let laws = (
-                Gravitropism { sensitivity: beta, perception: SettledStatoliths }.remembered(memory),
+                Gravitropism {
+                    sensitivity: beta,
+                    perception: SettledStatoliths,
+                }
+                .remembered(memory),
                 Proprioception { sensitivity: eta }.remembered(memory),
             );
-            let answer = analyse(laws, WEIGHT, Still::upright(), hours, length, elements).unwrap().unstable();
+            let answer = analyse(laws, WEIGHT, Still::upright(), hours, length, elements)
+                .unwrap()
+                .unstable();
             let noticed = matches!(
                 answer,
-                Err(StabilityError::UnderResolved { .. }) | Err(StabilityError::InfinitelyMany { .. })
+                Err(StabilityError::UnderResolved { .. })
+                    | Err(StabilityError::InfinitelyMany { .. })
             );
             assert!(noticed, "β {beta}, {elements} elements: {answer:?}");
         }
@@ -147,13 +205,21 @@ fn twisted_stationary_shoot_is_linearised_and_invalid_delays_are_refused() {
     }
     let delay = Arc::new(Mutex::new(720.0));
     let shoot = || {
-        Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-            .length(0.05)
-            .radius(5e-4)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
-            .tropism(Twist { delay: Arc::clone(&delay) })
-            .into_dyn()
-            .build()
+        Shoot::builder(LinearElastic {
+            youngs_modulus: 1e7,
+            poissons_ratio: 0.5,
+        })
+        .length(0.05)
+        .radius(5e-4)
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.1,
+            time: 20.0 * HOUR,
+        }))
+        .tropism(Twist {
+            delay: Arc::clone(&delay),
+        })
+        .into_dyn()
+        .build()
     };
     let mut twisted = shoot().unwrap();
     solve_steady_state(&mut twisted).unwrap();
@@ -166,7 +232,13 @@ fn twisted_stationary_shoot_is_linearised_and_invalid_delays_are_refused() {
         // The delay becomes invalid after the shoot was built. No shoot can be built with an
         // invalid delay.
         *delay.lock().unwrap() = invalid;
-        assert!(matches!(Linearisation::about(&built_before), Err(StabilityError::Parameter(_))), "{invalid}");
+        assert!(
+            matches!(
+                Linearisation::about(&built_before),
+                Err(StabilityError::Parameter(_))
+            ),
+            "{invalid}"
+        );
         assert!(shoot().is_err(), "{invalid}");
     }
 }

@@ -1,5 +1,5 @@
-//! Characteristic roots compared with time integration, and the number of unstable roots compared with that of the
-//! continuous problem.
+//! Characteristic roots compared with time integration, and the number of unstable roots compared
+//! with that of the continuous problem.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,7 +10,8 @@ use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
 use morphorod::tropism::{
-    Gravitropism, Growing, Handedness, Memory, Proprioception, Response, SettledStatoliths, Statoliths, TropismLaw,
+    Gravitropism, Growing, Handedness, Memory, Proprioception, Response, SettledStatoliths,
+    Statoliths, TropismLaw,
 };
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::{Complex, Vector3};
@@ -21,12 +22,20 @@ use crate::fixtures::rods::cases;
 use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 
 /// Shoot of constant length (m) with the given tropisms on a base tilted by `lean` (rad).
-fn shoot(length: f64, lean: f64, elements: usize, laws: impl TropismLaw + Send + Sync + 'static) -> Shoot<DynLaws> {
+fn shoot(
+    length: f64,
+    lean: f64,
+    elements: usize,
+    laws: impl TropismLaw + Send + Sync + 'static,
+) -> Shoot<DynLaws> {
     Shoot::builder(YOUNG)
         .length(length)
         .radius(5e-4)
         .elements(elements)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.1,
+            time: 20.0 * HOUR,
+        }))
         .tropism(laws)
         .load(Weight { density: 1000.0 })
         .scene(Still::tilted(lean))
@@ -35,9 +44,9 @@ fn shoot(length: f64, lean: f64, elements: usize, laws: impl TropismLaw + Send +
         .unwrap()
 }
 
-/// Root λ (1/s) measured by time integration, and the nearest root of the linearisation. The stationary shoot is
-/// slightly disturbed, and x(k + 1) = a x(k) + b x(k − 1) is fitted to the displacement of the tip after a waiting
-/// time (s).
+/// Root λ (1/s) measured by time integration, and the nearest root of the linearisation. The
+/// stationary shoot is slightly disturbed, and x(k + 1) = a x(k) + b x(k − 1) is fitted to the
+/// displacement of the tip after a waiting time (s).
 fn root_in_time(
     length: f64,
     lean: f64,
@@ -48,8 +57,8 @@ fn root_in_time(
     solve_steady_state(&mut shoot).unwrap();
     let roots = Linearisation::about(&shoot).unwrap().roots(-2e-4).unwrap();
     let rest = shoot.tip();
-    // The disturbance lies in the plane of the tilt. It is small: the relative size of cubic terms is 1e-8 even after
-    // the disturbance has grown by a factor of 100.
+    // The disturbance lies in the plane of the tilt. It is small: the relative size of cubic terms
+    // is 1e-8 even after the disturbance has grown by a factor of 100.
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::y() * 1e-4);
     let mut run = MethodOfSteps::new(60.0);
     run.solver.tolerance = 1e-13;
@@ -58,8 +67,11 @@ fn root_in_time(
     let every = 600.0;
     let mut signal = Vec::new();
     for k in 0..40 {
-        run.advance(&mut shoot, wait + every * f64::from(k)).unwrap();
-        signal.push((shoot.tip() - rest).dot(&(Vector3::x() * lean.cos() + Vector3::z() * lean.sin())));
+        run.advance(&mut shoot, wait + every * f64::from(k))
+            .unwrap();
+        signal.push(
+            (shoot.tip() - rest).dot(&(Vector3::x() * lean.cos() + Vector3::z() * lean.sin())),
+        );
     }
     // Least-squares fit, in which each equation is divided by the magnitude of its signal.
     let mut normal = nalgebra::Matrix2::zeros();
@@ -74,35 +86,69 @@ fn root_in_time(
     let z = (Complex::from(fit[0]) + Complex::from(fit[0] * fit[0] + 4.0 * fit[1]).sqrt()) / 2.0;
     let found = z.ln() / every;
     let found = Complex::new(found.re, found.im.abs());
-    // On a tilted base, oscillations in the plane of the tilt and normal to it belong to different roots.
-    let nearest = roots.iter().map(|root| root.value).min_by(|a, b| (a - found).norm().total_cmp(&(b - found).norm()));
+    // On a tilted base, oscillations in the plane of the tilt and normal to it belong to different
+    // roots.
+    let nearest = roots
+        .iter()
+        .map(|root| root.value)
+        .min_by(|a, b| (a - found).norm().total_cmp(&(b - found).norm()));
     (found, nearest.expect("roots right of the line"))
 }
 
 #[test]
 fn growth_rate_and_frequency_of_small_disturbances_are_those_of_a_root() {
-    let gravity = |memory| Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory);
+    let gravity = |memory| {
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: SettledStatoliths,
+        }
+        .remembered(memory)
+    };
     let bending = |memory| Proprioception { sensitivity: 20.0 }.remembered(memory);
     let equal = (gravity(MEMORY), bending(MEMORY));
-    let slow = Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(MEMORY);
-    let unequal = (slow, bending(Memory { time: 600.0, delay: 840.0 }));
+    let slow = Gravitropism {
+        sensitivity: 0.8,
+        perception: Statoliths {
+            avalanche_time: 120.0,
+        },
+    }
+    .remembered(MEMORY);
+    let unequal = (
+        slow,
+        bending(Memory {
+            time: 600.0,
+            delay: 840.0,
+        }),
+    );
     let cases = [
         ("below onset", root_in_time(0.060, 0.0, equal, 10.0 * HOUR)),
-        ("just below onset", root_in_time(0.065, 0.0, equal, 10.0 * HOUR)),
+        (
+            "just below onset",
+            root_in_time(0.065, 0.0, equal, 10.0 * HOUR),
+        ),
         ("above onset", root_in_time(0.067, 0.0, equal, 10.0 * HOUR)),
-        ("righted on a tilted base", root_in_time(0.062, 0.3, equal, 12.0 * HOUR)),
-        ("unequal kernels and statoliths", root_in_time(0.063, 0.0, unequal, 12.0 * HOUR)),
+        (
+            "righted on a tilted base",
+            root_in_time(0.062, 0.3, equal, 12.0 * HOUR),
+        ),
+        (
+            "unequal kernels and statoliths",
+            root_in_time(0.063, 0.0, unequal, 12.0 * HOUR),
+        ),
     ];
     for (name, (found, expected)) in cases {
-        // The contribution of other roots has decayed to 1e-4. The relative error caused by time steps of 60 s is
-        // 1e-5.
+        // The contribution of other roots has decayed to 1e-4. The relative error caused by time
+        // steps of 60 s is 1e-5.
         let error = (found - expected).norm() / expected.norm();
-        assert!(error < 1e-3, "{name}: {found} in time, {expected} from the linearisation");
+        assert!(
+            error < 1e-3,
+            "{name}: {found} in time, {expected} from the linearisation"
+        );
     }
 }
 
-/// Gravitropism whose bending direction is rotated about d3 by an angle (rad), which distinguishes the two senses of
-/// rotation.
+/// Gravitropism whose bending direction is rotated about d3 by an angle (rad), which distinguishes
+/// the two senses of rotation.
 #[derive(Clone, Copy)]
 struct Screwed(f64);
 
@@ -120,25 +166,37 @@ impl Response for Screwed {
 #[test]
 fn rotating_root_reports_the_sense_of_rotation_seen_in_time() {
     for angle in [0.1, -0.1] {
-        let laws = (Screwed(angle).remembered(MEMORY), Proprioception { sensitivity: 20.0 }.remembered(MEMORY));
+        let laws = (
+            Screwed(angle).remembered(MEMORY),
+            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+        );
         let mut shoot = shoot(0.067, 0.0, 4, laws);
         solve_steady_state(&mut shoot).unwrap();
         let root = Linearisation::about(&shoot).unwrap().rightmost().unwrap();
         let sense = root.handedness.unwrap();
         assert!(root.growth_rate() > 0.0 && root.multiplicity == 1);
-        // Long after a disturbance to one side, only the growing mode remains. The tip rotates with the sense and the
-        // period of this mode.
+        // Long after a disturbance to one side, only the growing mode remains. The tip rotates with
+        // the sense and the period of this mode.
         shoot.set_intrinsic(|point| point.intrinsic + Vector3::y() * 1e-4);
         let mut integrator = MethodOfSteps::new(120.0);
-        let _ = integrator.start(&mut shoot, &ConstantHistory::Steady).unwrap();
+        let _ = integrator
+            .start(&mut shoot, &ConstantHistory::Steady)
+            .unwrap();
         let _ = integrator.advance(&mut shoot, 30.0 * HOUR).unwrap();
         let (before, start) = (shoot.tip(), shoot.time());
-        let _ = integrator.advance(&mut shoot, start + 0.125 * root.period()).unwrap();
+        let _ = integrator
+            .advance(&mut shoot, start + 0.125 * root.period())
+            .unwrap();
         let turned = before.cross(&shoot.tip()).z / (before.xy().norm() * shoot.tip().xy().norm());
-        // After an eighth of a period the angle is 45°. The mode of the opposite sense has decayed to one percent.
+        // After an eighth of a period the angle is 45°. The mode of the opposite sense has decayed
+        // to one percent.
         assert_abs_diff_eq!(turned.abs(), 0.5_f64.sqrt(), epsilon = 0.05);
         let counterclockwise = sense == Handedness::Counterclockwise;
-        assert_eq!(turned > 0.0, counterclockwise, "{angle}: {turned} for {sense:?}");
+        assert_eq!(
+            turned > 0.0,
+            counterclockwise,
+            "{angle}: {turned} for {sense:?}"
+        );
     }
 }
 
@@ -146,7 +204,11 @@ fn rotating_root_reports_the_sense_of_rotation_seen_in_time() {
 fn roots_are_double_on_an_upright_base_and_single_on_a_tilted_base() {
     let laws = || {
         (
-            Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY),
+            Gravitropism {
+                sensitivity: 0.8,
+                perception: SettledStatoliths,
+            }
+            .remembered(MEMORY),
             Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
         )
     };
@@ -164,10 +226,14 @@ fn roots_are_double_on_an_upright_base_and_single_on_a_tilted_base() {
 
 #[test]
 fn stationary_shape_on_a_horizontal_base_has_a_closed_form_at_any_weight_and_stiffness() {
-    // On a horizontal base the shape satisfies η θ' = −(β/r) sin θ. With k = β/(ηr) the tip is at ((2/k) atan
-    // tanh(kℓ/2), ln cosh(kℓ)/k).
+    // On a horizontal base the shape satisfies η θ' = −(β/r) sin θ. With k = β/(ηr) the tip is at
+    // ((2/k) atan tanh(kℓ/2), ln cosh(kℓ)/k).
     let (k, length): (f64, f64) = (0.8 / (20.0 * 5e-4), 0.05);
-    let exact = Vector3::new(2.0 / k * (k * length / 2.0).tanh().atan(), 0.0, (k * length).cosh().ln() / k);
+    let exact = Vector3::new(
+        2.0 / k * (k * length / 2.0).tanh().atan(),
+        0.0,
+        (k * length).cosh().ln() / k,
+    );
     for scale in [1e-2, 1e-1, 1.0, 10.0, 100.0] {
         for (stiffness, density) in [(1e7 / scale, 1000.0), (1e7, 1000.0 * scale)] {
             let mut tissue = YOUNG;
@@ -176,9 +242,16 @@ fn stationary_shape_on_a_horizontal_base_has_a_closed_form_at_any_weight_and_sti
                 .length(length)
                 .radius(5e-4)
                 .elements(8)
-                .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+                .growth(Ongoing(UniformGrowth {
+                    zone_length: 0.07,
+                    time: 20.0 * HOUR,
+                }))
                 .tropism((
-                    Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY),
+                    Gravitropism {
+                        sensitivity: 0.8,
+                        perception: SettledStatoliths,
+                    }
+                    .remembered(MEMORY),
                     Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
                 ))
                 .load(Weight { density })
@@ -188,13 +261,18 @@ fn stationary_shape_on_a_horizontal_base_has_a_closed_form_at_any_weight_and_sti
                 .unwrap();
             solve_steady_state(&mut shoot).unwrap();
             let agrees = abs_diff_eq!(InNorm(shoot.tip()), InNorm(exact), epsilon = 1e-10);
-            assert!(agrees, "E = {stiffness:e}, ρ = {density}: {} against {exact}", shoot.tip());
+            assert!(
+                agrees,
+                "E = {stiffness:e}, ρ = {density}: {} against {exact}",
+                shoot.tip()
+            );
         }
     }
 }
 
-/// Continuous problem of the upright shoot, EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, θ(0) = 0. Its characteristic
-/// function (1 + b) θ'(ℓ) + a θ(ℓ) for θ'(0) = 1 is evaluated by the classical Runge–Kutta method.
+/// Continuous problem of the upright shoot, EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, θ(0) = 0.
+/// Its characteristic function (1 + b) θ'(ℓ) + a θ(ℓ) for θ'(0) = 1 is evaluated by the classical
+/// Runge–Kutta method.
 struct Continuous {
     beta: f64,
     eta: f64,
@@ -206,7 +284,8 @@ struct Continuous {
 impl Continuous {
     /// Coefficients a (1/m) and b of the equation.
     fn gains(&self, z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
-        let filter = (-z * self.memory.delay).exp() / (z * self.growth_time * (z * self.memory.time + 1.0));
+        let filter =
+            (-z * self.memory.delay).exp() / (z * self.growth_time * (z * self.memory.time + 1.0));
         (filter * (self.beta / 5e-4), filter * self.eta)
     }
 
@@ -233,30 +312,64 @@ impl Continuous {
         for i in 0..steps {
             let s = h * f64::from(i);
             let k1 = (slope, rate(s, angle, slope));
-            let k2 = (slope + k1.1 * (h / 2.0), rate(s + h / 2.0, angle + k1.0 * (h / 2.0), slope + k1.1 * (h / 2.0)));
-            let k3 = (slope + k2.1 * (h / 2.0), rate(s + h / 2.0, angle + k2.0 * (h / 2.0), slope + k2.1 * (h / 2.0)));
-            let k4 = (slope + k3.1 * h, rate(s + h, angle + k3.0 * h, slope + k3.1 * h));
+            let k2 = (
+                slope + k1.1 * (h / 2.0),
+                rate(
+                    s + h / 2.0,
+                    angle + k1.0 * (h / 2.0),
+                    slope + k1.1 * (h / 2.0),
+                ),
+            );
+            let k3 = (
+                slope + k2.1 * (h / 2.0),
+                rate(
+                    s + h / 2.0,
+                    angle + k2.0 * (h / 2.0),
+                    slope + k2.1 * (h / 2.0),
+                ),
+            );
+            let k4 = (
+                slope + k3.1 * h,
+                rate(s + h, angle + k3.0 * h, slope + k3.1 * h),
+            );
             angle += (k1.0 + (k2.0 + k3.0) * 2.0 + k4.0) * (h / 6.0);
             slope += (k1.1 + (k2.1 + k3.1) * 2.0 + k4.1) * (h / 6.0);
         }
         (b + 1.0) * slope + a * angle
     }
 
-    /// Number of roots in a rectangle with the given corners, computed by the argument principle and not rounded.
+    /// Number of roots in a rectangle with the given corners, computed by the argument principle
+    /// and not rounded.
     fn count(&self, low: Complex<f64>, high: Complex<f64>) -> f64 {
-        let corners = [low, Complex::new(high.re, low.im), high, Complex::new(low.re, high.im), low];
-        let sides =
-            corners.windows(2).map(|side| self.turn((side[0], self.value(side[0])), (side[1], self.value(side[1])), 0));
+        let corners = [
+            low,
+            Complex::new(high.re, low.im),
+            high,
+            Complex::new(low.re, high.im),
+            low,
+        ];
+        let sides = corners.windows(2).map(|side| {
+            self.turn(
+                (side[0], self.value(side[0])),
+                (side[1], self.value(side[1])),
+                0,
+            )
+        });
         sides.sum::<f64>() / std::f64::consts::TAU
     }
 
     /// Change of the argument (rad) of the characteristic function between two points.
-    fn turn(&self, a: (Complex<f64>, Complex<f64>), b: (Complex<f64>, Complex<f64>), depth: u32) -> f64 {
+    fn turn(
+        &self,
+        a: (Complex<f64>, Complex<f64>),
+        b: (Complex<f64>, Complex<f64>),
+        depth: u32,
+    ) -> f64 {
         let change = (b.1 / a.1).arg();
         // Each side is divided into at least 256 steps. In a step the argument changes by less than
         // 0.2 rad. The phase of the short waves, which varies rapidly near the essential spectrum,
-        // changes by less than 0.5. Without proprioception this second bound is not applied: the essential spectrum
-        // is at zero, where the amplitude of the short waves vanishes.
+        // changes by less than 0.5. Without proprioception this second bound is not applied: the
+        // essential spectrum is at zero, where the amplitude of the short waves vanishes.
         let waves = (self.wave(b.0) - self.wave(a.0)).norm() * self.length;
         let short = self.eta == 0.0 || waves < 0.5;
         if depth >= 8 && (change.abs() < 0.2 && short || depth > 40) {
@@ -267,17 +380,21 @@ impl Continuous {
         self.turn(a, middle, depth + 1) + self.turn(middle, b, depth + 1)
     }
 
-    /// Largest distance of a count from an integer, and the number of roots, over the cells of a grid that covers the
-    /// upper half of the unstable half-plane up to Re λ = 6/τr and Im λ = 96/τr.
+    /// Largest distance of a count from an integer, and the number of roots, over the cells of a
+    /// grid that covers the upper half of the unstable half-plane up to Re λ = 6/τr and Im λ =
+    /// 96/τr.
     fn search(&self) -> (f64, usize) {
         let unit = 1.0 / self.memory.delay;
         let mut sum = 0.0;
         let mut largest = 0.0_f64;
         for re in [6e-6, 0.6, 6.0].windows(2) {
-            // A mode with k oscillations in a delay has |Im λ| ≈ 2πk/τr. The real axis is inside the first cells, so
-            // that no real root lies on an edge.
+            // A mode with k oscillations in a delay has |Im λ| ≈ 2πk/τr. The real axis is inside
+            // the first cells, so that no real root lies on an edge.
             for im in [-6e-3, 1.5, 3.0, 4.5, 6.0, 12.0, 24.0, 48.0, 96.0].windows(2) {
-                let count = self.count(Complex::new(re[0], im[0]) * unit, Complex::new(re[1], im[1]) * unit);
+                let count = self.count(
+                    Complex::new(re[0], im[0]) * unit,
+                    Complex::new(re[1], im[1]) * unit,
+                );
                 largest = largest.max((count - count.round()).abs());
                 sum += count.round();
             }
@@ -286,29 +403,45 @@ impl Continuous {
     }
 }
 
-/// Numbers of unstable roots on the first two meshes that resolve the relevant waves, and the largest real part (1/s)
-/// of the essential spectrum on the last mesh.
+/// Numbers of unstable roots on the first two meshes that resolve the relevant waves, and the
+/// largest real part (1/s) of the essential spectrum on the last mesh.
 fn unstable(problem: &Continuous) -> (Vec<usize>, f64) {
     let mut counts = Vec::new();
     let mut essential = f64::NEG_INFINITY;
     for elements in [3, 4, 6, 8, 12, 16, 24, 36, 48, 64, 96] {
         let memory = problem.memory;
         let laws = (
-            Gravitropism { sensitivity: problem.beta, perception: SettledStatoliths }.remembered(memory),
-            (problem.eta > 0.0).then_some(Proprioception { sensitivity: problem.eta }.remembered(memory)),
+            Gravitropism {
+                sensitivity: problem.beta,
+                perception: SettledStatoliths,
+            }
+            .remembered(memory),
+            (problem.eta > 0.0).then_some(
+                Proprioception {
+                    sensitivity: problem.eta,
+                }
+                .remembered(memory),
+            ),
         );
         let shoot = Shoot::builder(YOUNG)
             .length(problem.length)
             .radius(5e-4)
             .elements(elements)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: problem.growth_time }))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 0.1,
+                time: problem.growth_time,
+            }))
             .tropism(laws)
             .load(Weight { density: 1000.0 })
             .into_dyn()
             .build()
             .unwrap();
         let linear = Linearisation::about(&shoot).unwrap();
-        essential = linear.essential_spectrum().unwrap().first().map_or(f64::NEG_INFINITY, |z| z.re);
+        essential = linear
+            .essential_spectrum()
+            .unwrap()
+            .first()
+            .map_or(f64::NEG_INFINITY, |z| z.re);
         match linear.unstable() {
             Ok(number) => counts.push(number),
             Err(StabilityError::InfinitelyMany { .. }) => counts.push(usize::MAX),
@@ -323,9 +456,9 @@ fn unstable(problem: &Continuous) -> (Vec<usize>, f64) {
 }
 
 proptest! {
-    // The search of the half-plane takes up to a few seconds for each shoot. Ten shoots reveal a defect that affects
-    // one shoot in six with a probability of 0.84, and every run draws other shoots. `MORPHOROD_CASES` sets the
-    // number of shoots.
+    // The search of the half-plane takes up to a few seconds for each shoot. Ten shoots reveal a
+    // defect that affects one shoot in six with a probability of 0.84, and every run draws other
+    // shoots. `MORPHOROD_CASES` sets the number of shoots.
     #![proptest_config(cases(number("MORPHOROD_CASES", 10) as u32))]
     #[test]
     fn number_of_unstable_roots_agrees_with_a_search_of_the_half_plane(
@@ -339,8 +472,9 @@ proptest! {
         let memory = Memory { time: 60.0 * minutes * ratio, delay: 60.0 * minutes };
         let problem = Continuous { beta, eta, memory, growth_time: hours * HOUR, length };
         let (counts, essential) = unstable(&problem);
-        // The essential spectrum must be to the left of the imaginary axis. If its distance from the axis is less
-        // than 0.02/τm, the waves may be too short for 96 elements. About one shoot in a thousand needs more than 64.
+        // The essential spectrum must be to the left of the imaginary axis. If its distance from
+        // the axis is less than 0.02/τm, the waves may be too short for 96 elements. About one
+        // shoot in a thousand needs more than 64.
         prop_assume!(essential < -0.02 / memory.time);
         let (rounding, found) = problem.search();
         prop_assert!(rounding < 1e-6);
@@ -352,8 +486,8 @@ proptest! {
 #[test]
 fn unstable_roots_are_counted_next_to_the_essential_spectrum_and_without_proprioception() {
     let greenhill = 0.079_328_85;
-    // Growth time (h), ratio of the length to Greenhill's length, η, and number of roots of the continuous problem in
-    // the first quadrant.
+    // Growth time (h), ratio of the length to Greenhill's length, η, and number of roots of the
+    // continuous problem in the first quadrant.
     let cases = [
         (4.2, 0.98, 20.0, 8),
         (4.2, 0.2, 20.0, 0),
@@ -365,23 +499,42 @@ fn unstable_roots_are_counted_next_to_the_essential_spectrum_and_without_proprio
     ];
     for (hours, ratio, eta, number) in cases {
         let growth_time = hours * HOUR;
-        let problem = Continuous { beta: 0.8, eta, memory: MEMORY, growth_time, length: ratio * greenhill };
+        let problem = Continuous {
+            beta: 0.8,
+            eta,
+            memory: MEMORY,
+            growth_time,
+            length: ratio * greenhill,
+        };
         assert_eq!(problem.search().1, number, "{hours} h, {ratio}");
-        assert_eq!(unstable(&problem).0, vec![4 * number; 2], "{hours} h, {ratio}");
+        assert_eq!(
+            unstable(&problem).0,
+            vec![4 * number; 2],
+            "{hours} h, {ratio}"
+        );
     }
 }
 
 #[test]
 fn every_counted_root_is_found_and_coarse_meshes_are_reported() {
-    // Gravitropism without proprioception causes short waves in a fast-growing shoot. A mesh of four elements then
-    // has spurious roots to the right of the imaginary axis.
-    let gravity = || Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+    // Gravitropism without proprioception causes short waves in a fast-growing shoot. A mesh of
+    // four elements then has spurious roots to the right of the imaginary axis.
+    let gravity = || {
+        Gravitropism {
+            sensitivity: 0.8,
+            perception: SettledStatoliths,
+        }
+        .remembered(MEMORY)
+    };
     let fast = |length: f64, hours: f64, elements: usize| {
         let shoot = Shoot::builder(YOUNG)
             .length(length)
             .radius(5e-4)
             .elements(elements)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: hours * HOUR }))
+            .growth(Ongoing(UniformGrowth {
+                zone_length: 0.1,
+                time: hours * HOUR,
+            }))
             .tropism(gravity())
             .load(Weight { density: 1000.0 })
             .into_dyn()
@@ -394,7 +547,14 @@ fn every_counted_root_is_found_and_coarse_meshes_are_reported() {
     let roots = fast(0.0714, 7.0, 16).roots(line).unwrap();
     assert_eq!(roots.iter().map(|root| root.multiplicity).sum::<usize>(), 4);
     // Residuals are relative to |M| |v| and contain only rounding errors.
-    assert!(roots.iter().all(|root| root.residual < 1e-13 && root.growth_rate() > 0.0));
+    assert!(
+        roots
+            .iter()
+            .all(|root| root.residual < 1e-13 && root.growth_rate() > 0.0)
+    );
     let coarse = fast(0.0714, 2.0, 4).unstable();
-    assert!(matches!(coarse, Err(StabilityError::UnderResolved { error, .. }) if error > 0.5), "{coarse:?}");
+    assert!(
+        matches!(coarse, Err(StabilityError::UnderResolved { error, .. }) if error > 0.5),
+        "{coarse:?}"
+    );
 }

@@ -41,29 +41,58 @@ impl TropismLaw for Upwards {
     }
 }
 
-const RIGHT: Upwards = Upwards { multiple: 1.0, provided: false };
+const RIGHT: Upwards = Upwards {
+    multiple: 1.0,
+    provided: false,
+};
 
 /// Laws that write the initial state, the negative of the steady state, and a state with a relative
 /// error of 1e-6.
 const WRONG: [Upwards; 3] = [
-    Upwards { provided: true, ..RIGHT },
-    Upwards { multiple: -1.0, ..RIGHT },
-    Upwards { multiple: 1.0 + 1e-6, ..RIGHT },
+    Upwards {
+        provided: true,
+        ..RIGHT
+    },
+    Upwards {
+        multiple: -1.0,
+        ..RIGHT
+    },
+    Upwards {
+        multiple: 1.0 + 1e-6,
+        ..RIGHT
+    },
 ];
 
 /// Shoot with a length of 6.7 cm on a base tilted by `tilt` (rad). The law is the second of two, so
 /// that its variables have the numbers 2 and 3.
 fn shoot(law: Upwards, tilt: f64) -> Shoot<DynLaws> {
-    let builder = reduced(0.067, 20.0 * HOUR).elements(3).tropism((BENDING, law));
-    builder.scene(Still::tilted(tilt)).into_dyn().build().unwrap()
+    let builder = reduced(0.067, 20.0 * HOUR)
+        .elements(3)
+        .tropism((BENDING, law));
+    builder
+        .scene(Still::tilted(tilt))
+        .into_dyn()
+        .build()
+        .unwrap()
 }
 
 /// Rate (1/s) of variable 2 and its share of the terms. Panics unless the error names the law and
 /// this variable.
 fn named(error: StabilityError) -> (f64, f64) {
     let message = error.to_string();
-    let StabilityError::NotSteady { law, variable: 2, rate, share } = error else { panic!("{message}") };
-    assert!(law.ends_with("Upwards") && message.contains(law), "{message}");
+    let StabilityError::NotSteady {
+        law,
+        variable: 2,
+        rate,
+        share,
+    } = error
+    else {
+        panic!("{message}")
+    };
+    assert!(
+        law.ends_with("Upwards") && message.contains(law),
+        "{message}"
+    );
     (rate, share)
 }
 
@@ -93,7 +122,13 @@ fn linearisation_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
         // The intrinsic strains are those of the stationary shoot with the right law.
         let mut wrong = shoot(law, 0.3);
         wrong.set_intrinsic({
-            let mut strains = right.rod().points().iter().map(|point| point.intrinsic).collect::<Vec<_>>().into_iter();
+            let mut strains = right
+                .rod()
+                .points()
+                .iter()
+                .map(|point| point.intrinsic)
+                .collect::<Vec<_>>()
+                .into_iter();
             move |_| strains.next().unwrap()
         });
         named(Linearisation::about(&wrong).unwrap_err());
@@ -108,10 +143,18 @@ fn linearisation_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
 fn circular_orbit_for_a_wrong_steady_state_is_refused_and_the_law_is_named() {
     let upright = shoot(RIGHT, 0.0);
     let root = Linearisation::about(&upright).unwrap().rightmost().unwrap();
-    assert!(RotatingWaveSolver::default().from_mode(&upright, &root, 0.03).is_ok());
+    assert!(
+        RotatingWaveSolver::default()
+            .from_mode(&upright, &root, 0.03)
+            .is_ok()
+    );
     for law in WRONG {
-        let error = RotatingWaveSolver::default().from_mode(&shoot(law, 0.0), &root, 0.03).unwrap_err();
-        let CycleError::Stability(error) = error else { panic!("{error}") };
+        let error = RotatingWaveSolver::default()
+            .from_mode(&shoot(law, 0.0), &root, 0.03)
+            .unwrap_err();
+        let CycleError::Stability(error) = error else {
+            panic!("{error}")
+        };
         named(error);
     }
 }

@@ -8,7 +8,9 @@ use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, T
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Load, PointForce, Pulse, Weight, Whirl};
+use morphorod::load::{
+    ApicalForce, Distributed, GradedWeight, InternalForce, Load, PointForce, Pulse, Weight, Whirl,
+};
 use morphorod::profile::Profile;
 use morphorod::rod::Rod;
 use morphorod::stability::{Linearisation, solve_steady_state};
@@ -22,14 +24,22 @@ static GROWING: LazyLock<[Shoot<DynLaws>; 3]> = LazyLock::new(|| {
     [None, Some(0.0), Some(0.7 * HOUR)].map(|until| {
         let mut shoot = growing().elements(2).into_dyn().build().unwrap();
         if let Some(until) = until {
-            let _ = MethodOfSteps::new(360.0).advance(&mut shoot, until).unwrap();
+            let _ = MethodOfSteps::new(360.0)
+                .advance(&mut shoot, until)
+                .unwrap();
         }
         shoot
     })
 });
 static REDUCED: LazyLock<Shoot<Reduced>> = LazyLock::new(|| {
-    let mut shoot = reduced(0.05, 20.0 * HOUR).elements(3).order(Order::Four).build().unwrap();
-    let _ = MethodOfSteps::new(360.0).advance(&mut shoot, 0.4 * HOUR).unwrap();
+    let mut shoot = reduced(0.05, 20.0 * HOUR)
+        .elements(3)
+        .order(Order::Four)
+        .build()
+        .unwrap();
+    let _ = MethodOfSteps::new(360.0)
+        .advance(&mut shoot, 0.4 * HOUR)
+        .unwrap();
     shoot
 });
 
@@ -74,8 +84,19 @@ fn sound(rod: &Rod) -> bool {
 
 /// Calls every query of a rod.
 fn read_rod(rod: &Rod, [a, _, _, _]: [f64; 4], [i, j, ..]: [usize; 3]) {
-    let _ = (rod.strain(i, j), rod.line_strain(i, j), rod.at(a), rod.arc_length_of(a));
-    let _ = (rod.centre_line(), rod.centre_line_at(i % 5000), rod.growth_zone(), rod.volume(), rod.apex_frame());
+    let _ = (
+        rod.strain(i, j),
+        rod.line_strain(i, j),
+        rod.at(a),
+        rod.arc_length_of(a),
+    );
+    let _ = (
+        rod.centre_line(),
+        rod.centre_line_at(i % 5000),
+        rod.growth_zone(),
+        rod.volume(),
+        rod.apex_frame(),
+    );
 }
 
 /// Builds a rod, changes it, and solves for its equilibrium.
@@ -84,7 +105,9 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     let base = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), a);
     let _ = Rod::straight(&[0.0, a, b], |_| c, base, order);
     let _ = Rod::straight(&vec![a; j % 5], |s| Section::ellipse(b, s + c), base, order);
-    let Ok(mut rod) = Rod::uniform(a, b, base, 1 + i % 6, order) else { return };
+    let Ok(mut rod) = Rod::uniform(a, b, base, 1 + i % 6, order) else {
+        return;
+    };
     match j % 4 {
         0 => rod.set_intrinsic(|point| Vector3::new(c, d, point.apex_distance)),
         1 => rod.set_mature(c),
@@ -93,7 +116,10 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     }
     read_rod(&rod, [c, d, a, b], [i, j, k]);
     let environment = Still::tilted(0.3).environment(d);
-    let law = LinearElastic { youngs_modulus: c, poissons_ratio: d };
+    let law = LinearElastic {
+        youngs_modulus: c,
+        poissons_ratio: d,
+    };
     let mut solver = NewtonSolver::with_tolerance(if k == 0 { a } else { 1e-10 });
     solver.max_iterations = 30;
     for n in 0..3 {
@@ -102,8 +128,10 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
             0 => solver.solve(&mut rod, &law, &Weight { density: d }, &environment),
             1 => Unloaded.solve(&mut rod, &law, &(), &environment),
             _ => {
-                let law: Arc<dyn Constitutive + Send + Sync> =
-                    Arc::new(Graded { law: YOUNG, factor: move |_: &Tissue| c });
+                let law: Arc<dyn Constitutive + Send + Sync> = Arc::new(Graded {
+                    law: YOUNG,
+                    factor: move |_: &Tissue| c,
+                });
                 let load: Arc<dyn Load + Send + Sync> = Arc::new(Distributed(Vector3::x() * d));
                 solver.solve(&mut rod, &law, &load, &environment)
             }
@@ -127,37 +155,72 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
 
 /// Builds a shoot from arbitrary numbers.
 fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
-    let law =
-        Lignifying { young: LinearElastic { youngs_modulus: 1e7, poissons_ratio: b }, mature_modulus: c, time: d };
+    let law = Lignifying {
+        young: LinearElastic {
+            youngs_modulus: 1e7,
+            poissons_ratio: b,
+        },
+        mature_modulus: c,
+        time: d,
+    };
     let _ = law.check();
     let bend = Proprioception { sensitivity: b }.remembered(Memory { time: c, delay: d });
-    let builder = Shoot::builder(law).length(a).section(move |s| b + c * s).elements(i).order(Order::ALL[j % 4]);
+    let builder = Shoot::builder(law)
+        .length(a)
+        .section(move |s| b + c * s)
+        .elements(i)
+        .order(Order::ALL[j % 4]);
     let builder = builder.merge_tolerance(c).scene(Turned::tilted(a, b, c));
     let load = (
-        PointForce { initial_apex_distance: a, force: Vector3::z() * b },
-        Pulse { peak: Vector3::x() * c, start: d, duration: a },
-        Whirl { force: a, period: b, turns: c },
+        PointForce {
+            initial_apex_distance: a,
+            force: Vector3::z() * b,
+        },
+        Pulse {
+            peak: Vector3::x() * c,
+            start: d,
+            duration: a,
+        },
+        Whirl {
+            force: a,
+            period: b,
+            turns: c,
+        },
         ApicalForce(move |t| Vector3::y() * (d * t)),
     );
     let built = match k % 5 {
         0 => builder
-            .growth(UniformGrowth { zone_length: c, time: d })
+            .growth(UniformGrowth {
+                zone_length: c,
+                time: d,
+            })
             .tropism(bend)
             .into_dyn()
             .build()
             .map(|shoot| shoot.time()),
         1 => builder
-            .growth(LinearProfile { zone_length: c, time: d })
+            .growth(LinearProfile {
+                zone_length: c,
+                time: d,
+            })
             .load(load)
             .into_dyn()
             .build()
             .map(|shoot| shoot.time()),
         2 => builder
-            .growth(Ongoing(CosineProfile { zone_length: c, time: d }))
+            .growth(Ongoing(CosineProfile {
+                zone_length: c,
+                time: d,
+            }))
             .into_dyn()
             .build()
             .map(|shoot| shoot.time()),
-        3 => builder.growth(()).nodes(&[0.0, b, a]).into_dyn().build().map(|shoot| shoot.time()),
+        3 => builder
+            .growth(())
+            .nodes(&[0.0, b, a])
+            .into_dyn()
+            .build()
+            .map(|shoot| shoot.time()),
         _ => builder
             .tropism((bend, Oscillator::new(c, d)))
             .nodes(&vec![a; i % 4])
@@ -168,29 +231,52 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     assert!(built.is_err() || a > 0.0 && a.is_finite());
     // The growth laws are also called directly.
     for law in [
-        &UniformGrowth { zone_length: 0.07, time: 72e3 } as &dyn GrowthLaw,
-        &LinearProfile { zone_length: 0.07, time: 72e3 },
+        &UniformGrowth {
+            zone_length: 0.07,
+            time: 72e3,
+        } as &dyn GrowthLaw,
+        &LinearProfile {
+            zone_length: 0.07,
+            time: 72e3,
+        },
     ] {
         let _ = (law.regr(a, b), law.apical_speed(a, b), law.check(c));
         if a.abs() < 1.0 && b.abs() < 1e6 && c.abs() < 1e6 {
-            let _ = (law.flow(a, b, c), law.exit_time(a, b, c), law.length(a, b.abs()), law.trace(a, d, c.abs()));
+            let _ = (
+                law.flow(a, b, c),
+                law.exit_time(a, b, c),
+                law.length(a, b.abs()),
+                law.trace(a, d, c.abs()),
+            );
         }
     }
 }
 
 /// Advances a shoot to arbitrary times.
-fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
+fn call_integrator<M: morphorod::Model + Clone>(
+    shoot: &Shoot<M>,
+    [a, b, c, d]: [f64; 4],
+    [i, j, k]: [usize; 3],
+) {
     let mut moved = shoot.clone();
     let (now, before) = (shoot.time(), shoot.state().clone());
     // The distance in time is limited, so that no case takes several seconds.
-    let near = |t: f64| if (t - now).abs() < 3000.0 || !t.is_finite() { t } else { now + 1.0 };
+    let near = |t: f64| {
+        if (t - now).abs() < 3000.0 || !t.is_finite() {
+            t
+        } else {
+            now + 1.0
+        }
+    };
     let step = if a > 0.0 && a < 60.0 { 60.0 + a } else { a };
     let mut steps = MethodOfSteps::new(step);
     let answer = match k % 6 {
         0 => steps.advance(&mut moved, near(b)),
         1 => steps.step(&mut moved, near(b)),
         2 => steps.advance_until(&mut moved, near(b), |shoot| shoot.tip().x * c + d),
-        3 => steps.advance_showing(&mut moved, near(b), [c, d].map(near), |shoot| assert!(sound(shoot.rod()))),
+        3 => steps.advance_showing(&mut moved, near(b), [c, d].map(near), |shoot| {
+            assert!(sound(shoot.rod()))
+        }),
         4 => steps.advance_showing(&mut moved, now + 200.0, [now, c, d], |_| {}),
         _ => steps.advance_until(&mut moved, now + 400.0, |_| c),
     };
@@ -198,7 +284,12 @@ fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: 
         Ok(_) => assert!(sound(moved.rod())),
         Err(error) => assert!(moved.state() == &before, "{error}"),
     }
-    let _ = (moved.steering_rate(), moved.state().variables(i), moved.profile().at(a), moved.profile().sample(j % 20));
+    let _ = (
+        moved.steering_rate(),
+        moved.state().variables(i),
+        moved.profile().at(a),
+        moved.profile().sample(j % 20),
+    );
     read_rod(moved.rod(), [a, b, c, d], [i, j, k]);
 }
 
@@ -208,7 +299,10 @@ fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
     let before = shoot.state().clone();
     let foreign = &GROWING[i % 3];
     let restored = shoot.restore(foreign.state());
-    assert!(restored.is_ok() == (i % 3 == 0), "a state with a history of other laws is refused");
+    assert!(
+        restored.is_ok() == (i % 3 == 0),
+        "a state with a history of other laws is refused"
+    );
     if restored.is_err() {
         assert!(shoot.state() == &before);
     }
@@ -226,16 +320,32 @@ fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
         shoot = changed;
         let kept = shoot.clone();
         let advanced = MethodOfSteps::new(360.0).advance(&mut shoot, kept.time() + 400.0);
-        assert!(if advanced.is_ok() { sound(shoot.rod()) } else { shoot == kept });
+        assert!(if advanced.is_ok() {
+            sound(shoot.rod())
+        } else {
+            shoot == kept
+        });
         if i == 0 {
-            let _ = solve_steady_state(&mut shoot).map(|_| Linearisation::about(&shoot).map(|_| ()));
+            let _ =
+                solve_steady_state(&mut shoot).map(|_| Linearisation::about(&shoot).map(|_| ()));
         }
     }
-    let jump = PointForce { initial_apex_distance: a, force: Vector3::x() * b };
+    let jump = PointForce {
+        initial_apex_distance: a,
+        force: Vector3::x() * b,
+    };
     let grown = GROWING[2].with_model(GROWING[2].model().clone().with_load(jump).into_dyn());
     assert!(grown.is_err() || (0.0..=0.068).contains(&a));
-    let wide = GROWING[2]
-        .with_model(GROWING[2].model().clone().with_growth(UniformGrowth { zone_length: c, time: 72e3 }).into_dyn());
+    let wide = GROWING[2].with_model(
+        GROWING[2]
+            .model()
+            .clone()
+            .with_growth(UniformGrowth {
+                zone_length: c,
+                time: 72e3,
+            })
+            .into_dyn(),
+    );
     if let Ok(mut wide) = wide {
         let _ = MethodOfSteps::new(360.0).advance(&mut wide, GROWING[2].time() + 400.0);
         assert!(sound(wide.rod()));

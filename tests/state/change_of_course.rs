@@ -2,7 +2,9 @@
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots;
-use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering};
+use crate::fixtures::shoots::{
+    HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering,
+};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Graded, Tissue};
 use morphorod::growth::{CosineProfile, GrowthLaw, UniformGrowth};
@@ -10,8 +12,8 @@ use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Load, PointForce};
 use morphorod::stability::Linearisation;
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Growing, Memory, Perception, Proprioception, Response, SettledStatoliths, Site,
-    Source, Statoliths, TropismLaw,
+    Declaration, DirectionalTropism, Growing, Memory, Perception, Proprioception, Response,
+    SettledStatoliths, Site, Source, Statoliths, TropismLaw,
 };
 use morphorod::{Model, Order, Scene, Shoot, State, StateError, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -21,7 +23,9 @@ const CHANGE: f64 = 2.3 * HOUR;
 const END: f64 = 5.0 * HOUR;
 
 fn run(shoot: &mut Shoot<impl Model>, until: f64) {
-    let _ = MethodOfSteps::new(STEP).advance(shoot, until).expect("advances");
+    let _ = MethodOfSteps::new(STEP)
+        .advance(shoot, until)
+        .expect("advances");
 }
 
 /// Gravitropism and proprioception, multiplied by a factor from the time `CHANGE` on. The law
@@ -51,21 +55,41 @@ impl TropismLaw for Weakened {
 
 #[test]
 fn parameter_set_by_hand_acts_like_a_law_that_announces_its_change() {
-    let mut announced = righting().tropism(Weakened(0.3)).into_dyn().build().unwrap();
+    let mut announced = righting()
+        .tropism(Weakened(0.3))
+        .into_dyn()
+        .build()
+        .unwrap();
     run(&mut announced, END);
-    let mut shoot = righting().tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
+    let mut shoot = righting()
+        .tropism(steering(STATOLITHS))
+        .into_dyn()
+        .build()
+        .unwrap();
     run(&mut shoot, CHANGE);
     let (mut gravitropism, mut proprioception) = steering(STATOLITHS);
     gravitropism.response.sensitivity *= 0.3;
     proprioception.response.sensitivity *= 0.3;
-    let model = shoot.model().clone().with_tropism((gravitropism, proprioception)).into_dyn();
+    let model = shoot
+        .model()
+        .clone()
+        .with_tropism((gravitropism, proprioception))
+        .into_dyn();
     shoot = shoot.with_model(model).unwrap();
     run(&mut shoot, END);
     // Both runs take the same steps. They differ by rounding errors, because the announced law is
     // evaluated within a few rounding errors of the time of its change.
-    assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(announced.tip()), epsilon = 1e-15);
+    assert_abs_diff_eq!(
+        InNorm(shoot.tip()),
+        InNorm(announced.tip()),
+        epsilon = 1e-15
+    );
     // The change displaces the tip by more than 0.01 mm.
-    let mut unchanged = righting().tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
+    let mut unchanged = righting()
+        .tropism(steering(STATOLITHS))
+        .into_dyn()
+        .build()
+        .unwrap();
     run(&mut unchanged, END);
     assert!((unchanged.tip() - announced.tip()).norm() > 1e-5);
 }
@@ -73,13 +97,29 @@ fn parameter_set_by_hand_acts_like_a_law_that_announces_its_change() {
 #[test]
 fn replaced_scene_acts_like_a_base_tilted_at_that_time() {
     let upright = || reduced(0.05, 20.0 * HOUR);
-    let mut announced = upright().scene(Turned::tilted(0.5, CHANGE, f64::INFINITY)).into_dyn().build().unwrap();
+    let mut announced = upright()
+        .scene(Turned::tilted(0.5, CHANGE, f64::INFINITY))
+        .into_dyn()
+        .build()
+        .unwrap();
     run(&mut announced, END);
     let mut shoot = upright().into_dyn().build().unwrap();
     run(&mut shoot, CHANGE);
-    let mut shoot = shoot.with_model(shoot.model().clone().with_scene(Still::tilted(0.5)).into_dyn()).unwrap();
+    let mut shoot = shoot
+        .with_model(
+            shoot
+                .model()
+                .clone()
+                .with_scene(Still::tilted(0.5))
+                .into_dyn(),
+        )
+        .unwrap();
     run(&mut shoot, END);
-    assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(announced.tip()), epsilon = 1e-15);
+    assert_abs_diff_eq!(
+        InNorm(shoot.tip()),
+        InNorm(announced.tip()),
+        epsilon = 1e-15
+    );
     assert!(shoot.tip().x > 0.001);
 }
 
@@ -90,10 +130,18 @@ fn added_load_acts_at_once_and_its_removal_restores_the_shape() {
     run(&mut shoot, CHANGE);
     let before = shoot.tip();
     let load = (WEIGHT, ApicalForce(move |_| force));
-    let mut pulled = shoot.with_model(shoot.model().clone().with_load(load).into_dyn()).unwrap();
-    assert_eq!(pulled.tip(), before, "only an integrator computes the new shape");
+    let mut pulled = shoot
+        .with_model(shoot.model().clone().with_load(load).into_dyn())
+        .unwrap();
+    assert_eq!(
+        pulled.tip(),
+        before,
+        "only an integrator computes the new shape"
+    );
     // Advancing to the present time takes no step and computes the new shape.
-    let statistics = MethodOfSteps::new(STEP).advance(&mut pulled, CHANGE).unwrap();
+    let statistics = MethodOfSteps::new(STEP)
+        .advance(&mut pulled, CHANGE)
+        .unwrap();
     assert_eq!((statistics.steps, statistics.equilibria), (0, 1));
     assert!(pulled.tip().x > 5e-4);
     let mut released = pulled.with_model(shoot.model().clone()).unwrap();
@@ -107,7 +155,10 @@ fn tissue_outside_a_shorter_zone_stops_growing() {
     let mut shoot = Shoot::builder(YOUNG)
         .length(initial)
         .radius(RADIUS)
-        .growth(UniformGrowth { zone_length: zone, time })
+        .growth(UniformGrowth {
+            zone_length: zone,
+            time,
+        })
         .tropism(steering(SettledStatoliths))
         .load(WEIGHT)
         .scene(Still::tilted(0.3))
@@ -118,8 +169,15 @@ fn tissue_outside_a_shorter_zone_stops_growing() {
     for (change, new_zone) in [(2.0 * HOUR, 0.017), (8.0 * HOUR, 0.03)] {
         let mut shoot = shoot.clone();
         run(&mut shoot, change);
-        let old = UniformGrowth { zone_length: zone, time }.length(initial, change);
-        let growth = UniformGrowth { zone_length: new_zone, time: 30.0 * HOUR };
+        let old = UniformGrowth {
+            zone_length: zone,
+            time,
+        }
+        .length(initial, change);
+        let growth = UniformGrowth {
+            zone_length: new_zone,
+            time: 30.0 * HOUR,
+        };
         let laws = shoot.model().clone().with_growth(growth).into_dyn();
         shoot = shoot.with_model(laws).unwrap();
         let range = shoot.rod().growth_zone();
@@ -131,17 +189,38 @@ fn tissue_outside_a_shorter_zone_stops_growing() {
         assert_abs_diff_eq!(range.end - range.start, new_zone, epsilon = 1e-12);
         assert!(shoot.longest_element() <= new_zone / 8.0 * (1.0 + 1e-12));
         // The exit time of tissue that stopped growing at the change is the time of the change.
-        let stopped = shoot.rod().points().iter().filter(|point| point.exit_time == change).count();
+        let stopped = shoot
+            .rod()
+            .points()
+            .iter()
+            .filter(|point| point.exit_time == change)
+            .count();
         assert!(stopped > 0);
         // A zone that includes mature tissue is refused. A shoot without growth is accepted.
-        let wide = shoot.model().clone().with_growth(UniformGrowth { zone_length: zone, time }).into_dyn();
+        let wide = shoot
+            .model()
+            .clone()
+            .with_growth(UniformGrowth {
+                zone_length: zone,
+                time,
+            })
+            .into_dyn();
         let error = shoot.with_model(wide).map(|_| ()).unwrap_err();
         assert!(error.to_string().contains("growth zone is 0.06"), "{error}");
-        let mut still = shoot.with_model(shoot.model().clone().with_growth(()).into_dyn()).unwrap();
+        let mut still = shoot
+            .with_model(shoot.model().clone().with_growth(()).into_dyn())
+            .unwrap();
         let (length, strains) = (still.rod().length(), still.rod().points().to_vec());
         run(&mut still, change + 6.0 * HOUR);
         assert_eq!(still.rod().length(), length);
-        assert!(still.rod().points().iter().zip(&strains).all(|(now, then)| now.intrinsic == then.intrinsic));
+        assert!(
+            still
+                .rod()
+                .points()
+                .iter()
+                .zip(&strains)
+                .all(|(now, then)| now.intrinsic == then.intrinsic)
+        );
     }
     run(&mut shoot, HOUR);
 }
@@ -153,11 +232,24 @@ fn added_point_force_gets_a_node() {
     let force = Vector3::new(2e-5, 0.0, 0.0);
     let elements = shoot.rod().elements();
     for (apex_distance, more) in [(0.0137, 1), (0.05 / 8.0, 0), (0.0, 0), (0.05, 0)] {
-        let load = (WEIGHT, PointForce { initial_apex_distance: apex_distance, force });
-        let mut pulled = shoot.with_model(shoot.model().clone().with_load(load).into_dyn()).unwrap();
+        let load = (
+            WEIGHT,
+            PointForce {
+                initial_apex_distance: apex_distance,
+                force,
+            },
+        );
+        let mut pulled = shoot
+            .with_model(shoot.model().clone().with_load(load).into_dyn())
+            .unwrap();
         assert_eq!(pulled.rod().elements(), elements + more);
         let nodes = pulled.rod().centre_line();
-        assert!(nodes.iter().any(|(s, _)| abs_diff_eq!(*s, 0.05 - apex_distance, epsilon = 1e-12)), "{nodes:?}");
+        assert!(
+            nodes
+                .iter()
+                .any(|(s, _)| abs_diff_eq!(*s, 0.05 - apex_distance, epsilon = 1e-12)),
+            "{nodes:?}"
+        );
         run(&mut pulled, 2.0 * HOUR);
     }
 }
@@ -166,10 +258,22 @@ fn added_point_force_gets_a_node() {
 fn state_saved_after_a_change_of_laws_has_the_same_future() {
     let mut shoot = righting().into_dyn().build().unwrap();
     run(&mut shoot, CHANGE);
-    let mut changed = shoot.with_model(shoot.model().clone().with_scene(Still::tilted(1.0)).into_dyn()).unwrap();
+    let mut changed = shoot
+        .with_model(
+            shoot
+                .model()
+                .clone()
+                .with_scene(Still::tilted(1.0))
+                .into_dyn(),
+        )
+        .unwrap();
     let kept: State = changed.state().clone();
     run(&mut changed, END);
-    let mut resumed = righting().scene(Still::tilted(1.0)).into_dyn().build().unwrap();
+    let mut resumed = righting()
+        .scene(Still::tilted(1.0))
+        .into_dyn()
+        .build()
+        .unwrap();
     resumed.restore(&kept).unwrap();
     run(&mut resumed, END);
     assert_eq!(resumed.state(), changed.state());
@@ -194,18 +298,39 @@ impl Perception for Light {
 fn laws_with_other_variables_require_a_new_history() {
     let mut shoot = reduced(0.05, 20.0 * HOUR).into_dyn().build().unwrap();
     run(&mut shoot, CHANGE);
-    let light = DirectionalTropism { sensitivity: 0.8, perception: Light }.remembered(MEMORY);
+    let light = DirectionalTropism {
+        sensitivity: 0.8,
+        perception: Light,
+    }
+    .remembered(MEMORY);
     let (gravity, own) = steering(SettledStatoliths);
-    let lit = shoot.model().clone().with_tropism((gravity, own, light)).into_dyn();
+    let lit = shoot
+        .model()
+        .clone()
+        .with_tropism((gravity, own, light))
+        .into_dyn();
     let error = shoot.with_model(lit.clone()).map(|_| ()).unwrap_err();
-    assert!(matches!(error, StateError::Laws { expected: (6, _), found: (4, _) }), "{error}");
+    assert!(
+        matches!(
+            error,
+            StateError::Laws {
+                expected: (6, _),
+                found: (4, _)
+            }
+        ),
+        "{error}"
+    );
     let mut seen = shoot.with_model_restarted(lit.clone()).unwrap();
     assert_eq!((seen.time(), seen.tip()), (CHANGE, shoot.tip()));
     let mut integrator = MethodOfSteps::new(STEP);
-    let _ = integrator.start(&mut seen, &ConstantHistory::Steady).unwrap();
+    let _ = integrator
+        .start(&mut seen, &ConstantHistory::Steady)
+        .unwrap();
     let _ = integrator.advance(&mut seen, END).unwrap();
     let mut fresh = shoot.with_model_restarted(lit).unwrap();
-    let _ = integrator.start(&mut fresh, &ConstantHistory::Empty).unwrap();
+    let _ = integrator
+        .start(&mut fresh, &ConstantHistory::Empty)
+        .unwrap();
     let _ = integrator.advance(&mut fresh, END).unwrap();
     assert!(seen.tip().x > fresh.tip().x && fresh.tip().x > 1e-3);
 }
@@ -225,23 +350,47 @@ fn invalid_new_laws_are_refused_and_the_shoot_is_unchanged() {
         assert!(shoot == before);
     };
     refuse(&|laws| laws.load.density = -1.0, "density is -1");
-    refuse(&|laws| laws.growth.0.zone_length = 0.04, "length of a shoot of constant length");
-    refuse(&|laws| laws.tropism.0.memory.delay = 5000.0, "longest delay of the laws is 5000");
-    refuse(&|laws| laws.tropism.1.memory.time = f64::NAN, "memory time is not a number");
+    refuse(
+        &|laws| laws.growth.0.zone_length = 0.04,
+        "length of a shoot of constant length",
+    );
+    refuse(
+        &|laws| laws.tropism.0.memory.delay = 5000.0,
+        "longest delay of the laws is 5000",
+    );
+    refuse(
+        &|laws| laws.tropism.1.memory.time = f64::NAN,
+        "memory time is not a number",
+    );
     // A load with a jump outside the shoot is refused.
     for apex_distance in [0.051, f64::INFINITY] {
-        let jumping = shoot.model().with_load((WEIGHT, Jump(apex_distance))).into_dyn();
+        let jumping = shoot
+            .model()
+            .with_load((WEIGHT, Jump(apex_distance)))
+            .into_dyn();
         let error = shoot.with_model(jumping).map(|_| ()).unwrap_err();
-        assert!(error.to_string().contains("at which a load jumps"), "{error}");
+        assert!(
+            error.to_string().contains("at which a load jumps"),
+            "{error}"
+        );
     }
     // The history is long enough for shorter delays and can be used with other memory times.
     let mut model = *shoot.model();
-    model.tropism.0.memory = Memory { time: 300.0, delay: 240.0 };
+    model.tropism.0.memory = Memory {
+        time: 300.0,
+        delay: 240.0,
+    };
     shoot = shoot.with_model(model).unwrap();
     run(&mut shoot, END);
     // Statoliths add variables, for which there is no history.
     let own = Proprioception { sensitivity: 20.0 }.remembered(MEMORY);
-    let piled = (steering(Statoliths { avalanche_time: 120.0 }).0, own);
+    let piled = (
+        steering(Statoliths {
+            avalanche_time: 120.0,
+        })
+        .0,
+        own,
+    );
     let piled = shoot.model().with_tropism(piled).into_dyn();
     assert!(shoot.with_model(piled.clone()).is_err());
     // A shoot that no integrator has started accepts any laws.
@@ -266,9 +415,17 @@ fn change_of_laws_keeps_fourth_order_in_time() {
     let constant = |_: f64| Vector3::new(1e-5, 0.0, 0.0);
     let tip = |step: f64| {
         let mut integrator = MethodOfSteps::new(step);
-        let mut shoot = reduced(0.05, 20.0 * HOUR).scene(Still::tilted(0.3)).into_dyn().build().unwrap();
+        let mut shoot = reduced(0.05, 20.0 * HOUR)
+            .scene(Still::tilted(0.3))
+            .into_dyn()
+            .build()
+            .unwrap();
         let _ = integrator.advance(&mut shoot, CHANGE).unwrap();
-        let pulled = shoot.model().clone().with_load((WEIGHT, ApicalForce(constant))).into_dyn();
+        let pulled = shoot
+            .model()
+            .clone()
+            .with_load((WEIGHT, ApicalForce(constant)))
+            .into_dyn();
         let mut shoot = shoot.with_model(pulled).unwrap();
         let _ = integrator.advance(&mut shoot, END).unwrap();
         shoot.tip()
@@ -290,7 +447,10 @@ fn setting_the_same_laws_again_is_accepted_on_coarse_meshes() {
             .length(0.05)
             .radius(RADIUS)
             .order(order)
-            .growth(CosineProfile { zone_length: 0.03, time: 20.0 * HOUR })
+            .growth(CosineProfile {
+                zone_length: 0.03,
+                time: 20.0 * HOUR,
+            })
             .load(WEIGHT)
             .into_dyn()
             .build()
@@ -305,17 +465,37 @@ fn setting_the_same_laws_again_is_accepted_on_coarse_meshes() {
 
 #[test]
 fn growth_may_begin_late_and_its_zone_may_change_repeatedly() {
-    let resting = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).load(WEIGHT).into_dyn().build().unwrap();
-    let growth = UniformGrowth { zone_length: 0.06, time: 20.0 * HOUR };
-    let mut shoot = resting.with_model(resting.model().clone().with_growth(growth).into_dyn()).unwrap();
+    let resting = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(RADIUS)
+        .load(WEIGHT)
+        .into_dyn()
+        .build()
+        .unwrap();
+    let growth = UniformGrowth {
+        zone_length: 0.06,
+        time: 20.0 * HOUR,
+    };
+    let mut shoot = resting
+        .with_model(resting.model().clone().with_growth(growth).into_dyn())
+        .unwrap();
     run(&mut shoot, HOUR);
     assert_abs_diff_eq!(shoot.rod().length(), 0.05 * f64::exp(0.05), epsilon = 1e-15);
     // The number of elements remains bounded if a zone longer than the shoot is doubled and halved
     // repeatedly.
-    let mut shoot = resting.with_model(resting.model().clone().with_growth(growth).into_dyn()).unwrap();
+    let mut shoot = resting
+        .with_model(resting.model().clone().with_growth(growth).into_dyn())
+        .unwrap();
     for i in 0..12 {
         let zone_length = if i % 2 == 0 { 0.12 } else { 0.06 };
-        let model = shoot.model().clone().with_growth(UniformGrowth { zone_length, ..growth }).into_dyn();
+        let model = shoot
+            .model()
+            .clone()
+            .with_growth(UniformGrowth {
+                zone_length,
+                ..growth
+            })
+            .into_dyn();
         shoot = shoot.with_model(model).unwrap();
         run(&mut shoot, 60.0 * f64::from(i));
         assert_abs_diff_eq!(shoot.longest_element(), zone_length / 8.0, epsilon = 1e-16);
@@ -328,11 +508,22 @@ fn added_point_force_gives_the_shape_of_one_present_from_the_start_at_every_orde
     let force = Vector3::new(2e-5, 0.0, 0.0);
     for order in Order::ALL {
         for initial_apex_distance in [0.0137, 0.0201, 0.0333] {
-            let load = (WEIGHT, PointForce { initial_apex_distance, force });
-            let builder = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).order(order);
+            let load = (
+                WEIGHT,
+                PointForce {
+                    initial_apex_distance,
+                    force,
+                },
+            );
+            let builder = Shoot::builder(YOUNG)
+                .length(0.05)
+                .radius(RADIUS)
+                .order(order);
             let mut built = builder.clone().load(load).into_dyn().build().unwrap();
             let bare = builder.load(WEIGHT).into_dyn().build().unwrap();
-            let mut loaded = bare.with_model(bare.model().clone().with_load(load).into_dyn()).unwrap();
+            let mut loaded = bare
+                .with_model(bare.model().clone().with_load(load).into_dyn())
+                .unwrap();
             assert_eq!(loaded.rod().elements(), built.rod().elements());
             run(&mut built, 1.0);
             run(&mut loaded, 1.0);
@@ -350,7 +541,10 @@ fn added_point_force_gives_the_shape_of_one_present_from_the_start_at_every_orde
 fn new_laws_are_checked_at_every_material_point() {
     let shoot = reduced(0.05, 20.0 * HOUR).into_dyn().build().unwrap();
     for factor in [0.0, -1.0, f64::NAN] {
-        let graded = Graded { law: YOUNG, factor: move |_: &Tissue| factor };
+        let graded = Graded {
+            law: YOUNG,
+            factor: move |_: &Tissue| factor,
+        };
         let laws = shoot.model().clone().with_constitutive(graded).into_dyn();
         let error = shoot.with_model(laws).map(|_| ()).unwrap_err();
         assert!(error.to_string().contains("stiffness K1"), "{error}");
@@ -375,11 +569,23 @@ impl Scene for SetsIn {
 
 #[test]
 fn stability_at_a_discontinuity_is_that_after_it() {
-    let mut shoot = reduced(0.06, 20.0 * HOUR).scene(SetsIn(HOUR)).into_dyn().build().unwrap();
+    let mut shoot = reduced(0.06, 20.0 * HOUR)
+        .scene(SetsIn(HOUR))
+        .into_dyn()
+        .build()
+        .unwrap();
     run(&mut shoot, HOUR);
-    let at = Linearisation::about(&shoot).unwrap().rightmost().unwrap().value;
+    let at = Linearisation::about(&shoot)
+        .unwrap()
+        .rightmost()
+        .unwrap()
+        .value;
     run(&mut shoot, HOUR + 1.0);
-    let after = Linearisation::about(&shoot).unwrap().rightmost().unwrap().value;
+    let after = Linearisation::about(&shoot)
+        .unwrap()
+        .rightmost()
+        .unwrap()
+        .value;
     // `approx` cannot compare complex numbers without its feature `num-complex`.
     assert!((at - after).norm() < 1e-9 * after.norm(), "{at} {after}");
 }

@@ -8,7 +8,12 @@ use morphorod::{Model, Shoot, State, StateError};
 
 /// State with a history, small enough for a test that damages each bit.
 fn small() -> State {
-    let mut shoot = righting().elements(1).order(morphorod::Order::Two).into_dyn().build().unwrap();
+    let mut shoot = righting()
+        .elements(1)
+        .order(morphorod::Order::Two)
+        .into_dyn()
+        .build()
+        .unwrap();
     MethodOfSteps::new(720.0).advance(&mut shoot, HOUR).unwrap();
     shoot.state().clone()
 }
@@ -19,13 +24,25 @@ fn refused(bytes: &[u8]) -> CheckpointError {
 
 #[test]
 fn infinities_and_all_bits_are_kept() {
-    let odd = (f64::INFINITY, f64::NEG_INFINITY, -0.0, f64::MIN_POSITIVE / 3.0, 0.1 + 0.2);
+    let odd = (
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        -0.0,
+        f64::MIN_POSITIVE / 3.0,
+        0.1 + 0.2,
+    );
     let back: (f64, f64, f64, f64, f64) = from_bytes(&to_bytes(&odd).unwrap()).unwrap();
     let bits = |x: (f64, f64, f64, f64, f64)| [x.0, x.1, x.2, x.3, x.4].map(f64::to_bits);
     assert_eq!(bits(back), bits(odd));
     // Points of this shoot never leave the growth zone, and their exit times are infinite.
     let state = small();
-    assert!(state.rod().points().iter().any(|point| point.exit_time == f64::INFINITY));
+    assert!(
+        state
+            .rod()
+            .points()
+            .iter()
+            .any(|point| point.exit_time == f64::INFINITY)
+    );
     assert!(from_bytes::<State>(&to_bytes(&state).unwrap()).unwrap() == state);
 }
 
@@ -58,7 +75,10 @@ fn truncated_foreign_and_newer_files_are_refused_with_distinct_errors() {
     }
     let longer = [&sound[..], &[0]].concat();
     assert!(matches!(refused(&longer), CheckpointError::Length { .. }));
-    assert_eq!(refused(b"PK\x03\x04 something else"), CheckpointError::Foreign);
+    assert_eq!(
+        refused(b"PK\x03\x04 something else"),
+        CheckpointError::Foreign
+    );
     // A checkpoint of a later version.
     let mut newer = sound.clone();
     newer[9] += 1;
@@ -68,13 +88,24 @@ fn truncated_foreign_and_newer_files_are_refused_with_distinct_errors() {
         "{error}"
     );
     // A valid checkpoint of another type.
-    assert!(matches!(refused(&to_bytes(&"a state").unwrap()), CheckpointError::Content(_)));
-    assert!(matches!(refused(&to_bytes(&(small(), 1.0)).unwrap()), CheckpointError::Content(_)));
+    assert!(matches!(
+        refused(&to_bytes(&"a state").unwrap()),
+        CheckpointError::Content(_)
+    ));
+    assert!(matches!(
+        refused(&to_bytes(&(small(), 1.0)).unwrap()),
+        CheckpointError::Content(_)
+    ));
 }
 
 /// Final state of a run that stops after `stop` steps and continues in a new shoot from the bytes
 /// of its state.
-fn resumed<M: Model>(make: impl Fn() -> Shoot<M>, run: &(impl Integrator + Clone), end: f64, stop: usize) -> State {
+fn resumed<M: Model>(
+    make: impl Fn() -> Shoot<M>,
+    run: &(impl Integrator + Clone),
+    end: f64,
+    stop: usize,
+) -> State {
     let mut shoot = make();
     let mut first = run.clone();
     for _ in 0..stop {
@@ -102,11 +133,17 @@ fn run_resumed_from_a_checkpoint_repeats_the_uninterrupted_run() {
     // the golden ratio.
     for k in 1..=50_u32 {
         let stop = (f64::from(k) * 0.618_034).fract() * 90.0;
-        assert!(resumed(make, &steps, end, stop as usize) == whole, "after {stop} steps");
+        assert!(
+            resumed(make, &steps, end, stop as usize) == whole,
+            "after {stop} steps"
+        );
     }
     let adaptive = Adaptive::new(1e-4);
     let whole = resumed(make, &adaptive, end, 0);
     for stop in [1, 7, 30] {
-        assert!(resumed(make, &adaptive, end, stop) == whole, "after {stop} steps, with a tolerance");
+        assert!(
+            resumed(make, &adaptive, end, stop) == whole,
+            "after {stop} steps, with a tolerance"
+        );
     }
 }

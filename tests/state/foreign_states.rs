@@ -33,15 +33,34 @@ fn state_of_other_laws_is_refused() {
 #[test]
 fn state_of_another_growth_zone_is_refused() {
     let build = |zone_length: f64| {
-        let growth = UniformGrowth { zone_length, time: 20.0 * HOUR };
-        Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(growth).into_dyn().build().unwrap()
+        let growth = UniformGrowth {
+            zone_length,
+            time: 20.0 * HOUR,
+        };
+        Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(RADIUS)
+            .growth(growth)
+            .into_dyn()
+            .build()
+            .unwrap()
     };
-    for (zone, other, hours) in [(0.04, 0.02, 0.0), (0.04, 0.02, 1.0), (0.02, 0.04, 1.0), (0.1, 0.04, 1.0)] {
+    for (zone, other, hours) in [
+        (0.04, 0.02, 0.0),
+        (0.04, 0.02, 1.0),
+        (0.02, 0.04, 1.0),
+        (0.1, 0.04, 1.0),
+    ] {
         let (mut foreign, mut shoot) = (build(zone), build(other));
-        MethodOfSteps::new(300.0).advance(&mut foreign, hours * HOUR).unwrap();
+        MethodOfSteps::new(300.0)
+            .advance(&mut foreign, hours * HOUR)
+            .unwrap();
         let kept = shoot.state().clone();
         let error = shoot.restore(foreign.state()).unwrap_err().to_string();
-        assert!(error.contains("length of the growth zone of the state is 0.0"), "{zone} {other}: {error}");
+        assert!(
+            error.contains("length of the growth zone of the state is 0.0"),
+            "{zone} {other}: {error}"
+        );
         assert!(&kept == shoot.state());
         build(zone).restore(foreign.state()).unwrap();
     }
@@ -51,7 +70,10 @@ fn state_of_another_growth_zone_is_refused() {
 fn state_of_another_scene_is_refused() {
     type AnyScene = Arc<dyn Scene + Send + Sync>;
     let build = |scene: &AnyScene| righting().scene(scene.clone()).into_dyn().build().unwrap();
-    let weak = Still { gravity: Still::upright().gravity * 0.1, ..Still::tilted(0.5) };
+    let weak = Still {
+        gravity: Still::upright().gravity * 0.1,
+        ..Still::tilted(0.5)
+    };
     let path = |t: f64| Vector3::x() * (1e-3 * t / HOUR);
     let lean: AnyScene = Arc::new(Still::tilted(0.5));
     let cases: [(AnyScene, AnyScene, &str); 4] = [
@@ -66,9 +88,16 @@ fn state_of_another_scene_is_refused() {
             Arc::new(Still::upright()),
             "is 0.5 but must be zero up to rounding",
         ),
-        (Arc::new(weak), lean.clone(), "difference of the gravity of the state from that of the scene is 8.829 but"),
         (
-            Arc::new(Along { scene: Still::tilted(0.5), path }),
+            Arc::new(weak),
+            lean.clone(),
+            "difference of the gravity of the state from that of the scene is 8.829 but",
+        ),
+        (
+            Arc::new(Along {
+                scene: Still::tilted(0.5),
+                path,
+            }),
             lean,
             "base of the state from that of the scene is 0.001 ",
         ),
@@ -82,7 +111,10 @@ fn state_of_another_scene_is_refused() {
         build(&own).restore(foreign.state()).unwrap();
         let kept = shoot.state().clone();
         let error = shoot.restore(foreign.state()).unwrap_err().to_string();
-        assert!(error.contains(words), "“{error}” does not contain “{words}”");
+        assert!(
+            error.contains(words),
+            "“{error}” does not contain “{words}”"
+        );
         assert!(&kept == shoot.state());
         // The scene may be exchanged as other laws.
         let mut changed = foreign.with_model(shoot.model().clone()).unwrap();
@@ -95,7 +127,12 @@ fn state_of_another_scene_is_refused() {
 #[test]
 fn state_of_another_mesh_is_accepted() {
     let mut run = MethodOfSteps::new(90.0);
-    let mut coarse = growing().elements(2).order(Order::Four).into_dyn().build().unwrap();
+    let mut coarse = growing()
+        .elements(2)
+        .order(Order::Four)
+        .into_dyn()
+        .build()
+        .unwrap();
     run.advance(&mut coarse, 1.5 * HOUR).unwrap();
     let mut shoot = growing().elements(8).into_dyn().build().unwrap();
     run.advance(&mut shoot, 0.5 * HOUR).unwrap();
@@ -115,7 +152,10 @@ fn state_with_a_nan_strain_is_refused() {
     let broken = shoot.state().clone();
     let error = shoot.restore(&broken).unwrap_err();
     let expected = "square of intrinsic strain";
-    assert!(matches!(error, StateError::Rod(RodError::Value { what, index: 0, .. }) if what == expected), "{error}");
+    assert!(
+        matches!(error, StateError::Rod(RodError::Value { what, index: 0, .. }) if what == expected),
+        "{error}"
+    );
     shoot.restore(&kept).unwrap();
     assert!(&kept == shoot.state());
 }
@@ -139,7 +179,9 @@ fn assert_own_states_are_accepted(growth: impl GrowthLaw + Copy + Send + Sync + 
         for hours in (0..72).step_by(3) {
             run.advance(&mut shoot, HOUR * f64::from(hours)).unwrap();
             let kept = shoot.state().clone();
-            shoot.restore(&kept).unwrap_or_else(|error| panic!("{order:?}, {elements}, {hours} h: {error}"));
+            shoot
+                .restore(&kept)
+                .unwrap_or_else(|error| panic!("{order:?}, {elements}, {hours} h: {error}"));
         }
     }
 }
@@ -211,36 +253,65 @@ mod written {
         let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         shoot.restore(&read(&value).unwrap()).unwrap();
         // The breaking points of these levels are passed without an overflow of the generation.
-        MethodOfSteps::new(90.0).advance(&mut shoot, 2.5 * HOUR).unwrap();
+        MethodOfSteps::new(90.0)
+            .advance(&mut shoot, 2.5 * HOUR)
+            .unwrap();
     }
 
     #[test]
     fn messages_name_the_damaged_part() {
         let message = refusal(|state| state["format"] = 99.into());
-        assert!(message.contains("format 99; this version reads format 15"), "{message}");
+        assert!(
+            message.contains("format 99; this version reads format 15"),
+            "{message}"
+        );
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
-        assert!(message.contains("number of material points is 35 but the elements require 36"), "{message}");
-        let message = refusal(|state| state["rod"]["points"][2]["section"]["along_d2"] = (-1.0).into());
-        assert!(message.contains("semi-axis along d2 of point number 2 is -1 but must be positive"), "{message}");
+        assert!(
+            message.contains("number of material points is 35 but the elements require 36"),
+            "{message}"
+        );
+        let message =
+            refusal(|state| state["rod"]["points"][2]["section"]["along_d2"] = (-1.0).into());
+        assert!(
+            message.contains("semi-axis along d2 of point number 2 is -1 but must be positive"),
+            "{message}"
+        );
         let message = refusal(|state| state["rod"]["frames"][0][0] = 2.0.into());
         assert!(message.contains("unit quaternion"), "{message}");
         let message = refusal(|state| state["rod"]["base_position"][1] = 1e200.into());
-        assert!(message.contains("square of the position of the base"), "{message}");
+        assert!(
+            message.contains("square of the position of the base"),
+            "{message}"
+        );
         let message = refusal(|state| state["rod"]["first_growing"] = 99.into());
-        assert!(message.contains("first element of the growth zone number 0 is 99"), "{message}");
+        assert!(
+            message.contains("first element of the growth zone number 0 is 99"),
+            "{message}"
+        );
         let message = refusal(|state| {
             state["rod"]["reactions"] = serde_json::json!([{
                 "arc_length": 0.01, "initial_apex_distance": 0.0, "force": [1e308, 1e308, 0.0],
                 "couple": [0.0, 0.0, 0.0], "length": 0.0, "obstacle": null, "surface": 0, "normal": 0.0, "slip": null
             }]);
         });
-        assert!(message.contains("sum of reaction number 0 is infinite but must be finite"), "{message}");
+        assert!(
+            message.contains("sum of reaction number 0 is infinite but must be finite"),
+            "{message}"
+        );
         let message = refusal(|state| state["history"]["levels"][1]["time"] = 0.0.into());
         assert!(message.contains("later than the one before"), "{message}");
-        let message = refusal(|state| _ = state["history"]["levels"][1]["rows"].as_array_mut().unwrap().pop());
-        assert!(message.contains("number of values at a level of the history"), "{message}");
+        let message = refusal(|state| {
+            _ = state["history"]["levels"][1]["rows"]
+                .as_array_mut()
+                .unwrap()
+                .pop()
+        });
+        assert!(
+            message.contains("number of values at a level of the history"),
+            "{message}"
+        );
         let message = refusal(|state| state["predictor"]["known"] = 6.into());
         assert!(message.contains("earlier equilibria"), "{message}");
         let message = refusal(|state| state["merge_next"] = u64::MAX.into());
@@ -251,7 +322,10 @@ mod written {
             "points":[],"node_distance":[],"initial_length":1.0,"kept":[],"first_growing":0,"loss":[],
             "reactions":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
-        assert!(message.contains("number of frames is 0 but the elements require 2"), "{message}");
+        assert!(
+            message.contains("number of frames is 0 but the elements require 2"),
+            "{message}"
+        );
     }
 
     #[derive(Debug, Clone, Copy)]
@@ -267,7 +341,9 @@ mod written {
     /// are damaged as often as long ones. A list of lists or objects on the walk is itself damaged
     /// with a probability of one third.
     fn damage(node: &mut Value, kind: Damage, walk: &[usize]) {
-        let Some((at, rest)) = walk.split_first() else { return };
+        let Some((at, rest)) = walk.split_first() else {
+            return;
+        };
         let lists = matches!(kind, Damage::Drop | Damage::Duplicate | Damage::Swap);
         match node {
             Value::Array(items) if !items.is_empty() => {

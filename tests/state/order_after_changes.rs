@@ -15,14 +15,18 @@ fn disturb(shoot: &mut Shoot<DynLaws>) {
 }
 
 fn weigh_down(shoot: &mut Shoot<DynLaws>) {
-    let model = shoot.model().clone().with_load(Weight { density: 1.2 * WEIGHT.density });
+    let model = shoot.model().clone().with_load(Weight {
+        density: 1.2 * WEIGHT.density,
+    });
     *shoot = shoot.with_model(model.into_dyn()).unwrap();
 }
 
 /// Advances the shoot and restores its former state.
 fn go_and_return(shoot: &mut Shoot<DynLaws>) {
     let kept = shoot.state().clone();
-    MethodOfSteps::new(77.0).advance(shoot, 1.3 * CHANGE).unwrap();
+    MethodOfSteps::new(77.0)
+        .advance(shoot, 1.3 * CHANGE)
+        .unwrap();
     shoot.restore(&kept).unwrap();
 }
 
@@ -38,7 +42,10 @@ fn runs_with_a_change_by_hand_keep_fourth_order() {
             shoot.tip()
         };
         let tips = [60.0, 30.0, 15.0, 7.5].map(tip);
-        let differences: Vec<f64> = tips.windows(2).map(|pair| (pair[0] - pair[1]).norm()).collect();
+        let differences: Vec<f64> = tips
+            .windows(2)
+            .map(|pair| (pair[0] - pair[1]).norm())
+            .collect();
         for pair in differences.windows(2) {
             // The method has order four. The graded steps after a discontinuity add an error of
             // higher order, which is visible at these step sizes.
@@ -60,5 +67,10 @@ fn disturbed_run_with_a_tolerance_takes_at_most_three_times_the_steps() {
     };
     // The disturbance requires graded steps like those at the start, and makes the motion several
     // times larger.
-    assert!(steps(true) <= 3 * steps(false), "{} {}", steps(true), steps(false));
+    assert!(
+        steps(true) <= 3 * steps(false),
+        "{} {}",
+        steps(true),
+        steps(false)
+    );
 }

@@ -3,7 +3,8 @@
 //! unchanged.
 
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
+    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting,
+    steering,
 };
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
@@ -15,8 +16,12 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 /// Advances a shoot from its state at `t1` to `t2` (s) in several ways. Panics unless all final
 /// states are equal.
-fn assert_repeats<M: Model, I: Integrator>(mut shoot: Shoot<M>, integrator: impl Fn() -> I, t1: f64, t2: f64)
-where
+fn assert_repeats<M: Model, I: Integrator>(
+    mut shoot: Shoot<M>,
+    integrator: impl Fn() -> I,
+    t1: f64,
+    t2: f64,
+) where
     Shoot<M>: Clone,
 {
     let mut run = integrator();
@@ -53,38 +58,79 @@ fn growing_shoot_resumed_from_a_state_repeats_the_uninterrupted_run() {
     let shoot = || growing().elements(4).into_dyn().build().unwrap();
     // The times are before and after the first point leaves the zone (1.16 h), during the first
     // steps of increasing length, and between multiples of the step.
-    for (t1, t2) in [(0.0, HOUR), (20.0, 200.0), (0.9 * HOUR, 1.5 * HOUR), (2.0 * HOUR, 3.01 * HOUR)] {
+    for (t1, t2) in [
+        (0.0, HOUR),
+        (20.0, 200.0),
+        (0.9 * HOUR, 1.5 * HOUR),
+        (2.0 * HOUR, 3.01 * HOUR),
+    ] {
         assert_repeats(shoot(), || MethodOfSteps::new(90.0), t1, t2);
     }
 }
 
 #[test]
 fn shoot_of_constant_length_resumed_from_a_state_repeats_the_uninterrupted_run() {
-    let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 0.5 };
+    let whirl = Whirl {
+        force: 1e-5,
+        period: 87.6 * MINUTE,
+        turns: 0.5,
+    };
     let shoot = || {
-        reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).tropism(steering(STATOLITHS)).into_dyn().build()
+        reduced(0.0659, 20.0 * HOUR)
+            .elements(4)
+            .load((WEIGHT, whirl))
+            .tropism(steering(STATOLITHS))
+            .into_dyn()
+            .build()
     };
     // The load vanishes at 43.8 min. The times are before, at and after this jump.
     for t1 in [43.0 * MINUTE, 43.8 * MINUTE, 44.0 * MINUTE] {
-        assert_repeats(shoot().unwrap(), || MethodOfSteps::new(100.0), t1, 2.0 * HOUR);
+        assert_repeats(
+            shoot().unwrap(),
+            || MethodOfSteps::new(100.0),
+            t1,
+            2.0 * HOUR,
+        );
     }
-    let present = Memory { time: 12.0 * MINUTE, delay: 0.0 };
-    let laws = || {
-        let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(present);
-        (gravitropism, Proprioception { sensitivity: ETA }.remembered(MEMORY))
+    let present = Memory {
+        time: 12.0 * MINUTE,
+        delay: 0.0,
     };
-    let shoot = righting().elements(4).tropism(laws()).into_dyn().build().unwrap();
+    let laws = || {
+        let gravitropism = Gravitropism {
+            sensitivity: BETA,
+            perception: SettledStatoliths,
+        }
+        .remembered(present);
+        (
+            gravitropism,
+            Proprioception { sensitivity: ETA }.remembered(MEMORY),
+        )
+    };
+    let shoot = righting()
+        .elements(4)
+        .tropism(laws())
+        .into_dyn()
+        .build()
+        .unwrap();
     assert_repeats(shoot, || MethodOfSteps::new(100.0), 0.5 * HOUR, HOUR);
 }
 
 #[test]
 fn integrator_used_for_several_shoots_in_turn_gives_independent_results() {
     let with_memory = |minutes: f64| {
-        let memory = Memory { time: minutes * MINUTE, delay: 12.0 * MINUTE };
+        let memory = Memory {
+            time: minutes * MINUTE,
+            delay: 12.0 * MINUTE,
+        };
         righting()
             .elements(4)
             .tropism((
-                Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
+                Gravitropism {
+                    sensitivity: BETA,
+                    perception: SettledStatoliths,
+                }
+                .remembered(memory),
                 Proprioception { sensitivity: ETA }.remembered(memory),
             ))
             .into_dyn()
@@ -92,14 +138,17 @@ fn integrator_used_for_several_shoots_in_turn_gives_independent_results() {
             .unwrap()
     };
     let mut alone = with_memory(30.0);
-    let _ = MethodOfSteps::new(90.0).advance(&mut alone, 0.5 * HOUR).unwrap();
+    let _ = MethodOfSteps::new(90.0)
+        .advance(&mut alone, 0.5 * HOUR)
+        .unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, HOUR).unwrap();
     // One integrator alternately advances two shoots in equal steps, and a third shoot with another
     // mesh.
     let mut run = MethodOfSteps::new(90.0);
     let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
     for t in [0.5 * HOUR, HOUR] {
-        run.advance(&mut growing().into_dyn().build().unwrap(), t).unwrap();
+        run.advance(&mut growing().into_dyn().build().unwrap(), t)
+            .unwrap();
         run.advance(&mut first, t).unwrap();
         run.advance(&mut second, t).unwrap();
     }
@@ -121,8 +170,12 @@ fn states_that_differ_anywhere_are_not_equal() {
     let start = |settled: bool| {
         let mut shoot = righting().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
-        let _ = if settled { run.start(&mut shoot, &ConstantHistory::Steady) } else { run.advance(&mut shoot, 0.0) }
-            .unwrap();
+        let _ = if settled {
+            run.start(&mut shoot, &ConstantHistory::Steady)
+        } else {
+            run.advance(&mut shoot, 0.0)
+        }
+        .unwrap();
         shoot
     };
     assert_eq!(start(false).rod(), start(true).rod());
@@ -158,14 +211,19 @@ impl Scene for BrokenPot {
 fn error_during_a_run_leaves_the_shoot_unchanged() {
     // The load becomes NaN half an hour after the start. The elements of the shoot are subdivided
     // before that time.
-    let load = (WEIGHT, ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })));
+    let load = (
+        WEIGHT,
+        ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })),
+    );
     let mut shoot = growing().load(load).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     for until in [0.0, 1000.0] {
         run.advance(&mut shoot, until).unwrap();
         let kept = shoot.state().clone();
         let error = run.advance(&mut shoot, HOUR).unwrap_err();
-        let expected = EquilibriumError::NotFinite { what: "force of the load on the rod" };
+        let expected = EquilibriumError::NotFinite {
+            what: "force of the load on the rod",
+        };
         assert!(
             matches!(&error, IntegrationError::Equilibrium { time, error } if *error == expected && *time >= 1800.0)
         );
@@ -190,13 +248,29 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
     assert!(steady.state() == retried.state());
 
     // The quaternion of the base becomes NaN. One solver uses the base, and the other does not.
-    let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).into_dyn().build().unwrap();
+    let mut pot = reduced(0.05, 20.0 * HOUR)
+        .scene(BrokenPot)
+        .into_dyn()
+        .build()
+        .unwrap();
     let before = pot.state().clone();
     assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());
     assert!(&before == pot.state());
-    let mut pot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).scene(BrokenPot).into_dyn().build().unwrap();
+    let mut pot = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(RADIUS)
+        .scene(BrokenPot)
+        .into_dyn()
+        .build()
+        .unwrap();
     let before = pot.state().clone();
-    assert!(MethodOfSteps::with_solver(90.0, Unloaded).advance(&mut pot, HOUR).is_err(), "{:?}", pot.tip());
+    assert!(
+        MethodOfSteps::with_solver(90.0, Unloaded)
+            .advance(&mut pot, HOUR)
+            .is_err(),
+        "{:?}",
+        pot.tip()
+    );
     assert!(&before == pot.state());
 }
 
@@ -206,7 +280,10 @@ fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
     let mut shoot = Shoot::builder(YOUNG)
         .length(0.05)
         .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.07,
+            time: 20.0 * HOUR,
+        }))
         .tropism(steering(SettledStatoliths))
         .load(push)
         .scene(Still::tilted(1.0))
@@ -217,7 +294,16 @@ fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
     run.advance(&mut shoot, 1200.0).unwrap();
     let kept = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::Equilibrium { error: EquilibriumError::Parameter(_), .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            IntegrationError::Equilibrium {
+                error: EquilibriumError::Parameter(_),
+                ..
+            }
+        ),
+        "{error}"
+    );
     assert!(&kept == shoot.state());
 }
 
@@ -228,8 +314,12 @@ type Format = (&'static str, fn(&State) -> State);
 /// every field must be written in order. The feature `float_roundtrip` of `serde_json` preserves
 /// all digits in text.
 const FORMATS: [Format; 3] = [
-    ("serde_json", |state| serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()),
-    ("postcard", |state| postcard::from_bytes(&bytes(state)).unwrap()),
+    ("serde_json", |state| {
+        serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()
+    }),
+    ("postcard", |state| {
+        postcard::from_bytes(&bytes(state)).unwrap()
+    }),
     ("bincode", |state| {
         let config = bincode::config::standard();
         let written = bincode::serde::encode_to_vec(state, config).unwrap();
@@ -251,13 +341,18 @@ fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, furthe
     let on = |kept: &State| {
         let mut shoot = build();
         shoot.restore(kept).unwrap();
-        let _ = MethodOfSteps::new(90.0).advance(&mut shoot, t + further).unwrap();
+        let _ = MethodOfSteps::new(90.0)
+            .advance(&mut shoot, t + further)
+            .unwrap();
         bytes(shoot.state())
     };
     let end = on(kept);
     for (format, write_and_read) in FORMATS {
         let read = write_and_read(kept);
-        assert!(&read == kept && bytes(&read) == bytes(kept), "{format} at {t} s");
+        assert!(
+            &read == kept && bytes(&read) == bytes(kept),
+            "{format} at {t} s"
+        );
         assert!(on(&read) == end, "{format} from {t} s on");
     }
 }
@@ -273,8 +368,12 @@ fn state_written_and_read_again_is_the_same_in_every_format() {
     // tissue has left the zone.
     for (t, some_has_left) in [(0.0, false), (0.5 * HOUR, false), (1.7 * HOUR, true)] {
         run.advance(&mut shoot, t).unwrap();
-        let (inside, outside): (Vec<f64>, _) =
-            shoot.rod().points().iter().map(|point| point.exit_time).partition(|exit| *exit == f64::INFINITY);
+        let (inside, outside): (Vec<f64>, _) = shoot
+            .rod()
+            .points()
+            .iter()
+            .map(|point| point.exit_time)
+            .partition(|exit| *exit == f64::INFINITY);
         assert!(!inside.is_empty() && outside.is_empty() != some_has_left);
         assert_reads(&shoot, build, HOUR);
     }
@@ -295,8 +394,20 @@ impl GrowthLaw for Dormant {
 
 #[test]
 fn infinitely_early_exit_times_are_written_and_read() {
-    let shoot = || Shoot::builder(YOUNG).length(0.1).radius(RADIUS).growth(Dormant).tropism(steering(STATOLITHS));
-    let build = || shoot().scene(Still::tilted(0.1)).into_dyn().build().unwrap();
+    let shoot = || {
+        Shoot::builder(YOUNG)
+            .length(0.1)
+            .radius(RADIUS)
+            .growth(Dormant)
+            .tropism(steering(STATOLITHS))
+    };
+    let build = || {
+        shoot()
+            .scene(Still::tilted(0.1))
+            .into_dyn()
+            .build()
+            .unwrap()
+    };
     let mut shoot = build();
     assert_eq!(shoot.rod().points()[0].exit_time, f64::NEG_INFINITY);
     assert_reads(&shoot, build, 600.0);

@@ -1,7 +1,9 @@
 //! Equilibria of a uniform shoot at any tilt under any weight, from a straight initial guess.
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::rods::{Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue};
+use crate::fixtures::rods::{
+    Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue,
+};
 use approx::abs_diff_eq;
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
@@ -28,8 +30,12 @@ fn straight(nodes: &[f64], scene: &Still) -> Rod {
 
 /// Solves for the equilibrium with the default solver.
 fn solve(rod: &mut Rod, load: f64, scene: &Still) -> Equilibrium {
-    let weight = Weight { density: density_for(load, LENGTH) };
-    NewtonSolver::default().solve(rod, &young_tissue(), &weight, &scene.environment(0.0)).expect("an equilibrium")
+    let weight = Weight {
+        density: density_for(load, LENGTH),
+    };
+    NewtonSolver::default()
+        .solve(rod, &young_tissue(), &weight, &scene.environment(0.0))
+        .expect("an equilibrium")
 }
 
 #[test]
@@ -41,15 +47,26 @@ fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
             // rounding.
             let lean = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), azimuth);
             azimuth += 0.7;
-            let scene = Still { base: lean * Still::tilted(tilt.to_radians()).base, ..Still::upright() };
+            let scene = Still {
+                base: lean * Still::tilted(tilt.to_radians()).base,
+                ..Still::upright()
+            };
             let case = format!("load {load}, tilt {tilt}°, azimuth {azimuth}");
             let tips = [16, 32].map(|elements| {
                 let mut rod = straight(&graded(elements, load), &scene);
                 let found = solve(&mut rod, load, &scene);
-                assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "{case}");
+                assert_eq!(
+                    (found.inertia.negative, found.inertia.neutral),
+                    (0, 0),
+                    "{case}"
+                );
                 // Steps are limited to 1 rad and shifted while the shape is unstable. At most 34
                 // were needed when this test was written.
-                assert!(found.iterations <= 40, "{case}: {} iterations", found.iterations);
+                assert!(
+                    found.iterations <= 40,
+                    "{case}: {} iterations",
+                    found.iterations
+                );
                 assert!(found.error <= 1e-11, "{case}: {:e}", found.error);
                 let tip = lean.inverse() * rod.tip() / LENGTH;
                 // No force acts across the vertical plane in which the base leans. The smallest
@@ -57,7 +74,10 @@ fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
                 // is inversely proportional to its margin.
                 let sideways = tip.y.abs();
                 let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
-                assert!(tip.x > 0.0 && sideways < promised, "{case}: {sideways:e} against {promised:e}");
+                assert!(
+                    tip.x > 0.0 && sideways < promised,
+                    "{case}: {sideways:e} against {promised:e}"
+                );
                 tip
             });
             // The required accuracy is 1e-8 of the length. At order 8, halving the elements reduces
@@ -101,7 +121,10 @@ fn tip_of_heavy_shoots_matches_shooting() {
                 "load {load}, tilt {tilt}: {} against {expected} within {promised:e}",
                 tips[1]
             );
-            assert!(promised < 1e-8 * LENGTH, "load {load}, tilt {tilt}: the bound is too large, {promised:e}");
+            assert!(
+                promised < 1e-8 * LENGTH,
+                "load {load}, tilt {tilt}: the bound is too large, {promised:e}"
+            );
         }
     }
 }
@@ -114,13 +137,20 @@ fn heavy_horizontal_shoots_converge_on_a_uniform_mesh() {
     while load <= 1000.0 {
         let tip = |elements: usize| {
             let mut rod = straight(&Rod::equal_nodes(LENGTH, elements), &scene);
-            assert_eq!(solve(&mut rod, load, &scene).inertia.negative, 0, "load {load}");
+            assert_eq!(
+                solve(&mut rod, load, &scene).inertia.negative,
+                0,
+                "load {load}"
+            );
             rod.tip() / LENGTH
         };
         // At load 1000 the boundary layer of ℓ/32 is as long as one of 32 elements. The error there
         // is (h/layer)⁸ · 1e-8.
         let (coarse, fine) = (tip(32), tip(64));
-        assert!(abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-7), "load {load}: {coarse} against {fine}");
+        assert!(
+            abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-7),
+            "load {load}: {coarse} against {fine}"
+        );
         load *= 1.5;
     }
 }
@@ -132,15 +162,24 @@ fn coarse_meshes_give_a_stable_shape_or_a_recoverable_error() {
             for load in LOADS {
                 for tilt in TILTS {
                     let scene = Still::tilted(tilt.to_radians());
-                    let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).expect("a rod");
+                    let mut rod =
+                        Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).expect("a rod");
                     let before = rod.clone();
-                    let weight = Weight { density: density_for(load, LENGTH) };
-                    let found =
-                        NewtonSolver::default().solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0));
+                    let weight = Weight {
+                        density: density_for(load, LENGTH),
+                    };
+                    let found = NewtonSolver::default().solve(
+                        &mut rod,
+                        &young_tissue(),
+                        &weight,
+                        &scene.environment(0.0),
+                    );
                     let case = format!("{order:?}, {elements} elements, load {load}, tilt {tilt}");
                     match found {
                         Ok(found) => assert_eq!(found.inertia.negative, 0, "{case}"),
-                        Err(error) => assert!(error.is_recoverable() && rod == before, "{case}: {error}"),
+                        Err(error) => {
+                            assert!(error.is_recoverable() && rod == before, "{case}: {error}")
+                        }
                     }
                     // The distance of the tip from the base is at most the length of an
                     // inextensible rod, up to rounding.

@@ -11,7 +11,8 @@ use morphorod::equilibrium::NewtonSolver;
 use morphorod::load::{Load, Weight};
 use morphorod::rod::Rod;
 use morphorod::support::{
-    Contact, ConvexPolyhedron, Cuboid, Cylinder, Distance, HalfSpace, Obstacle, Reaction, Support, Union,
+    Contact, ConvexPolyhedron, Cuboid, Cylinder, Distance, HalfSpace, Obstacle, Reaction, Support,
+    Union,
 };
 use morphorod::{Order, Scene, Still};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
@@ -26,12 +27,17 @@ fn horizontal(support: &dyn Support) -> Held<Weight> {
     held
 }
 
-/// A box below the rod with its upper far edge through (0.6, 0, −0.02) of the length, turned about e3.
+/// A box below the rod with its upper far edge through (0.6, 0, −0.02) of the length, turned about
+/// e3.
 fn table() -> Cuboid {
     let frame = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3);
     let half_edges = Vector3::new(0.1, 0.5, 0.2) * LENGTH;
     let edge = Vector3::new(0.6, 0.0, -0.02) * LENGTH;
-    Cuboid { centre: edge - frame * Vector3::new(half_edges.x, 0.0, half_edges.z), frame, half_edges }
+    Cuboid {
+        centre: edge - frame * Vector3::new(half_edges.x, 0.0, half_edges.z),
+        frame,
+        half_edges,
+    }
 }
 
 #[test]
@@ -39,22 +45,49 @@ fn rod_bends_over_an_edge_as_over_a_cylinder() {
     let table = table();
     let [along, out] = [Vector3::y(), Vector3::x()].map(|axis| table.frame * axis);
     let through = Vector3::new(0.6, 0.0, -0.02) * LENGTH;
-    // The centre line has the distance of the rod's radius from the edge. A part of it is the radius of the cylinder.
-    let cylinder = Cylinder { through, along, radius: 0.3 * RADIUS };
+    // The centre line has the distance of the rod's radius from the edge. A part of it is the
+    // radius of the cylinder.
+    let cylinder = Cylinder {
+        through,
+        along,
+        radius: 0.3 * RADIUS,
+    };
     let half = |normal: Vector3<f64>| HalfSpace { through, normal };
     let ridge = ConvexPolyhedron::new(vec![half(Vector3::z()), half(out)]).unwrap();
-    let over = horizontal(&Contact { obstacle: cylinder, radius: 0.7 * RADIUS, friction: 0.0 });
-    let normal = cylinder.distance(&over.place(over.reactions[0].arc_length / LENGTH), 0.0).normal;
-    assert!(normal.z > 0.01 && normal.dot(&out) > 0.01, "the contact is between both faces: {normal}");
+    let over = horizontal(&Contact {
+        obstacle: cylinder,
+        radius: 0.7 * RADIUS,
+        friction: 0.0,
+    });
+    let normal = cylinder
+        .distance(&over.place(over.reactions[0].arc_length / LENGTH), 0.0)
+        .normal;
+    assert!(
+        normal.z > 0.01 && normal.dot(&out) > 0.01,
+        "the contact is between both faces: {normal}"
+    );
     let bodies: [&dyn Obstacle; 2] = [&table, &ridge];
     for obstacle in bodies {
-        let held = horizontal(&Contact { obstacle, radius: RADIUS, friction: 0.0 });
+        let held = horizontal(&Contact {
+            obstacle,
+            radius: RADIUS,
+            friction: 0.0,
+        });
         println!("{}", held.found);
-        // Near the contact all distances are the same function. The place of contact has an error of 1e-9 lengths.
+        // Near the contact all distances are the same function. The place of contact has an error
+        // of 1e-9 lengths.
         assert_eq!((held.reactions.len(), over.reactions.len()), (1, 1));
         let (force, expected) = (held.reaction().0, over.reaction().0);
-        assert_abs_diff_eq!((force - expected).norm(), 0.0, epsilon = 1e-9 * expected.norm());
-        assert_abs_diff_eq!((held.rod.tip() - over.rod.tip()).norm(), 0.0, epsilon = 1e-10 * LENGTH);
+        assert_abs_diff_eq!(
+            (force - expected).norm(),
+            0.0,
+            epsilon = 1e-9 * expected.norm()
+        );
+        assert_abs_diff_eq!(
+            (held.rod.tip() - over.rod.tip()).norm(),
+            0.0,
+            epsilon = 1e-10 * LENGTH
+        );
     }
 }
 
@@ -63,7 +96,14 @@ fn contact_of_radius_zero_with_an_edge_is_refused() {
     let mut held = Held::straight(LENGTH, FRAC_PI_2, 10, Weight { density: DENSITY });
     let bodies: [Box<dyn Obstacle>; 2] = [Box::new(table()), Box::new(Union(vec![table()]))];
     for obstacle in bodies {
-        held.assert_refused(&Contact { obstacle, radius: 0.0, friction: 0.0 }, "an obstacle with edges");
+        held.assert_refused(
+            &Contact {
+                obstacle,
+                radius: 0.0,
+                friction: 0.0,
+            },
+            "an obstacle with edges",
+        );
     }
 }
 
@@ -72,17 +112,43 @@ fn apex_rests_on_a_face_as_on_a_plane() {
     let through = Vector3::z() * (-0.1 * LENGTH);
     let half_edges = Vector3::new(0.5, 0.3, 0.1) * LENGTH;
     let centre = through + Vector3::new(1.0, 0.0, 0.0) * LENGTH - Vector3::z() * half_edges.z;
-    let block = Cuboid { centre, frame: UnitQuaternion::identity(), half_edges };
-    let plane = HalfSpace { through, normal: Vector3::z() };
-    let on = |obstacle: &dyn Obstacle| horizontal(&Contact { obstacle, radius: RADIUS, friction: 0.0 });
+    let block = Cuboid {
+        centre,
+        frame: UnitQuaternion::identity(),
+        half_edges,
+    };
+    let plane = HalfSpace {
+        through,
+        normal: Vector3::z(),
+    };
+    let on = |obstacle: &dyn Obstacle| {
+        horizontal(&Contact {
+            obstacle,
+            radius: RADIUS,
+            friction: 0.0,
+        })
+    };
     let (block, plane) = (on(&block), on(&plane));
-    assert_relative_eq!(block.reaction().0.z, plane.reaction().0.z, epsilon = 0.0, max_relative = 1e-10);
-    assert_abs_diff_eq!((block.rod.tip() - plane.rod.tip()).norm(), 0.0, epsilon = 1e-11 * LENGTH);
+    assert_relative_eq!(
+        block.reaction().0.z,
+        plane.reaction().0.z,
+        epsilon = 0.0,
+        max_relative = 1e-10
+    );
+    assert_abs_diff_eq!(
+        (block.rod.tip() - plane.rod.tip()).norm(),
+        0.0,
+        epsilon = 1e-11 * LENGTH
+    );
 }
 
-/// The sides of a groove along e1 at a depth of a tenth of the length. One is steeper than the other.
+/// The sides of a groove along e1 at a depth of a tenth of the length. One is steeper than the
+/// other.
 fn sides() -> [HalfSpace; 2] {
-    let side = |y: f64| HalfSpace { through: Vector3::z() * (-0.1 * LENGTH), normal: Vector3::new(0.0, y, 1.0) };
+    let side = |y: f64| HalfSpace {
+        through: Vector3::z() * (-0.1 * LENGTH),
+        normal: Vector3::new(0.0, y, 1.0),
+    };
     [side(-1.0), side(0.5)]
 }
 
@@ -94,18 +160,46 @@ fn named(reaction: &Reaction) -> (Vector3<f64>, Option<usize>, usize) {
 #[test]
 fn union_of_two_half_spaces_acts_as_two_contacts() {
     for friction in [0.0, 0.3] {
-        let separate = horizontal(&sides().map(|obstacle| Contact { obstacle, radius: RADIUS, friction }).to_vec());
-        let other = HalfSpace { through: Vector3::z() * -LENGTH, normal: Vector3::z() };
+        let separate = horizontal(
+            &sides()
+                .map(|obstacle| Contact {
+                    obstacle,
+                    radius: RADIUS,
+                    friction,
+                })
+                .to_vec(),
+        );
+        let other = HalfSpace {
+            through: Vector3::z() * -LENGTH,
+            normal: Vector3::z(),
+        };
         // The union is the second obstacle of its support.
-        let groove = Contact { obstacle: Union(sides().to_vec()), radius: RADIUS, friction };
-        let union = horizontal(&(Contact { obstacle: other, radius: RADIUS, friction }, groove));
+        let groove = Contact {
+            obstacle: Union(sides().to_vec()),
+            radius: RADIUS,
+            friction,
+        };
+        let union = horizontal(&(
+            Contact {
+                obstacle: other,
+                radius: RADIUS,
+                friction,
+            },
+            groove,
+        ));
         println!("{}", union.found);
         assert_eq!(separate.reactions.len(), 2, "{:?}", separate.reactions);
         // The rods differ in the surfaces that their reactions name.
         assert_eq!(union.rod.frames(), separate.rod.frames());
-        assert_eq!(union.rod.centre_line_at(401), separate.rod.centre_line_at(401));
+        assert_eq!(
+            union.rod.centre_line_at(401),
+            separate.rod.centre_line_at(401)
+        );
         for (i, (one, both)) in separate.reactions.iter().zip(&union.reactions).enumerate() {
-            assert_eq!((named(one), named(both)), ((one.force, Some(i), 0), (one.force, Some(1), i)));
+            assert_eq!(
+                (named(one), named(both)),
+                ((one.force, Some(i), 0), (one.force, Some(1), i))
+            );
         }
     }
 }
@@ -154,16 +248,28 @@ fn union_on_springs_moves_by_the_forces_on_all_of_its_surfaces() {
         assert_eq!(rigid.reactions.len(), 2);
         // The frames of both searches are accurate to 1e-14 rad.
         for (one, other) in sprung.reactions.iter().zip(&rigid.reactions) {
-            assert_abs_diff_eq!((one.force - other.force).norm(), 0.0, epsilon = 1e-8 * force.norm());
+            assert_abs_diff_eq!(
+                (one.force - other.force).norm(),
+                0.0,
+                epsilon = 1e-8 * force.norm()
+            );
         }
-        assert_abs_diff_eq!((sprung.rod.tip() - rigid.rod.tip()).norm(), 0.0, epsilon = 1e-9 * LENGTH);
+        assert_abs_diff_eq!(
+            (sprung.rod.tip() - rigid.rod.tip()).norm(),
+            0.0,
+            epsilon = 1e-9 * LENGTH
+        );
     }
 }
 
 /// A box with its frame as a quaternion i, j, k, w. Lengths are in metres.
 fn cuboid(centre: [f64; 3], [i, j, k, w]: [f64; 4], half_edges: [f64; 3]) -> Cuboid {
     let frame = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
-    Cuboid { centre: centre.into(), frame, half_edges: half_edges.into() }
+    Cuboid {
+        centre: centre.into(),
+        frame,
+        half_edges: half_edges.into(),
+    }
 }
 
 #[test]
@@ -204,19 +310,43 @@ fn rods_do_not_penetrate_edges_between_their_stations() {
             [21.7497, -21.0883, 8.0136],
         ),
     ];
-    for (obstacle, (youngs_modulus, length, radius), [i, j, k, w], (elements, order), intrinsic) in scenes {
-        let scene = Still { base: UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)), ..Still::upright() };
+    for (obstacle, (youngs_modulus, length, radius), [i, j, k, w], (elements, order), intrinsic) in
+        scenes
+    {
+        let scene = Still {
+            base: UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)),
+            ..Still::upright()
+        };
         let mut rod = Rod::uniform(length, radius, scene.base, elements, order).expect("a rod");
         rod.set_intrinsic(|_| intrinsic.into());
-        let tissue: &dyn Constitutive = &LinearElastic { youngs_modulus, poissons_ratio: 0.5 };
-        let (load, support): (&dyn Load, &dyn Support) =
-            (&Weight { density: DENSITY }, &Contact { obstacle, radius, friction: 0.0 });
-        let held = NewtonSolver::default().solve_held(&mut rod, &tissue, &load, &support, &scene.environment(0.0));
+        let tissue: &dyn Constitutive = &LinearElastic {
+            youngs_modulus,
+            poissons_ratio: 0.5,
+        };
+        let (load, support): (&dyn Load, &dyn Support) = (
+            &Weight { density: DENSITY },
+            &Contact {
+                obstacle,
+                radius,
+                friction: 0.0,
+            },
+        );
+        let held = NewtonSolver::default().solve_held(
+            &mut rod,
+            &tissue,
+            &load,
+            &support,
+            &scene.environment(0.0),
+        );
         let held = held.expect("an equilibrium");
         for place in held.rod.centre_line_at(401) {
             let gap = obstacle.distance(&place, 0.0).value - radius;
             // Places between material points have the error of the interpolation.
-            assert!(gap > -1e-5 * length, "penetration {:e} of the length", -gap / length);
+            assert!(
+                gap > -1e-5 * length,
+                "penetration {:e} of the length",
+                -gap / length
+            );
         }
     }
 }

@@ -16,7 +16,8 @@ use proptest::prelude::*;
 
 /// Straight rod of 1 m length with the given intrinsic strain, 1/m.
 fn with_strain(elements: usize, order: Order, strain: impl Fn(f64) -> Vector3<f64>) -> Rod {
-    let mut rod = Rod::uniform(1.0, 0.01, UnitQuaternion::identity(), elements, order).expect("a rod");
+    let mut rod =
+        Rod::uniform(1.0, 0.01, UnitQuaternion::identity(), elements, order).expect("a rod");
     rod.set_intrinsic(|point| strain(1.0 - point.apex_distance));
     rod
 }
@@ -24,8 +25,11 @@ fn with_strain(elements: usize, order: Order, strain: impl Fn(f64) -> Vector3<f6
 /// The shapes without load from the `Unloaded` solver and from Newton's method.
 fn relaxed(rod: &Rod) -> [Rod; 2] {
     let (mut direct, mut newton) = (rod.clone(), rod.clone());
-    let _ = Unloaded.solve(&mut direct, &young_tissue(), &(), &weightless()).expect("an equilibrium");
-    let found = solve_tight(&mut newton, &young_tissue(), &(), &weightless()).expect("an equilibrium");
+    let _ = Unloaded
+        .solve(&mut direct, &young_tissue(), &(), &weightless())
+        .expect("an equilibrium");
+    let found =
+        solve_tight(&mut newton, &young_tissue(), &(), &weightless()).expect("an equilibrium");
     assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0));
     [direct, newton]
 }
@@ -35,7 +39,9 @@ fn helix(u: &Vector3<f64>, s: f64) -> Vector3<f64> {
     let (size, axis) = (u.norm(), u.normalize());
     let along = axis * axis.z;
     let (sin, cos) = (size * s).sin_cos();
-    along * s + (Vector3::z() - along) * (sin / size) + axis.cross(&Vector3::z()) * ((1.0 - cos) / size)
+    along * s
+        + (Vector3::z() - along) * (sin / size)
+        + axis.cross(&Vector3::z()) * ((1.0 - cos) / size)
 }
 
 /// A bound on the error of the Gauss rule with p points for ∫ cos x over 0 … h, Abramowitz and
@@ -85,10 +91,17 @@ fn straight_initial_guess_converges_to_a_closed_circle() {
             let u = Vector3::new(0.0, 2.0 * PI, 0.0);
             for rod in relaxed(&with_strain(elements, order, |_| u)) {
                 let turned = rod.apex_frame().angle();
-                assert!(turned < 8.0 * (elements as f64) * f64::EPSILON + 2e-14, "{order:?}: {turned:e}");
+                assert!(
+                    turned < 8.0 * (elements as f64) * f64::EPSILON + 2e-14,
+                    "{order:?}: {turned:e}"
+                );
                 // The tip is the integral of a sine over a whole period. The sum over equal
                 // elements is exact for it.
-                assert!(rod.tip().norm() < 1e-13, "{order:?}, {elements} elements: {:?}", rod.tip());
+                assert!(
+                    rod.tip().norm() < 1e-13,
+                    "{order:?}, {elements} elements: {:?}",
+                    rod.tip()
+                );
             }
         }
     }
@@ -103,8 +116,9 @@ fn bends_that_cancel_within_an_element_converge() {
         for seed in 0..200 {
             let mut rod = with_strain(2, order, |_| Vector3::zeros());
             let value = |i: usize| 3.0 * ((7 * seed + i) as f64 * 2.399_963).sin();
-            let bends: Vec<Vector3<f64>> =
-                (0..p).map(|g| Vector3::new(value(3 * g), value(3 * g + 1), value(3 * g + 2))).collect();
+            let bends: Vec<Vector3<f64>> = (0..p)
+                .map(|g| Vector3::new(value(3 * g), value(3 * g + 1), value(3 * g + 2)))
+                .collect();
             let mean = bends.iter().sum::<Vector3<f64>>() / p as f64;
             let mut bends = bends.iter().cycle();
             rod.set_intrinsic(|_| bends.next().unwrap() - mean * (1.0 - 1e-9));
@@ -128,10 +142,18 @@ fn intrinsic_strain_with_rotating_direction_gives_a_helix() {
                 let [direct, newton] = relaxed(&with_strain(elements, order, strain));
                 // The two methods minimise the same discrete energy, to rounding and to the tight
                 // tolerance of 1e-14.
-                let apart = direct.frames().iter().zip(newton.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
+                let apart = direct
+                    .frames()
+                    .iter()
+                    .zip(newton.frames())
+                    .map(|(a, b)| a.angle_to(b))
+                    .fold(0.0, f64::max);
                 assert!(apart < 1e-13, "{order:?}, {elements} elements: {apart:e}");
-                let exact = UnitQuaternion::from_scaled_axis(w) * UnitQuaternion::from_scaled_axis(Vector3::z() * -k);
-                (direct.tip() - helix(&w, 1.0)).norm().max(direct.apex_frame().angle_to(&exact))
+                let exact = UnitQuaternion::from_scaled_axis(w)
+                    * UnitQuaternion::from_scaled_axis(Vector3::z() * -k);
+                (direct.tip() - helix(&w, 1.0))
+                    .norm()
+                    .max(direct.apex_frame().angle_to(&exact))
             })
             // Errors of at most 1e-14 are rounding of the frames.
             .filter(|error| *error > 1e-14)
@@ -159,7 +181,11 @@ impl SquareSection {
 
     fn stiffness(&self) -> Vector3<f64> {
         let bending = Self::YOUNGS_MODULUS / 12.0;
-        Vector3::new(bending, bending, 0.5 * Self::YOUNGS_MODULUS * self.torsion_constant)
+        Vector3::new(
+            bending,
+            bending,
+            0.5 * Self::YOUNGS_MODULUS * self.torsion_constant,
+        )
     }
 }
 
@@ -167,18 +193,25 @@ impl Constitutive for SquareSection {
     fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let couple = self.stiffness().component_mul(strain);
         let tangent = Matrix3::from_diagonal(&self.stiffness());
-        ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent }
+        ElasticResponse {
+            energy: 0.5 * couple.dot(strain),
+            couple,
+            tangent,
+        }
     }
 }
 
 /// Square section whose torsion constant is its polar second moment, as in the papers.
-const POLAR: SquareSection = SquareSection { torsion_constant: 1.0 / 6.0 };
+const POLAR: SquareSection = SquareSection {
+    torsion_constant: 1.0 / 6.0,
+};
 
 /// Arc of 45° and radius 100 in, clamped with its tangent along e3 and curved towards e1. A force
 /// (lb) along e2 pulls at its end.
 fn bend(section: &SquareSection, force: f64, elements: usize, order: Order) -> Rod {
     let length = 100.0 * FRAC_PI_4;
-    let mut rod = Rod::uniform(length, 0.5, UnitQuaternion::identity(), elements, order).expect("a rod");
+    let mut rod =
+        Rod::uniform(length, 0.5, UnitQuaternion::identity(), elements, order).expect("a rod");
     rod.set_intrinsic(|_| Vector3::new(0.0, 0.01, 0.0));
     let pull = ApicalForce(|_: f64| Vector3::new(0.0, force, 0.0));
     let found = solve_tight(&mut rod, section, &pull, &weightless()).expect("an equilibrium");
@@ -203,10 +236,34 @@ fn bend_of_45_degrees_matches_published_tables() {
     // (−13.5774, −23.5453, 53.4580).
     let start = Vector3::new(1.0 - FRAC_PI_4.cos(), FRAC_PI_4.sin(), 0.0) * 100.0;
     let tables = [
-        ("Bathe and Bolourchi", 8, 600.0, Vector3::new(15.9, 47.2, 53.4), 0.05),
-        ("Simo and Vu-Quoc", 8, 600.0, Vector3::new(15.79, 47.23, 53.37), 0.005),
-        ("Simo and Vu-Quoc", 8, 300.0, Vector3::new(22.33, 58.84, 40.08), 0.005),
-        ("GXBeam", 16, 600.0, start + Vector3::new(-13.577_384, -23.545_303, 53.458_008), 5e-7),
+        (
+            "Bathe and Bolourchi",
+            8,
+            600.0,
+            Vector3::new(15.9, 47.2, 53.4),
+            0.05,
+        ),
+        (
+            "Simo and Vu-Quoc",
+            8,
+            600.0,
+            Vector3::new(15.79, 47.23, 53.37),
+            0.005,
+        ),
+        (
+            "Simo and Vu-Quoc",
+            8,
+            300.0,
+            Vector3::new(22.33, 58.84, 40.08),
+            0.005,
+        ),
+        (
+            "GXBeam",
+            16,
+            600.0,
+            start + Vector3::new(-13.577_384, -23.545_303, 53.458_008),
+            5e-7,
+        ),
     ];
     for (who, elements, force, printed, half_unit) in tables {
         let converged = tabulated(&bend(&POLAR, force, 16, Order::default()));
@@ -216,9 +273,15 @@ fn bend_of_45_degrees_matches_published_tables() {
         // The rods of the tables also stretch and shear, by at most n/(E A) and n/(κ G A) per
         // length, with κ = 5/6.
         let shear = force * 100.0 * FRAC_PI_4 * (1e-7 + 1.0 / (5e6 * 5.0 / 6.0));
-        let (difference, granted) = ((printed - converged).norm(), 2.0 * coarse + shear + 3_f64.sqrt() * half_unit);
+        let (difference, granted) = (
+            (printed - converged).norm(),
+            2.0 * coarse + shear + 3_f64.sqrt() * half_unit,
+        );
         // The bound on the norm contains the rounding of three printed coordinates.
-        assert!(difference < granted, "{who}, {force} lb: {difference} against {granted}");
+        assert!(
+            difference < granted,
+            "{who}, {force} lb: {difference} against {granted}"
+        );
     }
 }
 
@@ -226,20 +289,39 @@ fn bend_of_45_degrees_matches_published_tables() {
 fn bend_of_45_degrees_satisfies_the_balance_equations() {
     // The torsion constants are the polar moment, and that of a square under Saint-Venant's
     // torsion, 0.1406 a⁴ (Timoshenko and Goodier, Theory of Elasticity, section 109).
-    for section in [POLAR, SquareSection { torsion_constant: 0.1406 }] {
+    for section in [
+        POLAR,
+        SquareSection {
+            torsion_constant: 0.1406,
+        },
+    ] {
         for force in [300.0, 450.0, 600.0] {
             let rod = bend(&section, force, 16, Order::default());
             let stiffness = section.stiffness();
-            let strain =
-                |_: f64, couple: &Vector3<f64>| couple.component_div(&stiffness) + Vector3::new(0.0, 0.01, 0.0);
-            let known = back_to_base(rod.length(), &rod.apex_frame(), 500, strain, |_| Vector3::new(0.0, force, 0.0));
+            let strain = |_: f64, couple: &Vector3<f64>| {
+                couple.component_div(&stiffness) + Vector3::new(0.0, 0.01, 0.0)
+            };
+            let known = back_to_base(rod.length(), &rod.apex_frame(), 500, strain, |_| {
+                Vector3::new(0.0, force, 0.0)
+            });
             let (base, tip) = known.value;
             // The bound is the step error of the integration, and rounding of a few units in each
             // of 1000 steps.
             let promised = known.error + 1000.0 * 4.0 * f64::EPSILON;
-            assert!(abs_diff_eq!(InNorm(base), InNorm(Matrix3::identity()), epsilon = promised), "{force} lb: {base}");
             assert!(
-                abs_diff_eq!(InNorm(tip), InNorm(rod.tip()), epsilon = promised * rod.length()),
+                abs_diff_eq!(
+                    InNorm(base),
+                    InNorm(Matrix3::identity()),
+                    epsilon = promised
+                ),
+                "{force} lb: {base}"
+            );
+            assert!(
+                abs_diff_eq!(
+                    InNorm(tip),
+                    InNorm(rod.tip()),
+                    epsilon = promised * rod.length()
+                ),
                 "{force} lb: {tip} against {}",
                 rod.tip()
             );
@@ -251,14 +333,26 @@ fn bend_of_45_degrees_satisfies_the_balance_equations() {
 fn coil_is_found_from_a_straight_initial_guess_in_few_iterations() {
     // The strains rotate an element by 1.9 to 2.9 rad. With the first strain, eight elements form
     // 3.7 turns. Each coil is solved with and without weight.
-    for (u, elements) in
-        [(Vector3::new(0.0, 20.0, 11.6), 8), (Vector3::new(17.0, 9.0, 3.0), 8), (Vector3::new(3.0, 60.0, 3.0), 32)]
-    {
+    for (u, elements) in [
+        (Vector3::new(0.0, 20.0, 11.6), 8),
+        (Vector3::new(17.0, 9.0, 3.0), 8),
+        (Vector3::new(3.0, 60.0, 3.0), 32),
+    ] {
         for order in [Order::Four, Order::Six, Order::Eight] {
             for load in [None, Some(Weight { density: 100.0 })] {
                 let mut rod = with_strain(elements, order, |_| u);
-                let found = solve_tight(&mut rod, &young_tissue(), &load, &Still::upright().environment(0.0)).unwrap();
-                assert!(found.iterations <= 6, "{} iterations for {u:?} at {order:?} with {load:?}", found.iterations);
+                let found = solve_tight(
+                    &mut rod,
+                    &young_tissue(),
+                    &load,
+                    &Still::upright().environment(0.0),
+                )
+                .unwrap();
+                assert!(
+                    found.iterations <= 6,
+                    "{} iterations for {u:?} at {order:?} with {load:?}",
+                    found.iterations
+                );
                 assert_eq!(found.inertia.negative, 0);
             }
         }
@@ -271,14 +365,24 @@ fn coil_that_no_element_resolves_is_refused_with_a_clear_message() {
     let kept = rod.clone();
     let load = Weight { density: 100.0 };
     let error = NewtonSolver::default()
-        .solve(&mut rod, &young_tissue(), &load, &Still::upright().environment(0.0))
+        .solve(
+            &mut rod,
+            &young_tissue(),
+            &load,
+            &Still::upright().environment(0.0),
+        )
         .unwrap_err();
-    assert!(matches!(error, EquilibriumError::Folded { element: 0, .. }), "{error}");
+    assert!(
+        matches!(error, EquilibriumError::Folded { element: 0, .. }),
+        "{error}"
+    );
     assert!(error.to_string().contains("take more elements"), "{error}");
     assert_eq!(rod, kept);
     // An axial force straightens the rod, and the elements then resolve it.
     let pull: &dyn Load = &ApicalForce(|_| Vector3::z() * 1e3);
     let law: &dyn Constitutive = &young_tissue();
-    let _ = NewtonSolver::default().solve(&mut rod, &law, &pull, &Still::upright().environment(0.0)).unwrap();
+    let _ = NewtonSolver::default()
+        .solve(&mut rod, &law, &pull, &Still::upright().environment(0.0))
+        .unwrap();
     assert_abs_diff_eq!(rod.tip().z, 1.0, epsilon = 0.1);
 }

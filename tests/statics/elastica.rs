@@ -3,7 +3,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::fixtures::rods::{RADIUS, bending_stiffness, cases, solve_tight, weightless, young_tissue};
+use crate::fixtures::rods::{
+    RADIUS, bending_stiffness, cases, solve_tight, weightless, young_tissue,
+};
 use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, Inertia, NewtonSolver};
@@ -23,7 +25,11 @@ fn carlson(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
         let lambda = (x * y).sqrt() + (x * z).sqrt() + (y * z).sqrt();
         sum += factor / (z.sqrt() * (z + lambda));
         factor *= 0.25;
-        (x, y, z) = (0.25 * (x + lambda), 0.25 * (y + lambda), 0.25 * (z + lambda));
+        (x, y, z) = (
+            0.25 * (x + lambda),
+            0.25 * (y + lambda),
+            0.25 * (z + lambda),
+        );
     }
     (1.0 / z.sqrt(), 3.0 * sum + factor / (z * z.sqrt()))
 }
@@ -76,7 +82,11 @@ pub(super) fn bisshopp_drucker(load: f64) -> [f64; 3] {
     let k = 0.5 * (low + high);
     let (complete, part) = (legendre(FRAC_PI_2, k).1, legendre(start(k), k).1);
     let sine = 2.0 * k * k - 1.0;
-    [(2.0 * sine).sqrt() / root, 1.0 - 2.0 / root * (complete - part), sine.asin()]
+    [
+        (2.0 * sine).sqrt() / root,
+        1.0 - 2.0 / root * (complete - part),
+        sine.asin(),
+    ]
 }
 
 #[test]
@@ -90,9 +100,15 @@ fn elliptic_integrals_reproduce_mattiassons_table_of_the_cantilever() {
         (10.0, 0.55500, 0.81061, 1.43029),
     ] {
         let [x, z, angle] = bisshopp_drucker(load);
-        let (found, printed) = (Vector3::new(1.0 - x, z, angle), Vector3::new(shortening, deflection, slope));
+        let (found, printed) = (
+            Vector3::new(1.0 - x, z, angle),
+            Vector3::new(shortening, deflection, slope),
+        );
         // Half a unit of the last printed digit bounds each component.
-        assert!(abs_diff_eq!(found, printed, epsilon = 0.5e-5), "load {load}: {found} against {printed}");
+        assert!(
+            abs_diff_eq!(found, printed, epsilon = 0.5e-5),
+            "load {load}: {found} against {printed}"
+        );
     }
 }
 
@@ -104,7 +120,8 @@ fn cantilever_under_an_end_load_matches_elliptic_integrals() {
         let miss = |elements: usize| {
             let mut rod = straight(elements, base);
             let pull = apical(0.0, 0.0, -load);
-            let found = solve_tight(&mut rod, &young_tissue(), &pull, &weightless()).expect("an equilibrium");
+            let found = solve_tight(&mut rod, &young_tissue(), &pull, &weightless())
+                .expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
             let end = Still::tilted(FRAC_PI_2 + slope).base;
             let tip = rod.tip() / SPAN - Vector3::new(x, 0.0, -z);
@@ -115,7 +132,10 @@ fn cantilever_under_an_end_load_matches_elliptic_integrals() {
         // the integrals is accurate to 2e-16. For small loads its error is amplified by 1/load.
         let (coarse, fine) = (miss(8), miss(32));
         let promised = coarse / 256.0 + 1e-14 / load.min(1.0);
-        assert!(coarse < 1e-8 && fine < promised, "load {load}: {coarse:e} with 8 elements, {fine:e} with 32");
+        assert!(
+            coarse < 1e-8 && fine < promised,
+            "load {load}: {coarse:e} with 8 elements, {fine:e} with 32"
+        );
     }
 }
 
@@ -125,7 +145,11 @@ struct Section(Vector3<f64>);
 impl Constitutive for Section {
     fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let couple = self.0.component_mul(strain);
-        ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&self.0) }
+        ElasticResponse {
+            energy: 0.5 * couple.dot(strain),
+            couple,
+            tangent: Matrix3::from_diagonal(&self.0),
+        }
     }
 }
 
@@ -134,7 +158,9 @@ impl Constitutive for Section {
 fn axial(solver: &mut NewtonSolver, material: &dyn Constitutive, load: f64) -> Inertia {
     let rod = straight(16, UnitQuaternion::identity());
     let push: &dyn Load = &apical(0.0, 0.0, -load);
-    solver.inertia(&rod, &material, &push, &weightless()).expect("an inertia")
+    solver
+        .inertia(&rod, &material, &push, &weightless())
+        .expect("an inertia")
 }
 
 /// Load at which the number of negative eigenvalues exceeds `count`, in units of E I/ℓ².
@@ -142,7 +168,11 @@ fn critical(material: &dyn Constitutive, count: usize, (mut low, mut high): (f64
     let mut solver = NewtonSolver::default();
     while high - low > 1e-11 * high {
         let middle = 0.5 * (low + high);
-        if axial(&mut solver, material, middle).negative <= count { low = middle } else { high = middle }
+        if axial(&mut solver, material, middle).negative <= count {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     0.5 * (low + high)
 }
@@ -175,8 +205,14 @@ fn each_euler_load_adds_two_negative_eigenvalues_and_tension_adds_none() {
     for (mode, negative) in [(1.0, 2), (2.0, 4), (3.0, 6)] {
         // The discretisation error of an eigenvalue with 16 elements of order p = 8 is of order
         // h²ᵖ. It is far below 1e-6.
-        assert_eq!(axial(&mut solver, &young_tissue(), euler(mode) * (1.0 - 1e-6)).negative, negative - 2);
-        assert_eq!(axial(&mut solver, &young_tissue(), euler(mode) * (1.0 + 1e-6)).negative, negative);
+        assert_eq!(
+            axial(&mut solver, &young_tissue(), euler(mode) * (1.0 - 1e-6)).negative,
+            negative - 2
+        );
+        assert_eq!(
+            axial(&mut solver, &young_tissue(), euler(mode) * (1.0 + 1e-6)).negative,
+            negative
+        );
     }
     for tension in [0.0, 1.0, 100.0, 1e6] {
         let signs = axial(&mut solver, &young_tissue(), -tension);
@@ -195,18 +231,28 @@ fn buckled_column_matches_the_elastica() {
         let miss = |elements: usize| {
             let mut rod = straight(elements, UnitQuaternion::identity());
             let push = apical(0.0, 0.0, -k * k);
-            let found = solve_tight(&mut rod, &young_tissue(), &push, &weightless()).expect("an equilibrium");
+            let found = solve_tight(&mut rod, &young_tissue(), &push, &weightless())
+                .expect("an equilibrium");
             // The shape is stable, and a rotation about the load is neutral.
-            assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 1), "{degrees}°");
+            assert_eq!(
+                (found.inertia.negative, found.inertia.neutral),
+                (0, 1),
+                "{degrees}°"
+            );
             let (tip, up) = (rod.tip() / SPAN, rod.apex_frame() * Vector3::z());
             let slope = up.xy().norm().atan2(up.z) - degrees.to_radians();
-            (tip.xy().norm() - 2.0 * p / k).hypot(tip.z - 2.0 * e / k + 1.0).max(slope.abs())
+            (tip.xy().norm() - 2.0 * p / k)
+                .hypot(tip.z - 2.0 * e / k + 1.0)
+                .max(slope.abs())
         };
         // The bound is that of the cantilever. Near the critical load, the amplitude amplifies
         // rounding by 1/p².
         let (coarse, fine) = (miss(16), miss(64));
         let promised = coarse / 256.0 + 1e-14 / (p * p);
-        assert!(coarse < 1e-9 && fine < promised, "{degrees}°: {coarse:e} with 16 elements, {fine:e} with 64");
+        assert!(
+            coarse < 1e-9 && fine < promised,
+            "{degrees}°: {coarse:e} with 16 elements, {fine:e} with 64"
+        );
     }
 }
 
@@ -218,13 +264,28 @@ fn lateral_force_selects_the_direction_of_buckling() {
         let mut rod = straight(16, UnitQuaternion::identity());
         let push = apical(4e-4 * cos, 4e-4 * sin, -4.0);
         let (law, push): (&dyn Constitutive, &dyn Load) = (&young_tissue(), &push);
-        let found = NewtonSolver::default().solve(&mut rod, &law, &push, &weightless()).expect("an equilibrium");
-        assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "azimuth {azimuth}");
-        let (tip, sideways) = (rod.tip() / SPAN, (rod.tip().y * cos - rod.tip().x * sin) / SPAN);
+        let found = NewtonSolver::default()
+            .solve(&mut rod, &law, &push, &weightless())
+            .expect("an equilibrium");
+        assert_eq!(
+            (found.inertia.negative, found.inertia.neutral),
+            (0, 0),
+            "azimuth {azimuth}"
+        );
+        let (tip, sideways) = (
+            rod.tip() / SPAN,
+            (rod.tip().y * cos - rod.tip().x * sin) / SPAN,
+        );
         // Only the lateral force resists a rotation of the plane of bending. Its pivot is the
         // smallest one, and the inverse of its margin amplifies rounding.
         let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
-        assert!(sideways.abs() < promised, "azimuth {azimuth}: {sideways:e} against {promised:e}");
-        assert!(promised < 1e-8 && tip.x * cos + tip.y * sin > 0.5, "azimuth {azimuth}: {tip:?}, {promised:e}");
+        assert!(
+            sideways.abs() < promised,
+            "azimuth {azimuth}: {sideways:e} against {promised:e}"
+        );
+        assert!(
+            promised < 1e-8 && tip.x * cos + tip.y * sin > 0.5,
+            "azimuth {azimuth}: {tip:?}, {promised:e}"
+        );
     }
 }

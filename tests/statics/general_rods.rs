@@ -7,8 +7,8 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::rods::{
-    DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, RADIUS, back_to_base, bending_stiffness, cases, sag, solve_tight,
-    young_tissue,
+    DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, RADIUS, back_to_base, bending_stiffness, cases,
+    sag, solve_tight, young_tissue,
 };
 use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
@@ -56,13 +56,22 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
     let finest = settled(128, Order::default());
     // The bound is the step error of the integration and the rounding of its 2 · 4000 additions.
     let certain = known.error / LENGTH + 8000.0 * f64::EPSILON;
-    assert_abs_diff_eq!(InNorm(finest.tip().xz()), InNorm(Vector2::from(known.value)), epsilon = certain * LENGTH);
+    assert_abs_diff_eq!(
+        InNorm(finest.tip().xz()),
+        InNorm(Vector2::from(known.value)),
+        epsilon = certain * LENGTH
+    );
     for order in Order::ALL {
         let error = |k: i32| (settled(1 << k, order).tip() - finest.tip()).norm() / LENGTH;
-        let errors: Vec<f64> = (1..8).map(error).filter(|e| (1e-13..1e-3).contains(e)).collect();
+        let errors: Vec<f64> = (1..8)
+            .map(error)
+            .filter(|e| (1e-13..1e-3).contains(e))
+            .collect();
         // Only the two finest halvings are used. Coarse meshes do not resolve the taper, and their
         // error changes sign.
-        let [.., first, _, last] = errors[..] else { panic!("{order:?}: {errors:?}") };
+        let [.., first, _, last] = errors[..] else {
+            panic!("{order:?}: {errors:?}")
+        };
         let observed = (first / last).log2() / 2.0;
         let expected = order.exponent() as f64;
         assert!(
@@ -73,8 +82,18 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
     // A Gauss rule with two or more points integrates r², a polynomial of degree two, exactly. The
     // remaining error is the rounding of 128 elements.
     let rounding = 128.0 * f64::EPSILON;
-    assert_relative_eq!(finest.volume(), conical_volume(LENGTH), epsilon = 0.0, max_relative = rounding);
-    assert_relative_eq!(finest.length(), LENGTH, epsilon = 0.0, max_relative = rounding);
+    assert_relative_eq!(
+        finest.volume(),
+        conical_volume(LENGTH),
+        epsilon = 0.0,
+        max_relative = rounding
+    );
+    assert_relative_eq!(
+        finest.length(),
+        LENGTH,
+        epsilon = 0.0,
+        max_relative = rounding
+    );
 }
 
 /// Relative error of a solved rod, and a bound on it. The balance equations are integrated from the
@@ -96,15 +115,23 @@ fn imbalance(
     let run = |apex: &UnitQuaternion<f64>| back_to_base(length, apex, 400, &strain, force);
     let known = run(&rod.apex_frame());
     let base = rod.frames()[0].to_rotation_matrix().into_inner();
-    let missed = (known.value.0 - base).norm().max((known.value.1 - rod.tip()).norm() / length);
+    let missed = (known.value.0 - base)
+        .norm()
+        .max((known.value.1 - rod.tip()).norm() / length);
     // Amplification of an error of the apex frame by the integration to the base, from small
     // rotations about three axes.
     let growth = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
         let other = run(&(rod.apex_frame() * UnitQuaternion::from_scaled_axis(axis * 1e-6)));
-        (other.value.0 - known.value.0).norm().max((other.value.1 - known.value.1).norm() / length) / 1e-6
+        (other.value.0 - known.value.0)
+            .norm()
+            .max((other.value.1 - known.value.1).norm() / length)
+            / 1e-6
     });
     let growth = growth.iter().copied().fold(1.0, f64::max);
-    (missed, known.error + 3.0 * growth * uncertain + 800.0 * 4.0 * f64::EPSILON)
+    (
+        missed,
+        known.error + 3.0 * growth * uncertain + 800.0 * 4.0 * f64::EPSILON,
+    )
 }
 
 proptest! {
@@ -170,9 +197,14 @@ impl Stiffening {
         let size = couple.norm();
         let mut e = (size / self.linear).min((size / self.cubic).cbrt());
         for _ in 0..60 {
-            e -= (self.linear * e + self.cubic * e.powi(3) - size) / (self.linear + 3.0 * self.cubic * e * e);
+            e -= (self.linear * e + self.cubic * e.powi(3) - size)
+                / (self.linear + 3.0 * self.cubic * e * e);
         }
-        if size > 0.0 { couple * (e / size) } else { Vector3::zeros() }
+        if size > 0.0 {
+            couple * (e / size)
+        } else {
+            Vector3::zeros()
+        }
     }
 }
 
@@ -180,7 +212,11 @@ impl Constitutive for Stiffening {
     fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let square = strain.norm_squared();
         let secant = self.linear + self.cubic * square;
-        let cubic = if self.crude_tangent { self.cubic } else { 2.0 * self.cubic };
+        let cubic = if self.crude_tangent {
+            self.cubic
+        } else {
+            2.0 * self.cubic
+        };
         ElasticResponse {
             energy: 0.5 * self.linear * square + 0.25 * self.cubic * square * square,
             couple: strain * secant,
@@ -197,7 +233,11 @@ impl Constitutive for Stiffening {
 /// Tissue whose cubic part equals the linear part at a radius of curvature of 3 cm.
 fn stiffening(crude_tangent: bool) -> Stiffening {
     let linear = bending_stiffness();
-    Stiffening { linear, cubic: linear * 0.03 * 0.03, crude_tangent }
+    Stiffening {
+        linear,
+        cubic: linear * 0.03 * 0.03,
+        crude_tangent,
+    }
 }
 
 #[test]
@@ -205,9 +245,15 @@ fn user_written_stiffening_tissue_satisfies_the_balance_equations() {
     let scene = Still::tilted(FRAC_PI_2);
     let environment = scene.environment(0.0);
     let unit = bending_stiffness() / LENGTH.powi(2);
-    let loads = (Weight { density: 2.0 * DENSITY }, ApicalForce(move |_: f64| Vector3::new(0.0, 2.0, -1.0) * unit));
+    let loads = (
+        Weight {
+            density: 2.0 * DENSITY,
+        },
+        ApicalForce(move |_: f64| Vector3::new(0.0, 2.0, -1.0) * unit),
+    );
     let solve = |law: &Stiffening, elements: usize| {
-        let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, Order::default()).expect("a rod");
+        let mut rod =
+            Rod::uniform(LENGTH, RADIUS, scene.base, elements, Order::default()).expect("a rod");
         let found = solve_tight(&mut rod, law, &loads, &environment).expect("an equilibrium");
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0));
         (rod, found)
@@ -215,14 +261,28 @@ fn user_written_stiffening_tissue_satisfies_the_balance_equations() {
     let law = stiffening(false);
     let ((coarse, _), (rod, found)) = (solve(&law, 16), solve(&law, 32));
     let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error;
-    let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, |_, couple| law.strain(couple));
-    assert!(missed < promised && promised < 1e-9, "{missed:e} against {promised:e}");
+    let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, |_, couple| {
+        law.strain(couple)
+    });
+    assert!(
+        missed < promised && promised < 1e-9,
+        "{missed:e} against {promised:e}"
+    );
     // Newton's method converges quadratically only with the exact tangent. With the crude tangent
     // it converges linearly, and the same shape takes many more iterations.
     let (other, crude) = solve(&stiffening(true), 32);
     assert!(found.iterations <= 8, "{} iterations", found.iterations);
-    assert!(crude.iterations >= 2 * found.iterations, "{} against {}", crude.iterations, found.iterations);
-    assert_abs_diff_eq!(InNorm(other.tip()), InNorm(rod.tip()), epsilon = 1e-11 * LENGTH);
+    assert!(
+        crude.iterations >= 2 * found.iterations,
+        "{} against {}",
+        crude.iterations,
+        found.iterations
+    );
+    assert_abs_diff_eq!(
+        InNorm(other.tip()),
+        InNorm(rod.tip()),
+        epsilon = 1e-11 * LENGTH
+    );
     // The rod is stiffer than with the linear part alone.
     let (soft, _) = solve(&Stiffening { cubic: 0.0, ..law }, 32);
     assert!(soft.tip().z < rod.tip().z - 0.01 * LENGTH);
@@ -232,21 +292,31 @@ fn user_written_stiffening_tissue_satisfies_the_balance_equations() {
 fn strain_converges_to_the_couple_over_the_stiffness_at_order_p_plus_1() {
     let base = Still::tilted(FRAC_PI_2).base;
     let force = Vector3::new(0.0, 2.0, -3.0) * (bending_stiffness() / LENGTH.powi(2));
-    let tissue = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: 0.3 };
+    let tissue = LinearElastic {
+        youngs_modulus: MODULUS,
+        poissons_ratio: 0.3,
+    };
     let stiffness = tissue.stiffness(RADIUS);
     for order in Order::ALL {
         let p = order.points();
         let error = |elements: usize| {
             let mut rod = Rod::uniform(LENGTH, RADIUS, base, elements, order).expect("a rod");
             let pull = ApicalForce(move |_: f64| force);
-            let _ = solve_tight(&mut rod, &tissue, &pull, &rods::weightless()).expect("an equilibrium");
+            let _ =
+                solve_tight(&mut rod, &tissue, &pull, &rods::weightless()).expect("an equilibrium");
             // A dead load on the apex gives the couple (p(ℓ) − p(s)) × F at s.
             let misfit = |(i, point): (usize, &morphorod::rod::MaterialPoint)| {
                 let (position, frame) = rod.at(LENGTH - point.apex_distance).expect("on the rod");
                 let couple = frame.inverse() * (rod.tip() - position).cross(&force);
-                (rod.strain(i / p, i % p).expect("a point") - couple.component_div(&stiffness)).norm() * LENGTH
+                (rod.strain(i / p, i % p).expect("a point") - couple.component_div(&stiffness))
+                    .norm()
+                    * LENGTH
             };
-            rod.points().iter().enumerate().map(misfit).fold(0.0, f64::max)
+            rod.points()
+                .iter()
+                .enumerate()
+                .map(misfit)
+                .fold(0.0, f64::max)
         };
         let errors = [8, 16, 32].map(error);
         let observed = (errors[0] / errors[2]).log2() / 2.0;
@@ -265,7 +335,8 @@ fn sagged(law: &dyn Constitutive, exit: f64) -> Vector3<f64> {
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 8, Order::default()).expect("a rod");
     rod.set_mature(exit);
     let weight = Weight { density: DENSITY };
-    let _ = solve_tight(&mut rod, law, &weight, &scene.environment(518_400.0)).expect("an equilibrium");
+    let _ =
+        solve_tight(&mut rod, law, &weight, &scene.environment(518_400.0)).expect("an equilibrium");
     rod.tip()
 }
 
@@ -275,22 +346,45 @@ fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
     // E I is 4.908738521234052e-7 N m².
     let bending = 4.908_738_521_234_052e-7;
     for (nu, torsion) in [(0.5, bending / 1.5), (0.0, bending), (-0.5, 2.0 * bending)] {
-        let stiffness = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: nu }.stiffness(RADIUS);
+        let stiffness = LinearElastic {
+            youngs_modulus: MODULUS,
+            poissons_ratio: nu,
+        }
+        .stiffness(RADIUS);
         let expected = Vector3::new(bending, bending, torsion);
         assert!(
-            abs_diff_eq!(InNorm(stiffness), InNorm(expected), epsilon = 8.0 * f64::EPSILON * bending),
+            abs_diff_eq!(
+                InNorm(stiffness),
+                InNorm(expected),
+                epsilon = 8.0 * f64::EPSILON * bending
+            ),
             "ν = {nu}: {stiffness} against {expected}"
         );
     }
     // Equation (13) has E0 = 10 MPa, E1 = 200 E0 and a lignification time of 6 days. The cases are
     // growing tissue, tissue at its exit from the growth zone, and tissue 6 days after its exit.
-    let law = Lignifying { young: young_tissue(), mature_modulus: 200.0 * MODULUS, time: 518_400.0 };
-    for (exit, modulus) in [(f64::INFINITY, 1.0), (518_400.0, 1.0), (0.0, 200.0 - 199.0 * (-1_f64).exp())] {
-        let tissue = LinearElastic { youngs_modulus: modulus * MODULUS, poissons_ratio: 0.5 };
+    let law = Lignifying {
+        young: young_tissue(),
+        mature_modulus: 200.0 * MODULUS,
+        time: 518_400.0,
+    };
+    for (exit, modulus) in [
+        (f64::INFINITY, 1.0),
+        (518_400.0, 1.0),
+        (0.0, 200.0 - 199.0 * (-1_f64).exp()),
+    ] {
+        let tissue = LinearElastic {
+            youngs_modulus: modulus * MODULUS,
+            poissons_ratio: 0.5,
+        };
         let (lignified, linear) = (sagged(&law, exit), sagged(&tissue, exit));
         // The two problems differ only by the rounding of the modulus.
         assert!(
-            abs_diff_eq!(InNorm(lignified), InNorm(linear), epsilon = 64.0 * f64::EPSILON * LENGTH),
+            abs_diff_eq!(
+                InNorm(lignified),
+                InNorm(linear),
+                epsilon = 64.0 * f64::EPSILON * LENGTH
+            ),
             "{modulus}: {lignified} against {linear}"
         );
     }
@@ -301,12 +395,26 @@ fn law_with_nan_energy_is_refused_and_leaves_the_rod() {
     struct Broken;
     impl Constitutive for Broken {
         fn respond(&self, _: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-            ElasticResponse { energy: f64::NAN, couple: *strain, tangent: Matrix3::identity() }
+            ElasticResponse {
+                energy: f64::NAN,
+                couple: *strain,
+                tangent: Matrix3::identity(),
+            }
         }
     }
-    let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, Order::default()).expect("a rod");
+    let mut rod = Rod::uniform(
+        LENGTH,
+        RADIUS,
+        UnitQuaternion::identity(),
+        4,
+        Order::default(),
+    )
+    .expect("a rod");
     let before = rod.clone();
     let answer = solve_tight(&mut rod, &Broken, &(), &rods::weightless());
-    assert!(matches!(answer, Err(EquilibriumError::NotFinite { .. })), "{answer:?}");
+    assert!(
+        matches!(answer, Err(EquilibriumError::NotFinite { .. })),
+        "{answer:?}"
+    );
     assert_eq!(rod, before);
 }

@@ -18,7 +18,14 @@ fn exact_tip() -> Vector3<f64> {
 }
 
 fn straight(elements: usize, order: Order) -> Rod {
-    Rod::uniform(LENGTH, RADIUS, Still::tilted(FRAC_PI_2).base, elements, order).expect("a rod")
+    Rod::uniform(
+        LENGTH,
+        RADIUS,
+        Still::tilted(FRAC_PI_2).base,
+        elements,
+        order,
+    )
+    .expect("a rod")
 }
 
 /// Error of the tip relative to the length.
@@ -38,8 +45,14 @@ fn tip_of_horizontal_rod_converges_at_the_order_of_the_elements() {
     for order in Order::ALL {
         let errors: Vec<f64> = (0..8).map(|k| mesh_error(1 << k, order)).collect();
         // Above 1e-3 the leading term does not dominate yet. Below 1e-13 rounding dominates.
-        let used: Vec<f64> = errors.iter().copied().filter(|e| (1e-13..1e-3).contains(e)).collect();
-        let [first, .., last] = used[used.len() - 4..] else { panic!("{order:?} has too few errors: {errors:?}") };
+        let used: Vec<f64> = errors
+            .iter()
+            .copied()
+            .filter(|e| (1e-13..1e-3).contains(e))
+            .collect();
+        let [first, .., last] = used[used.len() - 4..] else {
+            panic!("{order:?} has too few errors: {errors:?}")
+        };
         let observed = (first / last).log2() / 3.0;
         // The next term of the error, h² times the leading one, changes the mean observed order
         // over three halvings by 0.1 to 0.2.
@@ -73,30 +86,46 @@ fn very_short_elements_do_not_increase_the_error() {
         let mut nodes = Rod::equal_nodes(LENGTH, 8);
         nodes.insert(5, nodes[4] + sliver * LENGTH);
         let scene = Still::tilted(FRAC_PI_2);
-        let mut rod = Rod::straight(&nodes, |_| RADIUS, scene.base, Order::default()).expect("a rod");
+        let mut rod =
+            Rod::straight(&nodes, |_| RADIUS, scene.base, Order::default()).expect("a rod");
         let found = sag(&mut rod, DENSITY, &scene);
-        assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "sliver of {sliver:e}");
+        assert_eq!(
+            (found.inertia.negative, found.inertia.neutral),
+            (0, 0),
+            "sliver of {sliver:e}"
+        );
         // Splitting an element can only reduce the discretisation error. The bound allows ten
         // percent more for the uneven mesh.
-        assert!(error(&rod) < 1.1 * coarse, "sliver of {sliver:e}: {:e} against {coarse:e}", error(&rod));
+        assert!(
+            error(&rod) < 1.1 * coarse,
+            "sliver of {sliver:e}: {:e} against {coarse:e}",
+            error(&rod)
+        );
     }
 }
 
 #[test]
 fn straight_initial_guess_needs_few_iterations_on_every_mesh() {
     // Newton's method squares the error in each iteration. Elements of lower order and rods of two
-    // elements take (3, 3, 5) iterations, factorisations and evaluations. Others start from a coarse
-    // mesh and take (2, 2, 2).
+    // elements take (3, 3, 5) iterations, factorisations and evaluations. Others start from a
+    // coarse mesh and take (2, 2, 2).
     for order in Order::ALL {
         for elements in [2, 8, 32, 128] {
-            let found = sag(&mut straight(elements, order), DENSITY, &Still::tilted(FRAC_PI_2));
+            let found = sag(
+                &mut straight(elements, order),
+                DENSITY,
+                &Still::tilted(FRAC_PI_2),
+            );
             let straight = order != Order::Eight || elements == 2;
             let (tangents, gradients) = if straight { (3, 5) } else { (2, 2) };
             assert!(
                 found.iterations <= tangents && found.factorisations <= tangents,
                 "{order:?}, {elements}: {found:?}"
             );
-            assert!(found.evaluations <= gradients, "{order:?}, {elements}: {found:?}");
+            assert!(
+                found.evaluations <= gradients,
+                "{order:?}, {elements}: {found:?}"
+            );
         }
     }
 }
@@ -108,19 +137,30 @@ fn small_load_change_and_straight_guess_need_one_factorisation() {
         let mut solver = NewtonSolver::default();
         let mut solve = |rod: &mut Rod, density: f64| {
             let found = solver
-                .solve(rod, &young_tissue(), &Weight { density }, &scene.environment(0.0))
+                .solve(
+                    rod,
+                    &young_tissue(),
+                    &Weight { density },
+                    &scene.environment(0.0),
+                )
                 .expect("an equilibrium");
-            assert!(found.error <= 1e-11 && found.inertia.negative == 0, "{found:?}");
+            assert!(
+                found.error <= 1e-11 && found.inertia.negative == 0,
+                "{found:?}"
+            );
             (found.iterations, found.factorisations, found.evaluations)
         };
         let mut rod = straight(elements, Order::default());
-        // The initial guess is the equilibrium on a mesh with a quarter of the elements. Newton's step
-        // squares its error, and one chord step follows.
+        // The initial guess is the equilibrium on a mesh with a quarter of the elements. Newton's
+        // step squares its error, and one chord step follows.
         assert_eq!(solve(&mut rod, DENSITY), (1, 1, 1), "{elements} elements");
         // A thousandth more load gives a step of about 1e-3 rad with an error of 1e-6. Two chord
         // steps reduce it below 1e-11.
         let (iterations, factorisations, evaluations) = solve(&mut rod, 1.001 * DENSITY);
-        assert!((iterations, factorisations) == (1, 1) && evaluations <= 2, "{iterations}, {evaluations}");
+        assert!(
+            (iterations, factorisations) == (1, 1) && evaluations <= 2,
+            "{iterations}, {evaluations}"
+        );
     }
 }
 
@@ -133,7 +173,11 @@ fn equilibrium_as_initial_guess_takes_one_iteration() {
     let again = sag(&mut rod, DENSITY, &scene);
     assert_eq!(again.iterations, 1);
     // The correction is the rounding of frames and couples.
-    assert_abs_diff_eq!(InNorm(rod.tip()), InNorm(before.tip()), epsilon = 16.0 * f64::EPSILON * LENGTH);
+    assert_abs_diff_eq!(
+        InNorm(rod.tip()),
+        InNorm(before.tip()),
+        epsilon = 16.0 * f64::EPSILON * LENGTH
+    );
 }
 
 #[test]
@@ -146,15 +190,29 @@ fn reported_error_bounds_the_actual_error_of_the_horizontal_rod() {
         let density = DENSITY * f64::from(percent) / 100.0;
         let mut loose = straight(8, Order::default());
         let found = NewtonSolver::with_tolerance(1e-3)
-            .solve(&mut loose, &young_tissue(), &Weight { density }, &scene.environment(0.0))
+            .solve(
+                &mut loose,
+                &young_tissue(),
+                &Weight { density },
+                &scene.environment(0.0),
+            )
             .expect("converges");
         let mut settled = loose.clone();
         let _ = sag(&mut settled, density, &scene);
-        let left = loose.frames().iter().zip(settled.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
+        let left = loose
+            .frames()
+            .iter()
+            .zip(settled.frames())
+            .map(|(a, b)| a.angle_to(b))
+            .fold(0.0, f64::max);
         assert!(found.error <= 1e-3);
         // An estimate from the ratio of two steps is accurate to a small factor, three here, above
         // rounding.
-        assert!(left < 3.0 * found.error + 16.0 * f64::EPSILON, "{percent} %: {left:e}, reported {:e}", found.error);
+        assert!(
+            left < 3.0 * found.error + 16.0 * f64::EPSILON,
+            "{percent} %: {left:e}, reported {:e}",
+            found.error
+        );
     }
 }
 
@@ -164,7 +222,9 @@ fn tip_error_is_bounded_by_the_tolerance() {
         let mut rod = straight(32, Order::default());
         let scene = Still::tilted(FRAC_PI_2);
         let weight = Weight { density: DENSITY };
-        let found = solver.solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0)).expect("converges");
+        let found = solver
+            .solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0))
+            .expect("converges");
         assert!(found.error <= solver.tolerance);
         error(&rod)
     };

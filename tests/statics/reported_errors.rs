@@ -1,5 +1,5 @@
-//! The error that the solver reports bounds the actual error of random shoots. A search that fails reports a wrong
-//! elastic law.
+//! The error that the solver reports bounds the actual error of random shoots. A search that fails
+//! reports a wrong elastic law.
 
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, bending_stiffness, cases, young_tissue};
 use morphorod::check::Quantity;
@@ -55,15 +55,28 @@ fn solver_that_fails_reports_the_wrong_tangent() {
     impl Constitutive for Soft {
         fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
             let response = self.0.respond(tissue, strain);
-            let tangent = Matrix3::from_diagonal(&response.tangent.diagonal().map(|stiffness| 0.3 * stiffness));
-            ElasticResponse { tangent, ..response }
+            let tangent = Matrix3::from_diagonal(
+                &response.tangent.diagonal().map(|stiffness| 0.3 * stiffness),
+            );
+            ElasticResponse {
+                tangent,
+                ..response
+            }
         }
     }
     let mut rod = Rod::uniform(0.05, 5e-4, UnitQuaternion::identity(), 4, Order::Eight).unwrap();
-    let (law, load) = (Soft(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }), Weight { density: 1000.0 });
+    let (law, load) = (
+        Soft(LinearElastic {
+            youngs_modulus: 1e7,
+            poissons_ratio: 0.5,
+        }),
+        Weight { density: 1000.0 },
+    );
     let environment = Still::upright().environment(0.0);
     let force = (load, ApicalForce(|_: f64| Vector3::new(1e-3, 0.0, 0.0)));
     let found = NewtonSolver::default().solve(&mut rod, &law, &force, &environment);
-    let Err(EquilibriumError::Law(error)) = found else { panic!("{found:?}") };
+    let Err(EquilibriumError::Law(error)) = found else {
+        panic!("{found:?}")
+    };
     assert_eq!(error.quantity, Quantity::Tangent(0, 0));
 }

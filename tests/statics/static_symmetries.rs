@@ -34,19 +34,39 @@ struct Case {
 impl Case {
     /// Solves for the equilibrium from a straight initial guess.
     fn solve(&self) -> (Rod, Equilibrium) {
-        let mut rod = Rod::uniform(self.length, self.radius, self.base, 12, Order::default()).expect("a rod");
-        rod.set_intrinsic(|point| self.strain[0] + self.strain[1] * (1.0 - point.apex_distance / self.length));
+        let mut rod =
+            Rod::uniform(self.length, self.radius, self.base, 12, Order::default()).expect("a rod");
+        rod.set_intrinsic(|point| {
+            self.strain[0] + self.strain[1] * (1.0 - point.apex_distance / self.length)
+        });
         let found = self.equilibrate(&mut rod);
         (rod, found)
     }
 
     fn equilibrate(&self, rod: &mut Rod) -> Equilibrium {
-        let tissue = LinearElastic { youngs_modulus: self.modulus, poissons_ratio: 0.3 };
+        let tissue = LinearElastic {
+            youngs_modulus: self.modulus,
+            poissons_ratio: 0.3,
+        };
         let force = self.apical;
-        let loads = (Weight { density: self.density }, ApicalForce(move |_: f64| force), Distributed(self.distributed));
+        let loads = (
+            Weight {
+                density: self.density,
+            },
+            ApicalForce(move |_: f64| force),
+            Distributed(self.distributed),
+        );
         let (law, load): (&dyn Constitutive, &dyn Load) = (&tissue, &loads);
         NewtonSolver::with_tolerance(PRECISION)
-            .solve(rod, &law, &load, &Environment { time: 0.0, gravity: self.gravity })
+            .solve(
+                rod,
+                &law,
+                &load,
+                &Environment {
+                    time: 0.0,
+                    gravity: self.gravity,
+                },
+            )
             .expect("an equilibrium")
     }
 }
@@ -60,14 +80,19 @@ fn rotation() -> impl Strategy<Value = UnitQuaternion<f64>> {
 }
 
 /// Random shoots of 6 cm length. Under 9.81 m/s², q ℓ³/(E I) is at most about 12, which is 1.5
-/// times the self-buckling load. Each component of gravity is at most 9.81 m/s². The other loads are of
-/// similar size. Each component of a ℓ and b ℓ is at most 1 rad.
+/// times the self-buckling load. Each component of gravity is at most 9.81 m/s². The other loads
+/// are of similar size. Each component of a ℓ and b ℓ is at most 1 rad.
 fn case() -> impl Strategy<Value = Case> {
     let length = 0.06;
     let force = 3.0 * bending_stiffness() / (length * length);
-    let loads = (0.0..12.0_f64, vector(1.0), vector(force), vector(force / length));
-    (loads, rotation(), vector(1.0), vector(1.0)).prop_map(move |((load, down, apical, distributed), base, a, b)| {
-        Case {
+    let loads = (
+        0.0..12.0_f64,
+        vector(1.0),
+        vector(force),
+        vector(force / length),
+    );
+    (loads, rotation(), vector(1.0), vector(1.0)).prop_map(
+        move |((load, down, apical, distributed), base, a, b)| Case {
             length,
             radius: RADIUS,
             modulus: MODULUS,
@@ -77,8 +102,8 @@ fn case() -> impl Strategy<Value = Case> {
             apical,
             distributed,
             strain: [a / length, b / length],
-        }
-    })
+        },
+    )
 }
 
 /// Bound on the difference of two equilibria, rad. It is the sum of three times their error
@@ -88,7 +113,10 @@ fn promised(a: &Equilibrium, b: &Equilibrium) -> f64 {
 }
 
 /// Largest angle between the frames of two rods, rad.
-fn apart<'a>(a: impl Iterator<Item = UnitQuaternion<f64>>, b: impl Iterator<Item = &'a UnitQuaternion<f64>>) -> f64 {
+fn apart<'a>(
+    a: impl Iterator<Item = UnitQuaternion<f64>>,
+    b: impl Iterator<Item = &'a UnitQuaternion<f64>>,
+) -> f64 {
     a.zip(b).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max)
 }
 
@@ -191,16 +219,29 @@ proptest! {
 
 #[test]
 fn boxed_and_absent_loads_act_like_plain_loads() {
-    let rod = || Rod::uniform(0.06, RADIUS, UnitQuaternion::identity(), 8, Order::default()).expect("a rod");
+    let rod = || {
+        Rod::uniform(
+            0.06,
+            RADIUS,
+            UnitQuaternion::identity(),
+            8,
+            Order::default(),
+        )
+        .expect("a rod")
+    };
     let push = |_: f64| Vector3::new(1e-5, 2e-5, 0.0);
-    let environment = Environment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -GRAVITY) };
+    let environment = Environment {
+        time: 0.0,
+        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
+    };
     let weight = Weight { density: 1000.0 };
     let boxed: Box<dyn Load> = Box::new(ApicalForce(push));
     let absent: Option<Distributed> = None;
     let (mut plain, mut dressed) = (rod(), rod());
     let law: &dyn Constitutive = &young_tissue();
-    let solve =
-        |rod: &mut Rod, load: &dyn Load| NewtonSolver::with_tolerance(PRECISION).solve(rod, &law, &load, &environment);
+    let solve = |rod: &mut Rod, load: &dyn Load| {
+        NewtonSolver::with_tolerance(PRECISION).solve(rod, &law, &load, &environment)
+    };
     let one = solve(&mut plain, &(weight, ApicalForce(push)));
     let other = solve(&mut dressed, &(weight, boxed, (), absent));
     assert_eq!((one, plain), (other, dressed));

@@ -11,7 +11,14 @@ use nalgebra::Vector3;
 
 fn solve(solver: &mut NewtonSolver, rod: &mut Rod) -> Equilibrium {
     let environment = Still::upright().environment(0.0);
-    solver.solve(rod, &young_tissue(), &Weight { density: DENSITY }, &environment).unwrap()
+    solver
+        .solve(
+            rod,
+            &young_tissue(),
+            &Weight { density: DENSITY },
+            &environment,
+        )
+        .unwrap()
 }
 
 /// A shoot on an upright base, longer than its critical length of 79 mm, in equilibrium.
@@ -22,13 +29,20 @@ fn buckled(elements: usize, order: Order) -> (Rod, NewtonSolver) {
     (rod, solver)
 }
 
-/// The shoot buckles in the plane of d1. It then turns to the plane of its intrinsic curvature, by symmetry. Without
-/// corrections each step turned it by about 3e-3 rad, so that 300 to more than 1000 iterations were necessary. At the
-/// angle π/2 the tangent is neutral in this direction.
+/// The shoot buckles in the plane of d1. It then turns to the plane of its intrinsic curvature, by
+/// symmetry. Without corrections each step turned it by about 3e-3 rad, so that 300 to more than
+/// 1000 iterations were necessary. At the angle π/2 the tangent is neutral in this direction.
 #[test]
 fn buckled_shoot_turns_to_the_plane_of_its_intrinsic_curvature() {
-    let cases =
-        [(1.0, 1e-8), (FRAC_PI_2, 1e-2), (FRAC_PI_2, 1e-6), (FRAC_PI_2, 1e-8), (3.0, 1e-2), (3.0, 1e-4), (3.0, 1e-6)];
+    let cases = [
+        (1.0, 1e-8),
+        (FRAC_PI_2, 1e-2),
+        (FRAC_PI_2, 1e-6),
+        (FRAC_PI_2, 1e-8),
+        (3.0, 1e-2),
+        (3.0, 1e-4),
+        (3.0, 1e-6),
+    ];
     for (order, elements) in [(Order::Four, 4), (Order::Four, 32), (Order::Eight, 12)] {
         for (angle, curvature) in cases {
             let (mut rod, mut solver) = buckled(elements, order);
@@ -37,17 +51,26 @@ fn buckled_shoot_turns_to_the_plane_of_its_intrinsic_curvature() {
             let found = solve(&mut solver, &mut rod);
             let error = (rod.tip().y.atan2(rod.tip().x) - angle).abs();
             println!("{order:?}, {angle} rad, {curvature} 1/m: {error:e} rad, {found:?}");
-            assert!(found.iterations <= 50 && found.inertia.negative == 0, "{found:?}");
-            // The intrinsic curvature κ exerts couples of E I κ = 5e-7 κ N m about the vertical. Rounding of the
-            // couples of the weight, 2e-16 of 1e-4 N m, therefore rotates the rod by 5e-14/κ rad.
+            assert!(
+                found.iterations <= 50 && found.inertia.negative == 0,
+                "{found:?}"
+            );
+            // The intrinsic curvature κ exerts couples of E I κ = 5e-7 κ N m about the vertical.
+            // Rounding of the couples of the weight, 2e-16 of 1e-4 N m, therefore rotates the rod
+            // by 5e-14/κ rad.
             assert!(found.error <= 1e-9 + 1e-12 / curvature, "{found:?}");
-            assert!(error <= 2.0 * found.error + 1e-13 / curvature, "{error:e} {:e}", found.error);
+            assert!(
+                error <= 2.0 * found.error + 1e-13 / curvature,
+                "{error:e} {:e}",
+                found.error
+            );
         }
     }
 }
 
-/// At the angle π/2 the tangent is neutral. A search for any equilibrium ends in the plane of the intrinsic curvature.
-/// The shape on the side to which the curvature bends the rod is stable, and that on the other side is a saddle.
+/// At the angle π/2 the tangent is neutral. A search for any equilibrium ends in the plane of the
+/// intrinsic curvature. The shape on the side to which the curvature bends the rod is stable, and
+/// that on the other side is a saddle.
 #[test]
 fn neutral_shape_that_is_not_balanced_is_left_for_any_equilibrium() {
     let (mut rod, mut solver) = buckled(12, Order::Eight);
@@ -56,6 +79,13 @@ fn neutral_shape_that_is_not_balanced_is_left_for_any_equilibrium() {
     let found = solve(&mut solver, &mut rod);
     let tip = rod.tip();
     // Rounding rotates the rod by 1e-13/κ, as above.
-    assert!(tip.x.abs() < 1e-9 * tip.y.abs() && tip.y.abs() > 0.03, "{tip}");
-    assert_eq!((found.inertia.negative, found.inertia.neutral), (usize::from(tip.y < 0.0), 0), "{found:?}");
+    assert!(
+        tip.x.abs() < 1e-9 * tip.y.abs() && tip.y.abs() > 0.03,
+        "{tip}"
+    );
+    assert_eq!(
+        (found.inertia.negative, found.inertia.neutral),
+        (usize::from(tip.y < 0.0), 0),
+        "{found:?}"
+    );
 }

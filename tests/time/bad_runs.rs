@@ -6,7 +6,9 @@ use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use crate::fixtures::messages::names;
-use crate::fixtures::shoots::{BETA, ETA, HOUR, RADIUS, WEIGHT, YOUNG, assert_sound, growing, righting};
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, RADIUS, WEIGHT, YOUNG, assert_sound, growing, righting,
+};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
@@ -14,15 +16,19 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Weight};
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response, Site, Statoliths, TropismLaw,
-    Variable,
+    Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response, Site,
+    Statoliths, TropismLaw, Variable,
 };
 use morphorod::{Shoot, Still};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
 /// Asserts that the error contains the name of the parameter and its value.
-fn assert_refused(answer: Result<morphorod::integrator::Statistics, IntegrationError>, words: &str, value: f64) {
+fn assert_refused(
+    answer: Result<morphorod::integrator::Statistics, IntegrationError>,
+    words: &str,
+    value: f64,
+) {
     let error = answer.expect_err(words);
     let text = error.to_string();
     assert!(text.contains(words), "{text}");
@@ -37,10 +43,18 @@ fn invalid_steps_end_times_and_tolerances_are_refused_by_name() {
     let _ = MethodOfSteps::new(90.0).advance(&mut shoot, 600.0).unwrap();
     let kept = shoot.state().clone();
     for step in [0.0, -0.0, -90.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
-        assert_refused(MethodOfSteps::new(step).advance(&mut shoot, 1200.0), "time step", step);
+        assert_refused(
+            MethodOfSteps::new(step).advance(&mut shoot, 1200.0),
+            "time step",
+            step,
+        );
     }
     for until in [599.9, 0.0, -1.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
-        assert_refused(MethodOfSteps::new(90.0).advance(&mut shoot, until), "time to advance to", until);
+        assert_refused(
+            MethodOfSteps::new(90.0).advance(&mut shoot, until),
+            "time to advance to",
+            until,
+        );
     }
     for tolerance in [0.0, -1e-9, f64::INFINITY, f64::NAN] {
         let mut run = MethodOfSteps::new(90.0);
@@ -49,29 +63,46 @@ fn invalid_steps_end_times_and_tolerances_are_refused_by_name() {
         let mut run = MethodOfSteps::new(90.0);
         run.solver.tolerance = tolerance;
         let error = run.advance(&mut shoot, 1200.0).unwrap_err();
-        assert!(error.to_string().contains("tolerance of the equilibrium"), "{error}");
+        assert!(
+            error.to_string().contains("tolerance of the equilibrium"),
+            "{error}"
+        );
     }
     assert!(&kept == shoot.state());
 }
 
 #[test]
 fn laws_that_depend_on_time_alone_permit_any_step_up_to_half_a_period() {
-    let mut clock = righting().tropism(Oscillator::new(0.2, 1440.0)).into_dyn().build().unwrap();
+    let mut clock = righting()
+        .tropism(Oscillator::new(0.2, 1440.0))
+        .into_dyn()
+        .build()
+        .unwrap();
     let cost = MethodOfSteps::new(720.0).advance(&mut clock, HOUR).unwrap();
     assert_eq!(cost.equilibria, cost.steps + 1);
-    assert_refused(MethodOfSteps::new(720.5).advance(&mut clock, 2.0 * HOUR), "shortest period of the laws", 1440.0);
+    assert_refused(
+        MethodOfSteps::new(720.5).advance(&mut clock, 2.0 * HOUR),
+        "shortest period of the laws",
+        1440.0,
+    );
 }
 
 #[test]
 fn corrections_that_do_not_converge_are_a_recoverable_error() {
-    let present = Memory { time: 720.0, delay: 0.0 };
+    let present = Memory {
+        time: 720.0,
+        delay: 0.0,
+    };
     let laws = (Proprioception { sensitivity: ETA }.remembered(present),);
     let mut shoot = righting().tropism(laws).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.max_corrections = 1;
     let before = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::NotConverged { .. }) && error.is_recoverable(), "{error}");
+    assert!(
+        matches!(error, IntegrationError::NotConverged { .. }) && error.is_recoverable(),
+        "{error}"
+    );
     assert!(&before == shoot.state());
 }
 
@@ -81,7 +112,9 @@ fn given_history_with_nan_or_infinity_is_refused() {
     let before = shoot.state().clone();
     for value in [f64::NAN, f64::INFINITY] {
         let past = |t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 });
-        let error = MethodOfSteps::new(90.0).start(&mut shoot, &past).unwrap_err();
+        let error = MethodOfSteps::new(90.0)
+            .start(&mut shoot, &past)
+            .unwrap_err();
         assert!(error.to_string().contains("history"), "{error}");
         assert!(&before == shoot.state());
     }
@@ -91,12 +124,22 @@ fn given_history_with_nan_or_infinity_is_refused() {
 fn equilibrium_that_does_not_converge_is_an_error_with_its_residual() {
     // One element cannot represent the shape of a shoot a million times as dense as water. The
     // solver is limited to three iterations.
-    let mut shoot = righting().elements(1).load(Weight { density: 1e9 }).into_dyn().build().unwrap();
+    let mut shoot = righting()
+        .elements(1)
+        .load(Weight { density: 1e9 })
+        .into_dyn()
+        .build()
+        .unwrap();
     let before = shoot.state().clone();
     let mut run = MethodOfSteps::new(90.0);
     run.solver.max_iterations = 3;
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    let IntegrationError::Equilibrium { time, error: EquilibriumError::NoConvergence { residual, force, .. } } = error
+    let IntegrationError::Equilibrium {
+        time,
+        error: EquilibriumError::NoConvergence {
+            residual, force, ..
+        },
+    } = error
     else {
         panic!("{error}")
     };
@@ -111,14 +154,25 @@ fn equilibrium_that_does_not_converge_is_an_error_with_its_residual() {
 fn step_below_the_rounding_of_time_does_not_hang() {
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
-        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(1).into_dyn().build().unwrap();
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(RADIUS)
+            .elements(1)
+            .into_dyn()
+            .build()
+            .unwrap();
         let mut run = MethodOfSteps::with_solver(HOUR, Unloaded);
         run.advance(&mut shoot, HOUR).unwrap();
         // An hour plus 1e-13 s rounds to an hour; 1e-11 s are 22 units in its last place.
         run.step = 1e-13;
-        let _ = sender.send(run.advance(&mut shoot, HOUR + 1e-11).map(|statistics| statistics.steps));
+        let _ = sender.send(
+            run.advance(&mut shoot, HOUR + 1e-11)
+                .map(|statistics| statistics.steps),
+        );
     });
-    let answer = receiver.recv_timeout(Duration::from_secs(5)).expect("the run hangs");
+    let answer = receiver
+        .recv_timeout(Duration::from_secs(5))
+        .expect("the run hangs");
     assert!(answer.is_err() || answer.is_ok_and(|steps| steps <= 100));
 }
 
@@ -138,24 +192,43 @@ fn factors() -> impl Strategy<Value = Vec<f64>> {
 /// Multiplies each parameter by its factor in `f`. Asserts that four runs of two steps each end in
 /// a sound state, or in an error that leaves the shoot unchanged.
 fn assert_error_or_sound(f: &[f64], tilt: f64) {
-    let memory = Memory { time: 720.0 * f[5], delay: 720.0 * f[6] };
+    let memory = Memory {
+        time: 720.0 * f[5],
+        delay: 720.0 * f[6],
+    };
     // A zone much shorter than the shoot would require very many elements.
     let zone = 0.07 * f[2].max(f[0] / 20.0);
-    let built = Shoot::builder(LinearElastic { youngs_modulus: 1e7 * f[3], poissons_ratio: 0.5 })
-        .length(0.068 * f[0])
-        .radius(5e-4 * f[1])
-        .elements(4)
-        .growth(UniformGrowth { zone_length: zone, time: 144e3 * f[4] })
-        .tropism((
-            Oscillator::new(0.2 * f[7], 1440.0),
-            Gravitropism { sensitivity: BETA * f[8], perception: Statoliths { avalanche_time: 120.0 * f[9] } }
-                .remembered(memory),
-            Proprioception { sensitivity: ETA * f[10] }.remembered(memory),
-        ))
-        .load(Weight { density: 1000.0 * f[11] })
-        .scene(Still::tilted(tilt))
-        .into_dyn()
-        .build();
+    let built = Shoot::builder(LinearElastic {
+        youngs_modulus: 1e7 * f[3],
+        poissons_ratio: 0.5,
+    })
+    .length(0.068 * f[0])
+    .radius(5e-4 * f[1])
+    .elements(4)
+    .growth(UniformGrowth {
+        zone_length: zone,
+        time: 144e3 * f[4],
+    })
+    .tropism((
+        Oscillator::new(0.2 * f[7], 1440.0),
+        Gravitropism {
+            sensitivity: BETA * f[8],
+            perception: Statoliths {
+                avalanche_time: 120.0 * f[9],
+            },
+        }
+        .remembered(memory),
+        Proprioception {
+            sensitivity: ETA * f[10],
+        }
+        .remembered(memory),
+    ))
+    .load(Weight {
+        density: 1000.0 * f[11],
+    })
+    .scene(Still::tilted(tilt))
+    .into_dyn()
+    .build();
     let Ok(mut shoot) = built else { return };
     let mut run = MethodOfSteps::new(90.0_f64.min(memory.delay));
     run.solver.max_iterations = 50;
@@ -188,13 +261,41 @@ fn statoliths_too_fast_to_integrate_end_in_an_error_or_a_sound_state() {
     // radius, zone, E, τg, τm, τr, α, β, τa, η, ρ.
     const CASES: [([f64; 12], f64); 4] = [
         // Avalanche time of 0.7 ns with steps of 90 s.
-        ([4.327, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 6.0085e-12, 1.0, 1.0], 2.9312),
+        (
+            [
+                4.327, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 6.0085e-12, 1.0, 1.0,
+            ],
+            2.9312,
+        ),
         // Avalanche times of 17 s and 1 s in shoots that grow and move very fast.
-        ([2.19, 1.0, 1.0, 0.34253, 0.0037213, 0.29317, 1.0, 1.0, 1.0, 0.13767, 1.0, 1.0], 3.1248),
-        ([1.0, 1.0, 7.3675e-7, 1.0, 0.0011395, 4.5013, 1.0, 1.0, 1.0, 0.0094158, 1.0, 0.16481], 0.11319),
+        (
+            [
+                2.19, 1.0, 1.0, 0.34253, 0.0037213, 0.29317, 1.0, 1.0, 1.0, 0.13767, 1.0, 1.0,
+            ],
+            3.1248,
+        ),
+        (
+            [
+                1.0, 1.0, 7.3675e-7, 1.0, 0.0011395, 4.5013, 1.0, 1.0, 1.0, 0.0094158, 1.0, 0.16481,
+            ],
+            0.11319,
+        ),
         // Short avalanche time and fast growth. The interval was halved without end.
         (
-            [1.0, 1.0, 1.0, 1.0, 3.243867516078684e-5, 1.0, 1.0, 1.0, 579.2, 1.2118742811624113e-11, 0.0090924, 1.0],
+            [
+                1.0,
+                1.0,
+                1.0,
+                1.0,
+                3.243867516078684e-5,
+                1.0,
+                1.0,
+                1.0,
+                579.2,
+                1.2118742811624113e-11,
+                0.0090924,
+                1.0,
+            ],
             -3.125542999163488,
         ),
     ];
@@ -207,7 +308,10 @@ fn statoliths_too_fast_to_integrate_end_in_an_error_or_a_sound_state() {
         match receiver.recv_timeout(Duration::from_secs(5)) {
             Ok(()) => (),
             Err(mpsc::RecvTimeoutError::Timeout) => panic!("{f:?} hangs"),
-            Err(_) => panic!("{f:?}: {:?}", worker.join().map_err(|e| e.downcast::<String>())),
+            Err(_) => panic!(
+                "{f:?}: {:?}",
+                worker.join().map_err(|e| e.downcast::<String>())
+            ),
         }
     }
 }
@@ -215,12 +319,24 @@ fn statoliths_too_fast_to_integrate_end_in_an_error_or_a_sound_state() {
 #[test]
 fn growth_far_faster_than_a_step_is_refused_at_once() {
     // The zone is renewed 700,000 times in a step, and each renewal creates four mature elements.
-    let growth = UniformGrowth { zone_length: 0.07, time: 1.3e-4 };
-    let mut shoot =
-        Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).growth(growth).into_dyn().build().unwrap();
+    let growth = UniformGrowth {
+        zone_length: 0.07,
+        time: 1.3e-4,
+    };
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(0.068)
+        .radius(RADIUS)
+        .elements(4)
+        .growth(growth)
+        .into_dyn()
+        .build()
+        .unwrap();
     let before = shoot.state().clone();
     let error = MethodOfSteps::new(90.0).step(&mut shoot, HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::GrowsTooFast { step: 90.0, .. }), "{error}");
+    assert!(
+        matches!(error, IntegrationError::GrowsTooFast { step: 90.0, .. }),
+        "{error}"
+    );
     assert!(error.is_recoverable() && &before == shoot.state());
     // A short step creates only a few mature elements.
     let _ = MethodOfSteps::new(2e-4).advance(&mut shoot, 1e-3).unwrap();
@@ -229,7 +345,10 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
     run.max_work = 3000;
     // A call permits 1000 growth zones, which take 0.13 s.
     let answer = run.advance(&mut shoot, 0.1);
-    assert!(matches!(answer, Err(IntegrationError::ToleranceNotMet { .. })), "{answer:?}");
+    assert!(
+        matches!(answer, Err(IntegrationError::ToleranceNotMet { .. })),
+        "{answer:?}"
+    );
 }
 
 #[test]
@@ -242,7 +361,9 @@ fn failed_run_continues_like_an_undisturbed_one_once_the_cause_is_removed() {
     assert!(run.advance(&mut shoot, 2.0 * HOUR).is_err());
     run.solver.max_iterations = 200;
     run.advance(&mut shoot, 2.0 * HOUR).unwrap();
-    let _ = MethodOfSteps::new(90.0).advance(&mut other, 2.0 * HOUR).unwrap();
+    let _ = MethodOfSteps::new(90.0)
+        .advance(&mut other, 2.0 * HOUR)
+        .unwrap();
     assert!(shoot.state() == other.state());
     // Length (m) of the reference in `growing_shoot` after two hours.
     assert_abs_diff_eq!(shoot.rod().length(), 0.071470872419, epsilon = 1e-12);
@@ -256,27 +377,42 @@ fn evaluations(youngs_modulus: f64, growth_time: f64) -> usize {
         counted.fetch_add(1, Ordering::Relaxed);
         Vector3::zeros()
     });
-    let mut shoot = Shoot::builder(LinearElastic { youngs_modulus, poissons_ratio: 0.5 })
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
-        .tropism(Proprioception { sensitivity: 20.0 }.remembered(Memory { time: 720.0, delay: 720.0 }))
-        .scene(Still::tilted(0.5))
-        .load((WEIGHT, load))
-        .into_dyn()
-        .build()
-        .unwrap();
+    let mut shoot = Shoot::builder(LinearElastic {
+        youngs_modulus,
+        poissons_ratio: 0.5,
+    })
+    .length(0.05)
+    .radius(RADIUS)
+    .growth(Ongoing(UniformGrowth {
+        zone_length: 0.07,
+        time: growth_time,
+    }))
+    .tropism(Proprioception { sensitivity: 20.0 }.remembered(Memory {
+        time: 720.0,
+        delay: 720.0,
+    }))
+    .scene(Still::tilted(0.5))
+    .load((WEIGHT, load))
+    .into_dyn()
+    .build()
+    .unwrap();
     Adaptive::new(1e-4).advance(&mut shoot, 4000.0).unwrap_err();
     count.load(Ordering::Relaxed)
 }
 
 #[test]
 fn shoots_with_absurd_constants_are_refused_soon() {
-    for (youngs_modulus, growth_time) in [(1e-290, 72e3), (1e-5, 72e3), (1e7, 1e-300), (1e7, 1e-5)] {
+    for (youngs_modulus, growth_time) in [(1e-290, 72e3), (1e-5, 72e3), (1e7, 1e-300), (1e7, 1e-5)]
+    {
         let evaluations = evaluations(youngs_modulus, growth_time);
-        println!("E = {youngs_modulus:e} Pa, τg = {growth_time:e} s: {evaluations} evaluations of the load");
+        println!(
+            "E = {youngs_modulus:e} Pa, τg = {growth_time:e} s: {evaluations} evaluations of the load"
+        );
         // A run with realistic constants evaluates the load 20,000 times.
-        assert!(evaluations < 100_000, "E = {youngs_modulus:e}, τg = {growth_time:e}: {evaluations}");
+        assert!(
+            evaluations < 100_000,
+            "E = {youngs_modulus:e}, τg = {growth_time:e}: {evaluations}"
+        );
     }
 }
 
@@ -313,15 +449,23 @@ fn failures_of_the_variables_do_not_refine_the_elements() {
     let mut shoot = Shoot::builder(YOUNG)
         .length(0.05)
         .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
-        .tropism(Relay { calls: Arc::clone(&calls) })
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.07,
+            time: 72e3,
+        }))
+        .tropism(Relay {
+            calls: Arc::clone(&calls),
+        })
         .into_dyn()
         .build()
         .unwrap();
     let mut integrator = Adaptive::new(1e-5);
     integrator.max_work = 6000;
     let error = integrator.advance(&mut shoot, HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::Variables { .. }), "{error}");
+    assert!(
+        matches!(error, IntegrationError::Variables { .. }),
+        "{error}"
+    );
     // One series of trials takes 12,510 evaluations. Each refinement of the elements would repeat
     // the series with more elements.
     let calls = calls.load(Ordering::Relaxed);

@@ -1,5 +1,5 @@
-//! A rod wound on a drum that rotates below it: the ratio of the tensions of both tails, compared with the closed form
-//! of an elastic rod.
+//! A rod wound on a drum that rotates below it: the ratio of the tensions of both tails, compared
+//! with the closed form of an elastic rod.
 
 #[path = "../../examples/capstan/drum.rs"]
 mod drum;
@@ -38,28 +38,47 @@ impl Obstacle for Stopping {
     }
 
     fn velocity(&self, place: &Vector3<f64>, time: f64) -> Vector3<f64> {
-        if time > 1.0 + 1e-9 { Vector3::zeros() } else { self.0.velocity(place, time) }
+        if time > 1.0 + 1e-9 {
+            Vector3::zeros()
+        } else {
+            self.0.velocity(place, time)
+        }
     }
 }
 
-/// An upright rod on a ball joint that touches the drum. The force on its apex, with a tension `slack` over B/Rc²,
-/// turns by `angle` in a second. The drum stops then, and in five further steps the force increases to that at which
-/// 0.9 of the friction is necessary.
+/// An upright rod on a ball joint that touches the drum. The force on its apex, with a tension
+/// `slack` over B/Rc², turns by `angle` in a second. The drum stops then, and in five further steps
+/// the force increases to that at which 0.9 of the friction is necessary.
 fn rod(angle: f64, slack: f64, elements: usize, steps: f64) -> Shoot<DynLaws> {
     let tension = slack * bending_stiffness() / (CIRCLE * CIRCLE);
     let tail = TAIL * CIRCLE / slack.sqrt();
-    let increase = move |t: f64| 1.0 + (1.0 / 0.9 - 1.0) * ((t - 1.0) * steps / 5.0).clamp(0.0, 1.0);
+    let increase =
+        move |t: f64| 1.0 + (1.0 / 0.9 - 1.0) * ((t - 1.0) * steps / 5.0).clamp(0.0, 1.0);
     let pull = move |t: f64| direction(angle, t) * (tension * increase(t));
     let through = Vector3::new(1.001 * CIRCLE, 0.0, tail);
-    let cylinder = Cylinder { through, along: Vector3::y(), radius: CIRCLE - RADIUS };
-    let drum = Stopping(Drum { cylinder, rate: TURN * steps });
+    let cylinder = Cylinder {
+        through,
+        along: Vector3::y(),
+        radius: CIRCLE - RADIUS,
+    };
+    let drum = Stopping(Drum {
+        cylinder,
+        rate: TURN * steps,
+    });
     Shoot::builder(YOUNG)
         .length(2.0 * tail + angle * CIRCLE)
         .radius(RADIUS)
         .elements(elements)
         .load(ApicalForce(pull))
         .scene(Still::weightless())
-        .support((Joint::Ball, Contact { obstacle: drum, radius: RADIUS, friction: FRICTION }))
+        .support((
+            Joint::Ball,
+            Contact {
+                obstacle: drum,
+                radius: RADIUS,
+                friction: FRICTION,
+            },
+        ))
         .into_dyn()
         .build()
         .unwrap()
@@ -67,7 +86,13 @@ fn rod(angle: f64, slack: f64, elements: usize, steps: f64) -> Shoot<DynLaws> {
 
 fn integrator(steps: f64) -> MethodOfSteps {
     // The reported inertia does not contain all of the friction and does not decide stability.
-    MethodOfSteps::with_solver(1.0 / steps, NewtonSolver { stable_only: false, ..NewtonSolver::with_tolerance(1e-10) })
+    MethodOfSteps::with_solver(
+        1.0 / steps,
+        NewtonSolver {
+            stable_only: false,
+            ..NewtonSolver::with_tolerance(1e-10)
+        },
+    )
 }
 
 #[test]
@@ -86,23 +111,40 @@ fn closed_form_of_the_capstan_matches_reference_numbers() {
 
 #[test]
 fn tension_grows_along_a_sliding_contact() {
-    // Elements have 0.23 and 0.64 of the radius of the centre line; the errors, 3e-8 and 4e-7, are those of the
-    // discretisation. In a slack rod the tails lift off 41° early, and the contact is longer than a point from an angle
-    // of 76° on.
-    for (angle, slack, elements, steps, tolerance) in
-        [(2.0 * PI, TENSION, 40, 30.0, 1e-6), (0.6 * PI, 2.0, 36, 8.0, 1e-5)]
-    {
+    // Elements have 0.23 and 0.64 of the radius of the centre line; the errors, 3e-8 and 4e-7, are
+    // those of the discretisation. In a slack rod the tails lift off 41° early, and the contact is
+    // longer than a point from an angle of 76° on.
+    for (angle, slack, elements, steps, tolerance) in [
+        (2.0 * PI, TENSION, 40, 30.0, 1e-6),
+        (0.6 * PI, 2.0, 36, 8.0, 1e-5),
+    ] {
         let mut shoot = rod(angle, slack, elements, steps);
-        MethodOfSteps { retries: 10, ..integrator(steps) }.advance(&mut shoot, 1.0).unwrap();
-        assert!(shoot.reactions().iter().all(|at| at.slip == Some(Slip::Slides)));
+        MethodOfSteps {
+            retries: 10,
+            ..integrator(steps)
+        }
+        .advance(&mut shoot, 1.0)
+        .unwrap();
+        assert!(
+            shoot
+                .reactions()
+                .iter()
+                .all(|at| at.slip == Some(Slip::Slides))
+        );
         let base = shoot.profile().at(0.0).unwrap().force;
         let turn = angle - base.x.atan2(base.z);
         let ratio = base.norm() * CIRCLE * CIRCLE / (slack * bending_stiffness());
         let expected = closed_form(FRICTION, turn, slack, ratio);
-        assert!((ratio / expected - 1.0).abs() < tolerance, "{slack} {ratio} {expected}");
+        assert!(
+            (ratio / expected - 1.0).abs() < tolerance,
+            "{slack} {ratio} {expected}"
+        );
         // The formula exp(μ Φ) differs by 0.2 % and more.
         let elementary = (FRICTION * turn).exp();
-        assert!((ratio / elementary - 1.0).abs() > 1e-3, "{slack} {ratio} {elementary}");
+        assert!(
+            (ratio / elementary - 1.0).abs() > 1e-3,
+            "{slack} {ratio} {elementary}"
+        );
     }
 }
 
@@ -110,13 +152,21 @@ fn tension_grows_along_a_sliding_contact() {
 fn rod_at_rest_on_a_drum_does_not_creep() {
     let (angle, steps) = (0.4 * PI, 8.0);
     let mut shoot = rod(angle, TENSION, 20, steps);
-    let mut run = MethodOfSteps { retries: 10, ..integrator(steps) };
+    let mut run = MethodOfSteps {
+        retries: 10,
+        ..integrator(steps)
+    };
     let at = |step: u32| f64::from(step) / steps;
     run.advance(&mut shoot, at(14)).unwrap();
-    assert!(shoot.reactions().iter().all(|at| at.slip == Some(Slip::Sticks)));
+    assert!(
+        shoot
+            .reactions()
+            .iter()
+            .all(|at| at.slip == Some(Slip::Sticks))
+    );
     let (first, length) = (shoot.rod().centre_line_at(101), shoot.rod().length());
-    // The force is constant from step 13 on. The next increments correct the error of the equilibria, which is below
-    // the tolerance of 1e-10, and move the rod by 2e-11 of its length.
+    // The force is constant from step 13 on. The next increments correct the error of the
+    // equilibria, which is below the tolerance of 1e-10, and move the rod by 2e-11 of its length.
     for step in 15..18 {
         run.advance(&mut shoot, at(step)).unwrap();
     }
@@ -125,10 +175,20 @@ fn rod_at_rest_on_a_drum_does_not_creep() {
         run.advance(&mut shoot, at(step)).unwrap();
     }
     let line = shoot.rod().centre_line_at(101);
-    let moved = |from: &[Vector3<f64>]| from.iter().zip(&line).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-    assert!(moved(&first) < 1e-10 * length, "{:e}", moved(&first) / length);
+    let moved = |from: &[Vector3<f64>]| {
+        from.iter()
+            .zip(&line)
+            .map(|(a, b)| (a - b).norm())
+            .fold(0.0, f64::max)
+    };
+    assert!(
+        moved(&first) < 1e-10 * length,
+        "{:e}",
+        moved(&first) / length
+    );
     let creep = moved(&before);
-    // Ten thousand increments with a creep of 1e-13 of the length remain below 1e-9. A slip that was counted from
-    // another interpolation of the shape than that of the solver would be 1e-7 of the length in each increment.
+    // Ten thousand increments with a creep of 1e-13 of the length remain below 1e-9. A slip that
+    // was counted from another interpolation of the shape than that of the solver would be 1e-7 of
+    // the length in each increment.
     assert!(creep < 20.0 * 1e-13 * length, "{:e}", creep / length);
 }

@@ -12,7 +12,9 @@ use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight};
-use morphorod::tropism::{Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, Statoliths,
+};
 use morphorod::{Shoot, Still};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -39,41 +41,74 @@ struct Answer {
 impl Case {
     fn run(&self) -> Answer {
         let [m, s, n] = self.units;
-        let memory = Memory { time: 12.0 * MINUTE * s, delay: 11.0 * MINUTE * s };
+        let memory = Memory {
+            time: 12.0 * MINUTE * s,
+            delay: 11.0 * MINUTE * s,
+        };
         let (pull, period) = (self.pull * n, 77.0 * MINUTE * s);
-        let young = LinearElastic { youngs_modulus: 1e7 * n / (m * m), poissons_ratio: 0.4 };
-        let mut shoot =
-            Shoot::builder(Lignifying { young, mature_modulus: 200.0 * young.youngs_modulus, time: 6.0 * DAY * s })
-                .length(0.066 * m)
-                .section(move |at| 5e-4 * m * (1.0 - 3.0 * at / m))
-                .elements(4)
-                .growth(UniformGrowth { zone_length: 0.065 * m, time: 20.0 * HOUR * s })
-                .tropism((
-                    Oscillator {
-                        sensitivity: 0.2,
-                        period: 24.0 * MINUTE * s,
-                        phase: self.phase,
-                        handedness: self.handedness,
-                    },
-                    Gravitropism { sensitivity: BETA, perception: Statoliths { avalanche_time: 2.0 * MINUTE * s } }
-                        .remembered(memory),
-                    Proprioception { sensitivity: ETA }.remembered(memory),
-                ))
-                .load((
-                    // The solution depends only on the weight per volume, ρ g.
-                    Weight { density: 1000.0 * n / m.powi(3) },
-                    Distributed(self.wind * (n / m)),
-                    ApicalForce(move |t: f64| pull * (2.0 * PI * t / period).cos()),
-                ))
-                .scene(Still { gravity: self.gravity, base: self.base })
-                .into_dyn()
-                .build()
-                .unwrap();
-        let _ =
-            MethodOfSteps::with_solver(90.0 * s, NewtonSolver::default()).advance(&mut shoot, 2.0 * HOUR * s).unwrap();
+        let young = LinearElastic {
+            youngs_modulus: 1e7 * n / (m * m),
+            poissons_ratio: 0.4,
+        };
+        let mut shoot = Shoot::builder(Lignifying {
+            young,
+            mature_modulus: 200.0 * young.youngs_modulus,
+            time: 6.0 * DAY * s,
+        })
+        .length(0.066 * m)
+        .section(move |at| 5e-4 * m * (1.0 - 3.0 * at / m))
+        .elements(4)
+        .growth(UniformGrowth {
+            zone_length: 0.065 * m,
+            time: 20.0 * HOUR * s,
+        })
+        .tropism((
+            Oscillator {
+                sensitivity: 0.2,
+                period: 24.0 * MINUTE * s,
+                phase: self.phase,
+                handedness: self.handedness,
+            },
+            Gravitropism {
+                sensitivity: BETA,
+                perception: Statoliths {
+                    avalanche_time: 2.0 * MINUTE * s,
+                },
+            }
+            .remembered(memory),
+            Proprioception { sensitivity: ETA }.remembered(memory),
+        ))
+        .load((
+            // The solution depends only on the weight per volume, ρ g.
+            Weight {
+                density: 1000.0 * n / m.powi(3),
+            },
+            Distributed(self.wind * (n / m)),
+            ApicalForce(move |t: f64| pull * (2.0 * PI * t / period).cos()),
+        ))
+        .scene(Still {
+            gravity: self.gravity,
+            base: self.base,
+        })
+        .into_dyn()
+        .build()
+        .unwrap();
+        let _ = MethodOfSteps::with_solver(90.0 * s, NewtonSolver::default())
+            .advance(&mut shoot, 2.0 * HOUR * s)
+            .unwrap();
         Answer {
-            positions: shoot.rod().centre_line().iter().map(|(_, x)| x / m).collect(),
-            frames: shoot.rod().frames().iter().map(|frame| frame.to_rotation_matrix().into_inner()).collect(),
+            positions: shoot
+                .rod()
+                .centre_line()
+                .iter()
+                .map(|(_, x)| x / m)
+                .collect(),
+            frames: shoot
+                .rod()
+                .frames()
+                .iter()
+                .map(|frame| frame.to_rotation_matrix().into_inner())
+                .collect(),
         }
     }
 }
@@ -171,7 +206,9 @@ fn extreme_units_of_length_change_nothing() {
     // normals are below 1.
     let case = Case {
         gravity: Vector3::new(0.0, 0.0, -9.81),
-        base: UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.7276, -0.2724, 0.6296, 0.0)),
+        base: UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+            0.7276, -0.2724, 0.6296, 0.0,
+        )),
         pull: Vector3::zeros(),
         wind: Vector3::zeros(),
         phase: -2.3675,
@@ -180,8 +217,18 @@ fn extreme_units_of_length_change_nothing() {
     };
     let one = case.run();
     for power in [-4.0, -2.8536, 2.0, 4.0] {
-        let other = Case { units: [10.0_f64.powf(power), 1.0, 1.0], ..case }.run();
-        assert_same(one.positions.iter().copied().zip(one.frames.iter().copied()), &other);
+        let other = Case {
+            units: [10.0_f64.powf(power), 1.0, 1.0],
+            ..case
+        }
+        .run();
+        assert_same(
+            one.positions
+                .iter()
+                .copied()
+                .zip(one.frames.iter().copied()),
+            &other,
+        );
     }
 }
 
@@ -198,8 +245,17 @@ fn handedness_and_phase_of_the_oscillator_change_the_solution() {
         units: [1.0; 3],
     };
     let tip = |case: Case| *case.run().positions.last().unwrap();
-    let (plain, reversed) = (tip(case), tip(Case { handedness: Handedness::Clockwise, ..case }));
-    let shifted = tip(Case { phase: case.phase + PI, ..case });
+    let (plain, reversed) = (
+        tip(case),
+        tip(Case {
+            handedness: Handedness::Clockwise,
+            ..case
+        }),
+    );
+    let shifted = tip(Case {
+        phase: case.phase + PI,
+        ..case
+    });
     // Distances are bounded from below. The `_ne` macros of approx would require one component to
     // differ by as much.
     assert!((plain - reversed).norm() > 1e-4 && (plain - shifted).norm() > 1e-4);

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    BETA, DAY, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
-    steering, tips,
+    BETA, DAY, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing,
+    reduced, righting, steering, tips,
 };
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Lignifying, LinearElastic};
@@ -15,13 +15,19 @@ use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{DynLaws, Order, Scene, Shoot, Still};
 use nalgebra::Vector3;
 
 fn remembering(memory: Memory) -> impl morphorod::tropism::TropismLaw {
     (
-        Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
+        Gravitropism {
+            sensitivity: BETA,
+            perception: SettledStatoliths,
+        }
+        .remembered(memory),
         Proprioception { sensitivity: ETA }.remembered(memory),
     )
 }
@@ -34,12 +40,23 @@ fn tip_at(mut shoot: Shoot<DynLaws>, step: f64, time: f64) -> Vector3<f64> {
 
 #[test]
 fn delay_longer_than_the_run_leaves_the_shoot_unchanged() {
-    let rest = tip_at(righting().tropism(()).into_dyn().build().unwrap(), 90.0, 0.0);
+    let rest = tip_at(
+        righting().tropism(()).into_dyn().build().unwrap(),
+        90.0,
+        0.0,
+    );
     for delay in [10.5 * HOUR, 1e3 * HOUR, 1e12] {
         let laws = remembering(Memory { time: 720.0, delay });
-        let tip = tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 10.0 * HOUR);
+        let tip = tip_at(
+            righting().tropism(laws).into_dyn().build().unwrap(),
+            90.0,
+            10.0 * HOUR,
+        );
         // The bound follows from the tolerance of the equilibria.
-        assert!(abs_diff_eq!(InNorm(tip), InNorm(rest), epsilon = 1e-11), "{delay} s: {tip:?} against {rest:?}");
+        assert!(
+            abs_diff_eq!(InNorm(tip), InNorm(rest), epsilon = 1e-11),
+            "{delay} s: {tip:?} against {rest:?}"
+        );
     }
 }
 
@@ -49,9 +66,17 @@ fn response_of_a_very_slow_memory_is_inversely_proportional_to_its_time() {
     // strain is proportional to x (t − d)²/(2τ).
     let moved = |time: f64| {
         let laws = remembering(Memory { time, delay: 720.0 });
-        tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR)
+        tip_at(
+            righting().tropism(laws).into_dyn().build().unwrap(),
+            90.0,
+            5.0 * HOUR,
+        )
     };
-    let rest = tip_at(righting().tropism(()).into_dyn().build().unwrap(), 90.0, 0.0);
+    let rest = tip_at(
+        righting().tropism(()).into_dyn().build().unwrap(),
+        90.0,
+        0.0,
+    );
     let [first, second] = [1e9, 1e10].map(|time| (moved(time) - rest) * time);
     // The relative effect of the change of shape is 1e-4.
     assert!(first.z > 0.0, "{first:?}");
@@ -61,12 +86,20 @@ fn response_of_a_very_slow_memory_is_inversely_proportional_to_its_time() {
 #[test]
 fn diverging_feedback_ends_in_a_sound_state_or_an_error() {
     for growth_time in [10.0 * HOUR, HOUR, 10.0 * MINUTE, MINUTE, 1.0] {
-        let mut shoot = reduced(0.05, growth_time).scene(Still::tilted(0.1)).elements(8).into_dyn().build().unwrap();
+        let mut shoot = reduced(0.05, growth_time)
+            .scene(Still::tilted(0.1))
+            .elements(8)
+            .into_dyn()
+            .build()
+            .unwrap();
         let before = shoot.state().clone();
         match MethodOfSteps::new(60.0).advance(&mut shoot, 5.0 * HOUR) {
             Ok(_) => assert_sound(&shoot),
             Err(error) => {
-                assert!(growth_time <= HOUR && before == *shoot.state(), "τg = {growth_time} s: {error}");
+                assert!(
+                    growth_time <= HOUR && before == *shoot.state(),
+                    "τg = {growth_time} s: {error}"
+                );
             }
         }
     }
@@ -74,8 +107,17 @@ fn diverging_feedback_ends_in_a_sound_state_or_an_error() {
 
 #[test]
 fn circular_orbit_is_unchanged_after_a_year() {
-    let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
-    let mut shoot = reduced(0.0659, 20.0 * HOUR).elements(2).load((WEIGHT, whirl)).into_dyn().build().unwrap();
+    let whirl = Whirl {
+        force: 1e-5,
+        period: 87.6 * MINUTE,
+        turns: 2.0,
+    };
+    let mut shoot = reduced(0.0659, 20.0 * HOUR)
+        .elements(2)
+        .load((WEIGHT, whirl))
+        .into_dyn()
+        .build()
+        .unwrap();
     let mut run = MethodOfSteps::new(360.0);
     let mut place = |time: f64| {
         let _ = run.advance(&mut shoot, time).unwrap();
@@ -94,14 +136,25 @@ fn circular_orbit_is_unchanged_after_a_year() {
 #[test]
 fn mature_tissue_a_million_times_as_stiff_acts_like_rigid_tissue() {
     let stiff = |ratio: f64, elements: usize| {
-        let tissue = Lignifying { young: YOUNG, mature_modulus: ratio * YOUNG.youngs_modulus, time: HOUR };
+        let tissue = Lignifying {
+            young: YOUNG,
+            mature_modulus: ratio * YOUNG.youngs_modulus,
+            time: HOUR,
+        };
         let (gravitropism, proprioception) = steering(STATOLITHS);
         let shoot = Shoot::builder(tissue)
             .length(0.1)
             .radius(RADIUS)
             .elements(elements)
-            .growth(UniformGrowth { zone_length: 0.05, time: 20.0 * HOUR })
-            .tropism((Oscillator::new(0.2, 24.0 * MINUTE), gravitropism, proprioception))
+            .growth(UniformGrowth {
+                zone_length: 0.05,
+                time: 20.0 * HOUR,
+            })
+            .tropism((
+                Oscillator::new(0.2, 24.0 * MINUTE),
+                gravitropism,
+                proprioception,
+            ))
             .load((WEIGHT, Distributed(Vector3::new(0.0, -1e-6, 0.0))))
             .scene(Still::tilted(0.5))
             .into_dyn()
@@ -121,19 +174,23 @@ fn mature_tissue_a_million_times_as_stiff_acts_like_rigid_tissue() {
 fn twisted_rods_of_all_poissons_ratios_converge() {
     // A force perpendicular to the plane of its bend twists the rod.
     let rod = |poissons_ratio: f64, elements: usize| {
-        let mut shoot = Shoot::builder(LinearElastic { poissons_ratio, ..YOUNG })
-            .length(0.06)
-            .radius(RADIUS)
-            .elements(elements)
-            .load((WEIGHT, ApicalForce(|_| Vector3::new(0.0, 3e-4, 0.0))))
-            .scene(Still::tilted(FRAC_PI_2))
-            .into_dyn()
-            .build()
-            .unwrap();
+        let mut shoot = Shoot::builder(LinearElastic {
+            poissons_ratio,
+            ..YOUNG
+        })
+        .length(0.06)
+        .radius(RADIUS)
+        .elements(elements)
+        .load((WEIGHT, ApicalForce(|_| Vector3::new(0.0, 3e-4, 0.0))))
+        .scene(Still::tilted(FRAC_PI_2))
+        .into_dyn()
+        .build()
+        .unwrap();
         shoot.set_intrinsic(|_| Vector3::x() * 20.0);
         shoot
     };
-    let twisted = |poissons_ratio: f64, elements: usize| tip_at(rod(poissons_ratio, elements), 60.0, 0.0);
+    let twisted =
+        |poissons_ratio: f64, elements: usize| tip_at(rod(poissons_ratio, elements), 60.0, 0.0);
     // The number of Newton iterations increases as ν approaches −1, and is 700 here. The twist in a
     // step is proportional to the square of the size of the step.
     let limit = twisted(-1.0 + 1e-8, 16);
@@ -151,16 +208,30 @@ fn twisted_rods_of_all_poissons_ratios_converge() {
     }
     let mut shoot = rod(-1.0 + 1e-9, 8);
     let before = shoot.state().clone();
-    let error = MethodOfSteps::new(60.0).advance(&mut shoot, 0.0).unwrap_err();
-    assert!(error.is_recoverable() && before == *shoot.state(), "{error}");
+    let error = MethodOfSteps::new(60.0)
+        .advance(&mut shoot, 0.0)
+        .unwrap_err();
+    assert!(
+        error.is_recoverable() && before == *shoot.state(),
+        "{error}"
+    );
 }
 
 /// Equilibrium of a rod clamped upright, from a straight initial guess, and its number of unstable
 /// directions.
 fn upright(length: f64, stable_only: bool) -> (Rod, Result<usize, EquilibriumError>) {
     let mut rod = Rod::uniform(length, RADIUS, Still::upright().base, 8, Order::Eight).unwrap();
-    let mut solver = NewtonSolver { tolerance: 1e-13, stable_only, ..NewtonSolver::default() };
-    let found = solver.solve(&mut rod, &YOUNG, &WEIGHT, &Still::upright().environment(0.0));
+    let mut solver = NewtonSolver {
+        tolerance: 1e-13,
+        stable_only,
+        ..NewtonSolver::default()
+    };
+    let found = solver.solve(
+        &mut rod,
+        &YOUNG,
+        &WEIGHT,
+        &Still::upright().environment(0.0),
+    );
     (rod, found.map(|found| found.inertia.negative))
 }
 
@@ -172,14 +243,20 @@ fn stability_is_correct_a_millionth_of_the_length_from_buckling() {
         let length = critical * (1.0 + share);
         let (rod, found) = upright(length, false);
         assert_eq!(found.unwrap(), unstable, "{share:e}");
-        assert!(rod.tip().xy().norm() < 1e-12 * length, "symmetry is preserved");
+        assert!(
+            rod.tip().xy().norm() < 1e-12 * length,
+            "symmetry is preserved"
+        );
         // The stable equilibrium leans by an angle of the order of the square root of the
         // relative excess length.
         let (rod, found) = upright(length, true);
         assert_eq!(found.unwrap(), 0, "{share:e}");
         let lean = rod.tip().xy().norm() / length;
         let expected = if share > 0.0 { f64::sqrt(share) } else { 0.0 };
-        assert!(abs_diff_eq!(lean, expected, epsilon = 3.0 * expected), "{share:e}: {lean:e} against {expected:e}");
+        assert!(
+            abs_diff_eq!(lean, expected, epsilon = 3.0 * expected),
+            "{share:e}: {lean:e} against {expected:e}"
+        );
         assert!(share < 0.0 || lean > 0.3 * expected, "{share:e}: {lean:e}");
     }
 }
@@ -189,22 +266,50 @@ fn rod_bent_into_circles_of_twice_its_radius_closes() {
     // Eight turns of a circle of twice the radius of the section.
     let (radius, turns) = (1e-3, 8.0);
     let length = turns * 2.0 * PI * 2.0 * radius;
-    let mut shoot = Shoot::builder(YOUNG).length(length).radius(radius).elements(4).into_dyn().build().unwrap();
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(length)
+        .radius(radius)
+        .elements(4)
+        .into_dyn()
+        .build()
+        .unwrap();
     shoot.set_intrinsic(|_| Vector3::new(0.0, 0.5 / radius, 0.0));
-    let found = Adaptive::new(1e-10).start(&mut shoot, &ConstantHistory::Empty).unwrap();
-    assert!(shoot.tip().norm() < 1e-10 * length, "{:e} {found:?}", shoot.tip().norm() / length);
+    let found = Adaptive::new(1e-10)
+        .start(&mut shoot, &ConstantHistory::Empty)
+        .unwrap();
+    assert!(
+        shoot.tip().norm() < 1e-10 * length,
+        "{:e} {found:?}",
+        shoot.tip().norm() / length
+    );
 }
 
 #[test]
 fn one_element_and_a_hundred_thousand_elements_give_the_same_shape() {
-    let hanging =
-        |elements: usize| tip_at(righting().elements(elements).tropism(()).into_dyn().build().unwrap(), 60.0, 0.0);
+    let hanging = |elements: usize| {
+        tip_at(
+            righting()
+                .elements(elements)
+                .tropism(())
+                .into_dyn()
+                .build()
+                .unwrap(),
+            60.0,
+            0.0,
+        )
+    };
     let reference = hanging(64);
     let (one, many) = (hanging(1), hanging(100_000));
     assert_abs_diff_eq!(InNorm(one), InNorm(reference), epsilon = 2e-4 * 0.05);
     // Rounding errors add up over the nodes.
     assert_abs_diff_eq!(InNorm(many), InNorm(reference), epsilon = 1e-10 * 0.05);
-    let grown = |elements: usize| tip_at(growing().elements(elements).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR);
+    let grown = |elements: usize| {
+        tip_at(
+            growing().elements(elements).into_dyn().build().unwrap(),
+            90.0,
+            5.0 * HOUR,
+        )
+    };
     let (one, eight) = (grown(1), grown(8));
     assert_abs_diff_eq!(InNorm(one), InNorm(eight), epsilon = 5e-3 * 0.07);
 }
@@ -225,7 +330,10 @@ fn shoots_of_a_hundred_times_the_weight_converge() {
             tip_at(shoot, 90.0, 10.0 * HOUR)
         };
         let (coarse, fine) = (heavy(16), heavy(32));
-        assert!(abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-6), "tilt {tilt}: {coarse:?} against {fine:?}");
+        assert!(
+            abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-6),
+            "tilt {tilt}: {coarse:?} against {fine:?}"
+        );
     }
 }
 
@@ -234,17 +342,31 @@ fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
     let grown = |unit: f64| {
         let tissue = Lignifying {
             // The ratio of weight to stiffness is ρ g ℓ³/(E r²).
-            young: LinearElastic { youngs_modulus: 1e7 * unit, ..YOUNG },
+            young: LinearElastic {
+                youngs_modulus: 1e7 * unit,
+                ..YOUNG
+            },
             mature_modulus: 2e9 * unit,
             time: 6.0 * DAY,
         };
-        let statoliths = Gravitropism { sensitivity: BETA, perception: Statoliths { avalanche_time: 120.0 } };
-        let memory = Memory { time: 720.0, delay: 720.0 };
+        let statoliths = Gravitropism {
+            sensitivity: BETA,
+            perception: Statoliths {
+                avalanche_time: 120.0,
+            },
+        };
+        let memory = Memory {
+            time: 720.0,
+            delay: 720.0,
+        };
         let shoot = Shoot::builder(tissue)
             .length(0.068 * unit)
             .radius(RADIUS * unit)
             .elements(4)
-            .growth(UniformGrowth { zone_length: 0.07 * unit, time: 40.0 * HOUR })
+            .growth(UniformGrowth {
+                zone_length: 0.07 * unit,
+                time: 40.0 * HOUR,
+            })
             .tropism((
                 Oscillator::new(0.2, 24.0 * MINUTE),
                 statoliths.remembered(memory),
@@ -273,16 +395,34 @@ fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
 /// delays after the start of the run.
 #[test]
 fn unit_of_time_changes_neither_the_steps_nor_the_shape() {
-    for (delays, duration) in [([720.0, 720.0], 300.0), ([720.0, 600.0], 720.0), ([240.0, 137.0], 60.0)] {
+    for (delays, duration) in [
+        ([720.0, 720.0], 300.0),
+        ([720.0, 600.0], 720.0),
+        ([240.0, 137.0], 60.0),
+    ] {
         let run = |unit: f64| {
-            let memory = |delay: f64| Memory { time: 720.0 * unit, delay: delay * unit };
-            let pulse = Pulse { peak: Vector3::y() * 1e-5, start: 720.0 * unit, duration: duration * unit };
+            let memory = |delay: f64| Memory {
+                time: 720.0 * unit,
+                delay: delay * unit,
+            };
+            let pulse = Pulse {
+                peak: Vector3::y() * 1e-5,
+                start: 720.0 * unit,
+                duration: duration * unit,
+            };
             let mut shoot = Shoot::builder(YOUNG)
                 .length(0.05)
                 .radius(RADIUS)
-                .growth(UniformGrowth { zone_length: 0.04, time: 72e3 * unit })
+                .growth(UniformGrowth {
+                    zone_length: 0.04,
+                    time: 72e3 * unit,
+                })
                 .tropism((
-                    Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory(delays[0])),
+                    Gravitropism {
+                        sensitivity: BETA,
+                        perception: SettledStatoliths,
+                    }
+                    .remembered(memory(delays[0])),
                     Proprioception { sensitivity: ETA }.remembered(memory(delays[1])),
                 ))
                 .scene(Still::tilted(0.5))
@@ -290,7 +430,9 @@ fn unit_of_time_changes_neither_the_steps_nor_the_shape() {
                 .into_dyn()
                 .build()
                 .unwrap();
-            let statistics = MethodOfSteps::new(120.0 * unit).advance(&mut shoot, 7200.0 * unit).unwrap();
+            let statistics = MethodOfSteps::new(120.0 * unit)
+                .advance(&mut shoot, 7200.0 * unit)
+                .unwrap();
             (statistics.steps, shoot.tip())
         };
         let (steps, tip) = run(1.0);

@@ -16,9 +16,18 @@ use morphorod::{DynLaws, Order, Shoot, State};
 
 const ZONE: f64 = 0.03;
 const TIME: f64 = 20.0 * HOUR;
-const UNIFORM: UniformGrowth = UniformGrowth { zone_length: ZONE, time: TIME };
-const LINEAR: LinearProfile = LinearProfile { zone_length: ZONE, time: TIME };
-const COSINE: CosineProfile = CosineProfile { zone_length: ZONE, time: TIME };
+const UNIFORM: UniformGrowth = UniformGrowth {
+    zone_length: ZONE,
+    time: TIME,
+};
+const LINEAR: LinearProfile = LinearProfile {
+    zone_length: ZONE,
+    time: TIME,
+};
+const COSINE: CosineProfile = CosineProfile {
+    zone_length: ZONE,
+    time: TIME,
+};
 
 /// User-defined law of mean 1/τg: REGR = (½ + 3x (1 − x))/τg with x = σ/ℓg.
 #[derive(Debug, Clone, Copy)]
@@ -39,7 +48,11 @@ type AnyGrowth = Arc<dyn GrowthLaw + Send + Sync>;
 
 /// Shoot without load and steering, which remains straight.
 fn shoot(growth: AnyGrowth, length: f64, elements: usize, order: Order) -> Shoot<DynLaws> {
-    let builder = Shoot::builder(YOUNG).length(length).radius(0.01 * length).elements(elements).order(order);
+    let builder = Shoot::builder(YOUNG)
+        .length(length)
+        .radius(0.01 * length)
+        .elements(elements)
+        .order(order);
     builder.growth(growth).into_dyn().build().unwrap()
 }
 
@@ -61,7 +74,8 @@ fn travel(law: &dyn GrowthLaw, a: f64, b: f64) -> f64 {
     let ratio = (b / a).ln() / f64::from(pieces);
     let place = |i: u32, x: f64| a * (ratio * (f64::from(i) + x)).exp();
     let each = (0..pieces).flat_map(|i| x.iter().zip(&w).map(move |(x, w)| (place(i, *x), *w)));
-    each.map(|(sigma, w)| w * ratio * sigma / law.apical_speed(sigma, 0.0)).sum()
+    each.map(|(sigma, w)| w * ratio * sigma / law.apical_speed(sigma, 0.0))
+        .sum()
 }
 
 /// Growth times of a run under a law whose motion the crate integrates numerically. It takes 512
@@ -110,8 +124,13 @@ fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, gro
             most = most.max(nodes.len());
             // Initial apex distances in the zone decrease strictly towards the apex, even when they
             // are very small.
-            let names = rod.points()[rod.zone()].iter().map(|point| point.initial_apex_distance);
-            assert!(names.clone().all(|name| name > 0.0) && names.clone().zip(names.skip(1)).all(|(a, b)| a > b));
+            let names = rod.points()[rod.zone()]
+                .iter()
+                .map(|point| point.initial_apex_distance);
+            assert!(
+                names.clone().all(|name| name > 0.0)
+                    && names.clone().zip(names.skip(1)).all(|(a, b)| a > b)
+            );
             if i % 10 != 0 {
                 continue;
             }
@@ -132,17 +151,25 @@ fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, gro
                 }
                 let [a, b] = [moved(ends[0]), moved(ends[1])];
                 // The position error of an end is its delay multiplied by its speed.
-                let off = |from: f64, to: f64| (travel(&*law, from, to) - 0.1 * TIME) * law.apical_speed(to, 0.0);
+                let off = |from: f64, to: f64| {
+                    (travel(&*law, from, to) - 0.1 * TIME) * law.apical_speed(to, 0.0)
+                };
                 let error = (off(ends[0], a) - off(ends[1], b)) / (a - b);
                 // Numerical integration of the motion has an error of 1e-13 in a growth time.
                 // Elements of a sixteenth of the zone magnify it.
-                assert!(error.abs() < 1e-11, "{order:?}, {time} s, {ends:?}: {error:e}");
+                assert!(
+                    error.abs() < 1e-11,
+                    "{order:?}, {time} s, {ends:?}: {error:e}"
+                );
             }
         }
         // The zone contains halves of the initial elements. Up to three more are added for every
         // octave of σ over which the cosine profile stretches its apex unevenly; σ ~ t^(−1/2)
         // passes five octaves in a hundred growth times.
-        assert!(most <= 2 * elements + 16, "{order:?}: {most} nodes in the zone");
+        assert!(
+            most <= 2 * elements + 16,
+            "{order:?}: {most} nodes in the zone"
+        );
         // The final state is valid, and deserialisation accepts it.
         let saved = serde_json::to_string(shoot.state()).unwrap();
         assert!(serde_json::from_str::<State>(&saved).unwrap() == *shoot.state());
@@ -180,7 +207,12 @@ fn tiny_initial_apex_distances_keep_relative_accuracy() {
     for point in &shoot.rod().points()[shoot.rod().zone()] {
         let exact = point.apex_distance * (-time / TIME).exp();
         // The bound covers 145 cuts and 2000 steps, each with a rounding error of one or two ulp.
-        assert_relative_eq!(point.initial_apex_distance, exact, epsilon = 0.0, max_relative = 1e-11);
+        assert_relative_eq!(
+            point.initial_apex_distance,
+            exact,
+            epsilon = 0.0,
+            max_relative = 1e-11
+        );
     }
 }
 
@@ -188,7 +220,9 @@ fn tiny_initial_apex_distances_keep_relative_accuracy() {
 /// initial apex distance of the same tissue.
 fn position_error(law: AnyGrowth, elements: usize, order: Order) -> f64 {
     let mut shoot = shoot(law.clone(), 0.05, elements, order);
-    MethodOfSteps::with_solver(TIME / 50.0, Unloaded).advance(&mut shoot, TIME).unwrap();
+    MethodOfSteps::with_solver(TIME / 50.0, Unloaded)
+        .advance(&mut shoot, TIME)
+        .unwrap();
     let rod = shoot.rod();
     let off = |point: &morphorod::rod::MaterialPoint| {
         let late = travel(&*law, point.initial_apex_distance, point.apex_distance) - TIME;
@@ -205,14 +239,27 @@ fn positions_of_points_converge_at_the_order_of_the_elements() {
         // rounding.
         let meshes = if p > 2 { [2, 4, 8] } else { [8, 16, 32] };
         for (law, errors) in [
-            ("linear", meshes.map(|elements| position_error(Arc::new(LINEAR), elements, order))),
-            ("user-defined", meshes.map(|elements| position_error(Arc::new(Parabola), elements, order))),
+            (
+                "linear",
+                meshes.map(|elements| position_error(Arc::new(LINEAR), elements, order)),
+            ),
+            (
+                "user-defined",
+                meshes.map(|elements| position_error(Arc::new(Parabola), elements, order)),
+            ),
         ] {
             // The observed order must reach that of the elements unless errors are near rounding. A
             // half is subtracted because coarse and fine meshes are cut at different positions.
             let observed = shoots::order(&errors.map(|error| error.max(1e-14)));
-            let least = if errors[2] < 1e-13 { 0.0 } else { f64::from(2 * p) - 0.5 };
-            assert!(observed > least, "{law}, {order:?}: order {observed}, errors {errors:?}");
+            let least = if errors[2] < 1e-13 {
+                0.0
+            } else {
+                f64::from(2 * p) - 0.5
+            };
+            assert!(
+                observed > least,
+                "{law}, {order:?}: order {observed}, errors {errors:?}"
+            );
         }
     }
 }
@@ -224,10 +271,19 @@ fn length_follows_the_closed_form_from_tiny_and_huge_initial_lengths() {
             let mut shoot = shoot(Arc::new(UNIFORM), start, elements, Order::Eight);
             let mut run = MethodOfSteps::with_solver(TIME / 20.0, Unloaded);
             run.advance(&mut shoot, 20.0 * TIME).unwrap();
-            let exact = if start < ZONE { ZONE * (21.0 - (ZONE / start).ln()) } else { start + 20.0 * ZONE };
+            let exact = if start < ZONE {
+                ZONE * (21.0 - (ZONE / start).ln())
+            } else {
+                start + 20.0 * ZONE
+            };
             // The bound covers hundreds of steps, each with a rounding error of one ulp.
             assert!(
-                relative_eq!(shoot.rod().length(), exact, epsilon = 0.0, max_relative = 1e-12),
+                relative_eq!(
+                    shoot.rod().length(),
+                    exact,
+                    epsilon = 0.0,
+                    max_relative = 1e-12
+                ),
                 "from {start} m, {elements} elements: {} m, expected {exact} m",
                 shoot.rod().length()
             );
@@ -240,9 +296,16 @@ fn growth_zone_shorter_than_an_element_grows_at_the_exact_rate() {
     // The number of elements refers to the zone. With one element, the zone is a single element of
     // the largest possible length.
     let mut shoot = shoot(Arc::new(LINEAR), 1.0, 1, Order::Four);
-    MethodOfSteps::with_solver(TIME / 20.0, Unloaded).advance(&mut shoot, 30.0 * TIME).unwrap();
+    MethodOfSteps::with_solver(TIME / 20.0, Unloaded)
+        .advance(&mut shoot, 30.0 * TIME)
+        .unwrap();
     let exact = 1.0 + 30.0 * ZONE;
-    assert_relative_eq!(shoot.rod().length(), exact, epsilon = 0.0, max_relative = 1e-12);
+    assert_relative_eq!(
+        shoot.rod().length(),
+        exact,
+        epsilon = 0.0,
+        max_relative = 1e-12
+    );
 }
 
 /// Growth during the first third of each growth time.
@@ -258,7 +321,11 @@ impl OnAndOff {
 
 impl GrowthLaw for OnAndOff {
     fn regr(&self, _sigma: f64, t: f64) -> f64 {
-        if t.rem_euclid(TIME) < TIME / 3.0 { 1.0 / TIME } else { 0.0 }
+        if t.rem_euclid(TIME) < TIME / 3.0 {
+            1.0 / TIME
+        } else {
+            0.0
+        }
     }
     fn zone_length(&self) -> f64 {
         ZONE
@@ -282,7 +349,12 @@ fn growth_that_starts_and_stops_has_the_exact_length() {
         let exact = 0.05 + ZONE * OnAndOff::grown(t) / TIME;
         // The integrator steps onto each start and stop, up to a few units of rounding of the time.
         assert!(
-            relative_eq!(shoot.rod().length(), exact, epsilon = 0.0, max_relative = 1e-12),
+            relative_eq!(
+                shoot.rod().length(),
+                exact,
+                epsilon = 0.0,
+                max_relative = 1e-12
+            ),
             "{t} s: {} m, expected {exact} m",
             shoot.rod().length()
         );
@@ -306,9 +378,12 @@ impl GrowthLaw for Layer {
 fn stretch_that_material_points_do_not_resolve_is_an_error() {
     let mut shoot = shoot(Arc::new(Layer), 0.05, 1, Order::Eight);
     let before = shoot.state().clone();
-    let error = MethodOfSteps::with_solver(TIME, Unloaded).advance(&mut shoot, 3.0 * TIME).unwrap_err();
+    let error = MethodOfSteps::with_solver(TIME, Unloaded)
+        .advance(&mut shoot, 3.0 * TIME)
+        .unwrap_err();
     assert!(
-        matches!(error, IntegrationError::Uneven { ratio, .. } if ratio > 2.0) && error.is_recoverable(),
+        matches!(error, IntegrationError::Uneven { ratio, .. } if ratio > 2.0)
+            && error.is_recoverable(),
         "{error}"
     );
     assert!(*shoot.state() == before);

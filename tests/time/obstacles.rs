@@ -1,5 +1,5 @@
-//! Random growing shoots that meet obstacles reach the end of their run, without penetration and within the cone of
-//! friction.
+//! Random growing shoots that meet obstacles reach the end of their run, without penetration and
+//! within the cone of friction.
 
 use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
@@ -21,11 +21,24 @@ fn shoot<S: Support + Send + Sync + 'static>(seed: u64, support: S) -> Shoot<Dyn
     let mut draw = Draw::new(seed);
     let length = draw.uniform(0.03, 0.09);
     let youngs_modulus = 1e7 * 10.0_f64.powf(draw.uniform(0.0, 1.0));
-    let growth = UniformGrowth { zone_length: draw.uniform(0.02, 0.07), time: draw.uniform(20.0, 40.0) * HOUR };
+    let growth = UniformGrowth {
+        zone_length: draw.uniform(0.02, 0.07),
+        time: draw.uniform(20.0, 40.0) * HOUR,
+    };
     let oscillator = Oscillator::new(draw.uniform(0.0, 1.0), draw.uniform(0.4, 2.0) * HOUR);
-    let builder = Shoot::builder(LinearElastic { youngs_modulus, poissons_ratio: 0.5 }).length(length).radius(RADIUS);
+    let builder = Shoot::builder(LinearElastic {
+        youngs_modulus,
+        poissons_ratio: 0.5,
+    })
+    .length(length)
+    .radius(RADIUS);
     let builder = builder.growth(growth).tropism(oscillator).load(WEIGHT);
-    builder.scene(Still::tilted(draw.uniform(0.0, 1.7))).support(support).into_dyn().build().unwrap()
+    builder
+        .scene(Still::tilted(draw.uniform(0.0, 1.7)))
+        .support(support)
+        .into_dyn()
+        .build()
+        .unwrap()
 }
 
 /// One or two obstacles between the straight shoot and its shape at the end of a run without them.
@@ -34,24 +47,48 @@ fn obstacles(seed: u64) -> Obstacles {
     let straight = shoot(seed, ());
     let (mut free, tangent) = (shoot(seed, ()), straight.tip().normalize());
     MethodOfSteps::new(RUN.1).advance(&mut free, RUN.0).unwrap();
-    let (length, most) = (straight.rod().length(), if draw.chance(0.7) { 1 } else { 2 });
+    let (length, most) = (
+        straight.rod().length(),
+        if draw.chance(0.7) { 1 } else { 2 },
+    );
     let friction = [0.0, 0.3, 1.0][seed as usize % 3];
     let mut all = Obstacles::new();
     for _ in 0..1000 {
         let s = draw.uniform(0.4, 1.0);
         let way = free.rod().at(s * free.rod().length()).unwrap().0 - tangent * (s * length);
-        let Some(side) = way.try_normalize(1e-3 * length) else { continue };
+        let Some(side) = way.try_normalize(1e-3 * length) else {
+            continue;
+        };
         let size = 5e-4 * 40.0_f64.powf(draw.uniform(0.0, 1.0));
         let surface = tangent * (s * length) + way * draw.uniform(0.2, 0.9);
         let (centre, across) = (surface + side * (size + RADIUS), draw.vector(1.0));
         let obstacle: Box<dyn Obstacle + Send + Sync> = match draw.uniform(0.0, 3.0) as u8 {
-            0 => Box::new(HalfSpace { through: centre, normal: across * 0.5 - side }),
-            1 => Box::new(Cylinder { through: centre, along: across, radius: size }),
-            _ => Box::new(Sphere { centre, radius: size }),
+            0 => Box::new(HalfSpace {
+                through: centre,
+                normal: across * 0.5 - side,
+            }),
+            1 => Box::new(Cylinder {
+                through: centre,
+                along: across,
+                radius: size,
+            }),
+            _ => Box::new(Sphere {
+                centre,
+                radius: size,
+            }),
         };
-        let clear = |i: i32| obstacle.distance(&(tangent * (length * f64::from(i) / 100.0)), 0.0).value > 2.0 * RADIUS;
+        let clear = |i: i32| {
+            obstacle
+                .distance(&(tangent * (length * f64::from(i) / 100.0)), 0.0)
+                .value
+                > 2.0 * RADIUS
+        };
         if (0..=100).all(clear) {
-            all.push(Contact { obstacle, radius: RADIUS, friction });
+            all.push(Contact {
+                obstacle,
+                radius: RADIUS,
+                friction,
+            });
         }
         if all.len() == most {
             break;
@@ -66,14 +103,17 @@ fn run(seed: u64) -> Result<usize, String> {
     let mut shoot = shoot(seed, obstacles(seed));
     let (mut run, mut touching) = (MethodOfSteps::new(RUN.1), 0);
     while shoot.time() < RUN.0 {
-        let _ = run.step(&mut shoot, RUN.0).map_err(|error| error.to_string())?;
+        let _ = run
+            .step(&mut shoot, RUN.0)
+            .map_err(|error| error.to_string())?;
         let (rod, time) = (shoot.rod(), shoot.time());
         touching += usize::from(!shoot.reactions().is_empty());
         let line = rod.centre_line_at(101);
         for contact in &all {
             for place in &line[1..] {
                 let gap = contact.obstacle.distance(place, 0.0).value - contact.radius;
-                // Elements without nodes at the contacts represent the shape of the shoot between them.
+                // Elements without nodes at the contacts represent the shape of the shoot between
+                // them.
                 if gap < -1e-4 * rod.length() {
                     return Err(format!("penetration of {gap:e} m at {time} s"));
                 }
@@ -81,7 +121,9 @@ fn run(seed: u64) -> Result<usize, String> {
         }
         for reaction in shoot.reactions() {
             let friction = all[reaction.obstacle.unwrap()].friction;
-            let tangential = (reaction.force.norm_squared() - reaction.normal.powi(2)).max(0.0).sqrt();
+            let tangential = (reaction.force.norm_squared() - reaction.normal.powi(2))
+                .max(0.0)
+                .sqrt();
             // Rounding of the difference of squares is the square root of 1e-16.
             if !(reaction.normal >= 0.0 && tangential <= (friction + 1e-6) * reaction.normal) {
                 return Err(format!("{reaction:?} at {time} s"));
@@ -101,7 +143,11 @@ fn random_growing_shoots_that_meet_obstacles_reach_their_end() {
         }
     }
     println!("{touching} of {count} shoots touch, failures: {failures:?}");
-    // With 60 cases all shoots reach their end. Some shoots that wind about a pole or slip off its end do not.
+    // With 60 cases all shoots reach their end. Some shoots that wind about a pole or slip off its
+    // end do not.
     assert!(failures.len() as u64 * 30 <= count, "{failures:?}");
-    assert!(touching * 2 > count, "{touching} of {count} shoots touch an obstacle");
+    assert!(
+        touching * 2 > count,
+        "{touching} of {count} shoots touch an obstacle"
+    );
 }

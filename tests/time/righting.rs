@@ -30,7 +30,11 @@ fn tip_matches_the_table() {
         let error = (tip - Vector3::new(x, 0.0, z)).norm();
         assert!(error < TABLE_ERROR, "after {hour} h: {error:e} m");
         // The scene is planar. The rounding unit of 5 cm is 1e-17 m.
-        assert!(abs_diff_eq!(tip.y, 0.0, epsilon = 1e-14), "the shoot leaves its plane by {:e} m", tip.y);
+        assert!(
+            abs_diff_eq!(tip.y, 0.0, epsilon = 1e-14),
+            "the shoot leaves its plane by {:e} m",
+            tip.y
+        );
     }
 }
 
@@ -39,7 +43,11 @@ fn tip_matches_the_table() {
 /// (0.0191771143042, 0.0413398528227) m.
 fn stationary_tip(length: f64) -> Vector3<f64> {
     let k = BETA / (ETA * RADIUS);
-    Vector3::new(2.0 / k * (0.5 * k * length).tanh().atan(), 0.0, (k * length).cosh().ln() / k)
+    Vector3::new(
+        2.0 / k * (0.5 * k * length).tanh().atan(),
+        0.0,
+        (k * length).cosh().ln() / k,
+    )
 }
 
 #[test]
@@ -49,11 +57,22 @@ fn righting_shoot_reaches_the_stationary_shape_for_any_memories() {
         InNorm(Vector3::new(0.0191771143042, 0.0, 0.0413398528227)),
         epsilon = 1e-13
     );
-    let own = |time: f64, delay: f64| Memory { time: time * MINUTE, delay: delay * MINUTE };
-    for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.0), own(20.0, 8.0)), (own(30.0, 5.0), own(3.0, 12.0))] {
+    let own = |time: f64, delay: f64| Memory {
+        time: time * MINUTE,
+        delay: delay * MINUTE,
+    };
+    for (gravity, bend) in [
+        (MEMORY, MEMORY),
+        (own(5.0, 17.0), own(20.0, 8.0)),
+        (own(30.0, 5.0), own(3.0, 12.0)),
+    ] {
         let mut shoot = righting()
             .tropism((
-                Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity),
+                Gravitropism {
+                    sensitivity: BETA,
+                    perception: SettledStatoliths,
+                }
+                .remembered(gravity),
                 Proprioception { sensitivity: ETA }.remembered(bend),
             ))
             .into_dyn()
@@ -110,11 +129,17 @@ fn given_history_that_is_zero_or_constant_acts_like_the_empty_or_steady_history(
 #[test]
 fn step_evaluates_one_tangent_and_one_gradient() {
     let mut shoot = righting().into_dyn().build().unwrap();
-    let cost = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * HOUR).unwrap();
+    let cost = MethodOfSteps::new(180.0)
+        .advance(&mut shoot, 24.0 * HOUR)
+        .unwrap();
     assert_eq!(cost.equilibria, cost.steps + 1);
     // The equilibrium at which the response begins, after one delay, takes a chord step more,
     // because its initial guess does not include the response.
-    assert_eq!((cost.iterations, cost.factorisations), (cost.equilibria, cost.equilibria), "{cost:?}");
+    assert_eq!(
+        (cost.iterations, cost.factorisations),
+        (cost.equilibria, cost.equilibria),
+        "{cost:?}"
+    );
     assert!(cost.evaluations <= cost.equilibria + 1, "{cost:?}");
 }
 
@@ -124,9 +149,21 @@ fn response_begins_after_the_delay() {
     let mut run = MethodOfSteps::new(100.0);
     run.advance(&mut shoot, MEMORY.delay).unwrap();
     // The memories are empty before t = 0, and the response depends on older memories only.
-    assert!(shoot.rod().points().iter().all(|point| point.intrinsic.norm() == 0.0));
+    assert!(
+        shoot
+            .rod()
+            .points()
+            .iter()
+            .all(|point| point.intrinsic.norm() == 0.0)
+    );
     run.advance(&mut shoot, MEMORY.delay + 1.0).unwrap();
-    assert!(shoot.rod().points().iter().all(|point| point.intrinsic.norm() > 0.0));
+    assert!(
+        shoot
+            .rod()
+            .points()
+            .iter()
+            .all(|point| point.intrinsic.norm() > 0.0)
+    );
 }
 
 #[test]
@@ -134,15 +171,24 @@ fn steady_history_bends_the_shoot_at_a_constant_rate_for_one_delay() {
     let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
     let _ = run.start(&mut shoot, &ConstantHistory::Steady).unwrap();
-    let past: Vec<Vec<f64>> = (0..32).map(|i| shoot.state().variables(i).unwrap().to_vec()).collect();
+    let past: Vec<Vec<f64>> = (0..32)
+        .map(|i| shoot.state().variables(i).unwrap().to_vec())
+        .collect();
     run.advance(&mut shoot, MEMORY.delay).unwrap();
     for (point, y) in shoot.rod().points().iter().zip(past) {
         // Equations (7) and (8) with constant memories: u* = (t/τg) (−β h2/r − η u1, β h1/r − η
         // u2).
-        let gradient = [-BETA / RADIUS * y[1] - ETA * y[2], BETA / RADIUS * y[0] - ETA * y[3]];
+        let gradient = [
+            -BETA / RADIUS * y[1] - ETA * y[2],
+            BETA / RADIUS * y[0] - ETA * y[3],
+        ];
         let exact = Vector3::new(gradient[0], gradient[1], 0.0) * (MEMORY.delay / (20.0 * HOUR));
         // Sums of about ten terms have rounding errors of a few ulp.
-        assert_abs_diff_eq!(InNorm(point.intrinsic), InNorm(exact), epsilon = 1e-14 * exact.norm());
+        assert_abs_diff_eq!(
+            InNorm(point.intrinsic),
+            InNorm(exact),
+            epsilon = 1e-14 * exact.norm()
+        );
     }
 }
 
@@ -153,7 +199,9 @@ fn varying_given_history_bends_the_shoot_as_in_the_closed_form() {
     let (scale, y0) = (6.0 * MINUTE, 0.3);
     let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
-    let past = |t: f64, _: &Site, y: &mut [f64]| y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0]);
+    let past = |t: f64, _: &Site, y: &mut [f64]| {
+        y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0])
+    };
     let _ = run.start(&mut shoot, &past).unwrap();
     for t in [4.0 * MINUTE, 12.0 * MINUTE] {
         run.advance(&mut shoot, t).unwrap();
@@ -172,26 +220,56 @@ fn varying_given_history_bends_the_shoot_as_in_the_closed_form() {
 #[test]
 fn steps_that_do_not_divide_the_delays_are_as_accurate_as_those_that_do() {
     let times = [2.0 * HOUR, 4.0 * HOUR, 8.0 * HOUR];
-    let own = |time: f64, delay: f64| Memory { time: time * MINUTE, delay: delay * MINUTE };
+    let own = |time: f64, delay: f64| Memory {
+        time: time * MINUTE,
+        delay: delay * MINUTE,
+    };
     for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.3), own(20.0, 8.9))] {
         let laws = || {
-            let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity);
-            (gravitropism, Proprioception { sensitivity: ETA }.remembered(bend))
+            let gravitropism = Gravitropism {
+                sensitivity: BETA,
+                perception: SettledStatoliths,
+            }
+            .remembered(gravity);
+            (
+                gravitropism,
+                Proprioception { sensitivity: ETA }.remembered(bend),
+            )
         };
-        let run =
-            |step: f64| tips(&mut righting().elements(4).tropism(laws()).into_dyn().build().unwrap(), step, &times).0;
+        let run = |step: f64| {
+            tips(
+                &mut righting()
+                    .elements(4)
+                    .tropism(laws())
+                    .into_dyn()
+                    .build()
+                    .unwrap(),
+                step,
+                &times,
+            )
+            .0
+        };
         // 12 min is a multiple of 90 s, but not of 97 s or 113 s. The order is four for all steps,
         // with the same constant up to a factor of 2 by which the error varies along the run. The
         // reference uses steps of 20 s, with an error 400 times smaller.
         let fine = run(20.0);
-        let error = |step: f64| run(step).iter().zip(&fine).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        let error = |step: f64| {
+            run(step)
+                .iter()
+                .zip(&fine)
+                .map(|(a, b)| (a - b).norm())
+                .fold(0.0, f64::max)
+        };
         let (divisor, others) = (error(90.0), [error(97.0), error(113.0)]);
         // The error is of fourth order with steps of an eighth of the memory time: (1/8)⁴/384 of
         // the motion of 4 cm is 2.5e-8 m. It is up to four times larger for two laws with different
         // memories.
         assert!(divisor < 1e-7, "{divisor:e}");
         for (step, other) in [97.0_f64, 113.0].into_iter().zip(others) {
-            assert!(other < 2.0 * divisor * (step / 90.0).powi(4), "{step} s: {other:e} against {divisor:e}");
+            assert!(
+                other < 2.0 * divisor * (step / 90.0).powi(4),
+                "{step} s: {other:e} against {divisor:e}"
+            );
         }
     }
 }

@@ -3,7 +3,8 @@
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
+    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting,
+    steering,
 };
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::growth::UniformGrowth;
@@ -18,7 +19,10 @@ fn eventful() -> Shoot<DynLaws> {
     Shoot::builder(YOUNG)
         .length(0.05)
         .radius(RADIUS)
-        .growth(UniformGrowth { zone_length: 0.04, time: 20.0 * HOUR })
+        .growth(UniformGrowth {
+            zone_length: 0.04,
+            time: 20.0 * HOUR,
+        })
         .tropism(steering(STATOLITHS))
         .load(WEIGHT)
         .scene(Turned::tilted(0.7, 1.1 * HOUR, 2.3 * HOUR))
@@ -48,10 +52,17 @@ fn single_steps_repeat_the_run_of_one_call() {
 
 #[test]
 fn stop_at_a_length_occurs_at_the_time_of_the_closed_form() {
-    for (target, step) in [(0.055, 700.0), (0.06, 130.0), (0.0501, 700.0), (0.05 + 1e-9, 700.0)] {
+    for (target, step) in [
+        (0.055, 700.0),
+        (0.06, 130.0),
+        (0.0501, 700.0),
+        (0.05 + 1e-9, 700.0),
+    ] {
         let mut shoot = eventful();
         let condition = |shoot: &Shoot<_>| shoot.rod().length() - target;
-        let statistics = MethodOfSteps::new(step).advance_until(&mut shoot, 100.0 * HOUR, condition).unwrap();
+        let statistics = MethodOfSteps::new(step)
+            .advance_until(&mut shoot, 100.0 * HOUR, condition)
+            .unwrap();
         // The length increases at ℓg/τg, by one unit in its last place in 1.2e-11 s.
         let expected = (target - 0.05) / (0.04 / (20.0 * HOUR));
         assert_abs_diff_eq!(shoot.time(), expected, epsilon = 1e-6);
@@ -65,8 +76,12 @@ fn stop_at_an_angle_has_the_order_of_the_integrator() {
     // Time at which the tip of a righting shoot points upwards at 60° to the horizontal.
     let time = |step: f64| {
         let mut shoot = righting().into_dyn().build().unwrap();
-        let up = |shoot: &Shoot<_>| (shoot.rod().apex_frame() * Vector3::z()).z - 60.0_f64.to_radians().sin();
-        let _ = MethodOfSteps::new(step).advance_until(&mut shoot, 24.0 * HOUR, up).unwrap();
+        let up = |shoot: &Shoot<_>| {
+            (shoot.rod().apex_frame() * Vector3::z()).z - 60.0_f64.to_radians().sin()
+        };
+        let _ = MethodOfSteps::new(step)
+            .advance_until(&mut shoot, 24.0 * HOUR, up)
+            .unwrap();
         // The time is located to 1e-10 of the step, and the tip rotates by less than 1e-3 rad in a
         // second.
         assert!(up(&shoot) >= 0.0 && up(&shoot) < 3e-11);
@@ -94,14 +109,22 @@ fn steering_rate_is_the_rate_of_intrinsic_strain_and_detects_a_stationary_shoot(
     let mut later = shoot.clone();
     let _ = integrator.advance(&mut later, shoot.time() + 1.0).unwrap();
     let weights = gauss(4).1;
-    let changed = later.rod().points().iter().zip(&strains).zip(weights.iter().cycle());
-    let expected: f64 =
-        changed.map(|((now, then), w)| (now.intrinsic - then.intrinsic).norm() * w * then.jacobian).sum();
+    let changed = later
+        .rod()
+        .points()
+        .iter()
+        .zip(&strains)
+        .zip(weights.iter().cycle());
+    let expected: f64 = changed
+        .map(|((now, then), w)| (now.intrinsic - then.intrinsic).norm() * w * then.jacobian)
+        .sum();
     // The rate varies on a time scale of twenty minutes.
     assert!(rate > 1e-6, "{rate}");
     assert_relative_eq!(rate, expected, epsilon = 0.0, max_relative = 2e-3);
     let still = |shoot: &Shoot<_>| 1e-9 - shoot.steering_rate();
-    let _ = integrator.advance_until(&mut shoot, 100.0 * HOUR, still).unwrap();
+    let _ = integrator
+        .advance_until(&mut shoot, 100.0 * HOUR, still)
+        .unwrap();
     assert!(shoot.time() > 5.0 * HOUR, "{}", shoot.time());
     assert_abs_diff_eq!(shoot.steering_rate(), 1e-9, epsilon = 1e-17);
 }
@@ -112,16 +135,35 @@ fn condition_that_is_not_met_is_an_error_with_the_time_and_value_reached() {
     let mut integrator = MethodOfSteps::new(300.0);
     let _ = integrator.advance(&mut shoot, 0.5 * HOUR).unwrap();
     let before = shoot.state().clone();
-    let error = integrator.advance_until(&mut shoot, HOUR, |shoot| shoot.rod().length() - 1.0).unwrap_err();
-    let IntegrationError::NotReached { time, value } = error else { panic!("{error}") };
+    let error = integrator
+        .advance_until(&mut shoot, HOUR, |shoot| shoot.rod().length() - 1.0)
+        .unwrap_err();
+    let IntegrationError::NotReached { time, value } = error else {
+        panic!("{error}")
+    };
     assert_eq!(time, HOUR);
     assert_abs_diff_eq!(value, -0.948, epsilon = 1e-3);
     assert!(error.to_string().contains("by 3600 s") && !error.is_recoverable());
     assert_eq!(shoot.state(), &before);
     // A condition that is NaN at some time is an error.
-    let bad = |shoot: &Shoot<_>| if shoot.time() > 2400.0 { f64::NAN } else { -1.0 };
+    let bad = |shoot: &Shoot<_>| {
+        if shoot.time() > 2400.0 {
+            f64::NAN
+        } else {
+            -1.0
+        }
+    };
     let error = integrator.advance_until(&mut shoot, HOUR, bad).unwrap_err();
-    assert!(matches!(error, IntegrationError::NotFinite { what: "condition", .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            IntegrationError::NotFinite {
+                what: "condition",
+                ..
+            }
+        ),
+        "{error}"
+    );
     assert_eq!(shoot.state(), &before);
     // A condition that holds at once takes no step.
     let statistics = integrator.advance_until(&mut shoot, HOUR, |_| 0.0).unwrap();
@@ -134,11 +176,17 @@ fn condition_that_is_not_met_is_an_error_with_the_time_and_value_reached() {
         let mut shoot = shoot.clone();
         let jump = |shoot: &Shoot<_>| if shoot.time() >= 2512.3 { 1.0 } else { below };
         let _ = integrator.advance_until(&mut shoot, HOUR, jump).unwrap();
-        assert!(shoot.time() >= 2512.3 && shoot.time() < 2512.3 + 1e-7, "{}", shoot.time());
+        assert!(
+            shoot.time() >= 2512.3 && shoot.time() < 2512.3 + 1e-7,
+            "{}",
+            shoot.time()
+        );
     }
     // A condition that is met by a jump of the scene stops at the jump.
     let leans = |shoot: &Shoot<_>| (shoot.rod().frames()[0] * Vector3::z()).x - 0.3;
-    let _ = integrator.advance_until(&mut shoot, 2.0 * HOUR, leans).unwrap();
+    let _ = integrator
+        .advance_until(&mut shoot, 2.0 * HOUR, leans)
+        .unwrap();
     assert_abs_diff_eq!(shoot.time(), 1.1 * HOUR, epsilon = 1e-9);
 }
 
@@ -156,7 +204,10 @@ fn output_times_leave_the_run_unchanged_and_show_accurate_shapes() {
         });
         assert!(shown.is_ok());
         assert_eq!(seen.state(), alone.state());
-        assert_eq!(path.iter().map(|(time, ..)| *time).collect::<Vec<_>>(), times);
+        assert_eq!(
+            path.iter().map(|(time, ..)| *time).collect::<Vec<_>>(),
+            times
+        );
         // At every output time the shape agrees with that of a run with short steps.
         let (mut fine, mut short) = (eventful(), MethodOfSteps::new(15.0));
         for (time, tip, length) in &path {
@@ -177,16 +228,29 @@ fn output_times_leave_the_run_unchanged_and_show_accurate_shapes() {
 fn one_call_shows_output_times_and_stops_at_an_event() {
     let condition = |shoot: &Shoot<DynLaws>| shoot.rod().length() - 0.0505;
     let times = || (0..=60).map(|k| 100.0 * f64::from(k));
-    let run = || reduced(0.05, 20.0 * HOUR).growth(UniformGrowth { zone_length: 0.07, time: 72e3 });
+    let run = || {
+        reduced(0.05, 20.0 * HOUR).growth(UniformGrowth {
+            zone_length: 0.07,
+            time: 72e3,
+        })
+    };
     let shoot = run().scene(Still::tilted(0.2)).into_dyn().build().unwrap();
     let (mut stopped, mut shown, mut both) = (shoot.clone(), shoot.clone(), shoot);
     let mut integrator = MethodOfSteps::new(300.0);
-    let _ = integrator.advance_until(&mut stopped, 2.0 * HOUR, condition).unwrap();
+    let _ = integrator
+        .advance_until(&mut stopped, 2.0 * HOUR, condition)
+        .unwrap();
     let mut expected = Vec::new();
-    let _ = integrator.advance_showing(&mut shown, 2.0 * HOUR, times(), |shoot| expected.push(shoot.tip())).unwrap();
+    let _ = integrator
+        .advance_showing(&mut shown, 2.0 * HOUR, times(), |shoot| {
+            expected.push(shoot.tip())
+        })
+        .unwrap();
     let mut path = Vec::new();
     let record = |shoot: &Shoot<DynLaws>| path.push(shoot.tip());
-    let _ = integrator.advance_showing_until(&mut both, 2.0 * HOUR, times(), record, condition).unwrap();
+    let _ = integrator
+        .advance_showing_until(&mut both, 2.0 * HOUR, times(), record, condition)
+        .unwrap();
     assert_eq!(both.state(), stopped.state());
     // The event is at 72e3 s ln(1.01) = 716 s, in the third step.
     let (before, last) = path.split_at(7);
@@ -198,18 +262,32 @@ fn one_call_shows_output_times_and_stops_at_an_event() {
 
 #[test]
 fn output_times_out_of_order_are_refused() {
-    let mut shoot = reduced(0.05, 20.0 * HOUR).scene(Still::tilted(0.2)).into_dyn().build().unwrap();
+    let mut shoot = reduced(0.05, 20.0 * HOUR)
+        .scene(Still::tilted(0.2))
+        .into_dyn()
+        .build()
+        .unwrap();
     let mut integrator = MethodOfSteps::new(300.0);
     let _ = integrator.advance(&mut shoot, HOUR).unwrap();
     let before = shoot.state().clone();
     for times in [[1.5, 1.2], [0.5, 1.2], [1.2, 2.5], [1.2, f64::NAN]] {
-        let error =
-            integrator.advance_showing(&mut shoot, 2.0 * HOUR, times.map(|hours| hours * HOUR), |_| {}).unwrap_err();
+        let error = integrator
+            .advance_showing(
+                &mut shoot,
+                2.0 * HOUR,
+                times.map(|hours| hours * HOUR),
+                |_| {},
+            )
+            .unwrap_err();
         assert!(error.to_string().contains("output time"), "{error}");
         assert_eq!(shoot.state(), &before);
     }
     let mut calls = 0;
-    let _ = integrator.advance_showing(&mut shoot, 2.0 * HOUR, [HOUR, HOUR, 2.0 * HOUR], |_| calls += 1).unwrap();
+    let _ = integrator
+        .advance_showing(&mut shoot, 2.0 * HOUR, [HOUR, HOUR, 2.0 * HOUR], |_| {
+            calls += 1
+        })
+        .unwrap();
     assert_eq!((calls, shoot.time()), (3, 2.0 * HOUR));
 }
 
@@ -221,15 +299,28 @@ fn output_time_costs_one_equilibrium_and_a_stop_a_few() {
     let plain = integrator.advance(&mut shoot.clone(), 3.0 * HOUR).unwrap();
     let times = (1..=30).map(|i| 2.0 * HOUR + 117.0 * f64::from(i));
     let mut seen = shoot.clone();
-    let shown = integrator.advance_showing(&mut seen, 3.0 * HOUR, times, |_| {}).unwrap();
+    let shown = integrator
+        .advance_showing(&mut seen, 3.0 * HOUR, times, |_| {})
+        .unwrap();
     // One of the output times is the end of a step. Output times do not count as steps.
     assert_eq!(shown.equilibria, plain.equilibria + 29);
-    assert_eq!((shown.steps, shown.splits, shown.merges), (plain.steps, plain.splits, plain.merges));
+    assert_eq!(
+        (shown.steps, shown.splits, shown.merges),
+        (plain.steps, plain.splits, plain.merges)
+    );
     let target = shoot.rod().length() + 1e-4;
-    let stopped = integrator.advance_until(&mut shoot, 3.0 * HOUR, |shoot| shoot.rod().length() - target).unwrap();
+    let stopped = integrator
+        .advance_until(&mut shoot, 3.0 * HOUR, |shoot| {
+            shoot.rod().length() - target
+        })
+        .unwrap();
     let steps = ((shoot.time() - 2.0 * HOUR) / 180.0).ceil() as usize;
     assert_eq!(stopped.steps, steps);
-    assert!(stopped.equilibria < steps + 10, "{} for {steps} steps", stopped.equilibria);
+    assert!(
+        stopped.equilibria < steps + 10,
+        "{} for {steps} steps",
+        stopped.equilibria
+    );
 }
 
 #[test]
@@ -237,12 +328,18 @@ fn stops_at_almost_equal_times_keep_the_accuracy() {
     // Extrapolation from levels at almost equal times would magnify their rounding errors.
     let end = |stops: &[f64], delay: f64| {
         let laws = (
-            Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(Memory { delay, ..MEMORY }),
+            Gravitropism {
+                sensitivity: BETA,
+                perception: SettledStatoliths,
+            }
+            .remembered(Memory { delay, ..MEMORY }),
             Proprioception { sensitivity: ETA }.remembered(MEMORY),
         );
         let mut shoot = righting().tropism(laws).into_dyn().build().unwrap();
         for until in stops.iter().chain(&[2.0 * HOUR]) {
-            let _ = MethodOfSteps::new(180.0).advance(&mut shoot, *until).unwrap();
+            let _ = MethodOfSteps::new(180.0)
+                .advance(&mut shoot, *until)
+                .unwrap();
         }
         shoot.tip()
     };
@@ -250,9 +347,11 @@ fn stops_at_almost_equal_times_keep_the_accuracy() {
     for delay in [MEMORY.delay, 0.0] {
         let plain = end(&[3960.0], delay);
         for gap in [5e-13, 1e-11, 1e-9, 1e-7, 1e-5, 1e-3, 0.1] {
-            for stops in
-                [[3960.0, 3960.0 + gap].as_slice(), &[3960.0, 3960.0 + gap, 3960.0 + 2.0 * gap], &[gap, 3960.0]]
-            {
+            for stops in [
+                [3960.0, 3960.0 + gap].as_slice(),
+                &[3960.0, 3960.0 + gap, 3960.0 + 2.0 * gap],
+                &[gap, 3960.0],
+            ] {
                 let tip = end(stops, delay);
                 // Division of a step into two unequal parts changes the tip by the error of a step,
                 // about 1e-7 m.
@@ -288,10 +387,19 @@ fn any_change_of_sign_of_a_condition_is_located_in_bounded_work() {
         let mut shoot = eventful();
         let mut steps = MethodOfSteps::new(180.0);
         let _ = steps.advance(&mut shoot, 2340.0).unwrap();
-        let found = steps.advance_until(&mut shoot, HOUR, |shoot| condition(shoot.time())).unwrap();
+        let found = steps
+            .advance_until(&mut shoot, HOUR, |shoot| condition(shoot.time()))
+            .unwrap();
         // The time is located to 1e-10 of the step, or for flat conditions to the rounding of their
         // values.
-        assert!(abs_diff_eq!(shoot.time(), at, epsilon = 1e-6), "condition {i}: {} against {at}", shoot.time());
-        assert!(found.steps == 1 && found.equilibria < 110, "condition {i}: {found:?}");
+        assert!(
+            abs_diff_eq!(shoot.time(), at, epsilon = 1e-6),
+            "condition {i}: {} against {at}",
+            shoot.time()
+        );
+        assert!(
+            found.steps == 1 && found.equilibria < 110,
+            "condition {i}: {found:?}"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Shoots that grow do not pass through poles that are much thinner than the motion of the shoot in a step.
+//! Shoots that grow do not pass through poles that are much thinner than the motion of the shoot in
+//! a step.
 
 use std::f64::consts::TAU;
 
@@ -16,27 +17,40 @@ fn wrapped(angle: f64) -> f64 {
     angle - (angle / TAU).round() * TAU
 }
 
-/// The angle by which the direction from a pole to the centre line turns along the shoot, and this direction at the
-/// base and at the tip, rad.
+/// The angle by which the direction from a pole to the centre line turns along the shoot, and this
+/// direction at the base and at the tip, rad.
 fn turns(shoot: &Shoot<DynLaws>, pole: &Cylinder) -> [f64; 3] {
     let axis = pole.along.normalize();
     let first = axis.cross(&Vector3::z()).normalize();
     let second = axis.cross(&first);
     // Neighbouring places are less than a radius of the pole apart.
     let line = shoot.rod().centre_line_at(8001);
-    let directions = line.iter().map(|place| place - pole.through).map(|way| way.dot(&second).atan2(way.dot(&first)));
+    let directions = line
+        .iter()
+        .map(|place| place - pole.through)
+        .map(|way| way.dot(&second).atan2(way.dot(&first)));
     let directions: Vec<f64> = directions.collect();
-    let sum = directions.windows(2).map(|pair| wrapped(pair[1] - pair[0])).sum();
+    let sum = directions
+        .windows(2)
+        .map(|pair| wrapped(pair[1] - pair[0]))
+        .sum();
     [sum, directions[0], directions[directions.len() - 1]]
 }
 
 /// Contacts with poles, with the radius of the contact (m) and the coefficient of friction.
 fn contacts(poles: &[Cylinder], (radius, friction): (f64, f64)) -> Vec<Contact<Cylinder>> {
-    poles.iter().map(|pole| Contact { obstacle: *pole, radius, friction }).collect()
+    poles
+        .iter()
+        .map(|pole| Contact {
+            obstacle: *pole,
+            radius,
+            friction,
+        })
+        .collect()
 }
 
-/// Fails if a part of a shoot passes one of the poles in steps of a length (s) until a time (s). In each step
-/// the tip moves around a pole by less than 2 rad.
+/// Fails if a part of a shoot passes one of the poles in steps of a length (s) until a time (s). In
+/// each step the tip moves around a pole by less than 2 rad.
 fn assert_on_its_side(mut shoot: Shoot<DynLaws>, poles: &[Cylinder], (step, end): (f64, f64)) {
     let (mut run, mut touching) = (MethodOfSteps::new(step), 0);
     let mut before: Vec<[f64; 3]> = poles.iter().map(|pole| turns(&shoot, pole)).collect();
@@ -46,9 +60,17 @@ fn assert_on_its_side(mut shoot: Shoot<DynLaws>, poles: &[Cylinder], (step, end)
         for (pole, before) in poles.iter().zip(&mut before) {
             let after = turns(&shoot, pole);
             let [sum, base, tip] = [0, 1, 2].map(|i| after[i] - before[i]);
-            assert!(wrapped(tip).abs() < 2.0, "the tip moves around a pole at {} s", shoot.time());
+            assert!(
+                wrapped(tip).abs() < 2.0,
+                "the tip moves around a pole at {} s",
+                shoot.time()
+            );
             let passed = sum - wrapped(tip) + wrapped(base);
-            assert!(passed.abs() < 1.0, "the shoot passes a pole at {} s", shoot.time());
+            assert!(
+                passed.abs() < 1.0,
+                "the shoot passes a pole at {} s",
+                shoot.time()
+            );
             *before = after;
         }
     }
@@ -56,10 +78,14 @@ fn assert_on_its_side(mut shoot: Shoot<DynLaws>, poles: &[Cylinder], (step, end)
 }
 
 fn tissue(youngs_modulus: f64) -> LinearElastic {
-    LinearElastic { youngs_modulus, poissons_ratio: 0.5 }
+    LinearElastic {
+        youngs_modulus,
+        poissons_ratio: 0.5,
+    }
 }
 
-/// The radius of the pole is 2e-4 of the length. In a step the contact slides along the shoot by many radii.
+/// The radius of the pole is 2e-4 of the length. In a step the contact slides along the shoot by
+/// many radii.
 #[test]
 fn nutating_shoot_does_not_pass_a_thin_pole_on_which_it_rubs() {
     let pole = Cylinder {
@@ -67,10 +93,25 @@ fn nutating_shoot_does_not_pass_a_thin_pole_on_which_it_rubs() {
         along: Vector3::new(-0.3362, -0.6892, 0.6419),
         radius: 9.44e-6,
     };
-    let builder = Shoot::builder(tissue(4.09e7)).length(0.04375).radius(RADIUS).order(Order::Eight).elements(3);
-    let builder = builder.growth(UniformGrowth { zone_length: 0.0538, time: 5.57e4 }).load(WEIGHT);
-    let builder = builder.tropism(Oscillator::new(0.5275, 2623.0)).scene(Still::tilted(0.692));
-    let shoot = builder.support(contacts(&[pole], (4.4e-7, 0.3))).into_dyn().build().unwrap();
+    let builder = Shoot::builder(tissue(4.09e7))
+        .length(0.04375)
+        .radius(RADIUS)
+        .order(Order::Eight)
+        .elements(3);
+    let builder = builder
+        .growth(UniformGrowth {
+            zone_length: 0.0538,
+            time: 5.57e4,
+        })
+        .load(WEIGHT);
+    let builder = builder
+        .tropism(Oscillator::new(0.5275, 2623.0))
+        .scene(Still::tilted(0.692));
+    let shoot = builder
+        .support(contacts(&[pole], (4.4e-7, 0.3)))
+        .into_dyn()
+        .build()
+        .unwrap();
     assert_on_its_side(shoot, &[pole], (262.75, 12_600.0));
 }
 
@@ -89,10 +130,26 @@ fn nutating_shoot_whose_base_moves_does_not_pass_a_thin_pole() {
     };
     let by = Vector3::new(-1.0654e-3, 7.572e-4, 7.701e-4);
     let path = move |t: f64| by * (4.0225e-4 * t).sin();
-    let builder = Shoot::builder(tissue(2.237e7)).length(0.049566).radius(RADIUS).order(Order::Four).elements(7);
-    let builder = builder.growth(UniformGrowth { zone_length: 0.0231, time: 1.158e5 }).load(WEIGHT);
+    let builder = Shoot::builder(tissue(2.237e7))
+        .length(0.049566)
+        .radius(RADIUS)
+        .order(Order::Four)
+        .elements(7);
+    let builder = builder
+        .growth(UniformGrowth {
+            zone_length: 0.0231,
+            time: 1.158e5,
+        })
+        .load(WEIGHT);
     let builder = builder.tropism(Oscillator::new(0.3456, 4044.0));
-    let builder = builder.scene(Along { scene: Still::tilted(1.33154), path });
-    let shoot = builder.support(contacts(&[thin, thick], (5e-7, 0.0))).into_dyn().build().unwrap();
+    let builder = builder.scene(Along {
+        scene: Still::tilted(1.33154),
+        path,
+    });
+    let shoot = builder
+        .support(contacts(&[thin, thick], (5e-7, 0.0)))
+        .into_dyn()
+        .build()
+        .unwrap();
     assert_on_its_side(shoot, &[thin, thick], (491.9, 5000.0));
 }

@@ -27,7 +27,11 @@ struct Apical(f64);
 
 impl GrowthLaw for Apical {
     fn regr(&self, apex_distance: f64, _: f64) -> f64 {
-        if apex_distance < self.0 { 1.0 / TIME } else { 0.0 }
+        if apex_distance < self.0 {
+            1.0 / TIME
+        } else {
+            0.0
+        }
     }
 
     fn zone_length(&self) -> f64 {
@@ -39,12 +43,16 @@ impl GrowthLaw for Apical {
     }
 }
 
-/// Largest distance of the centre line from the curve of a shoot of constant length with a curvature (1/m) at each
-/// distance from the apex (m), relative to the length. The curve is that of the midpoint rule in 200,000 steps, whose
-/// error is below 1e-9. Jumps are at ends of steps, so that they cause no error.
+/// Largest distance of the centre line from the curve of a shoot of constant length with a
+/// curvature (1/m) at each distance from the apex (m), relative to the length. The curve is that of
+/// the midpoint rule in 200,000 steps, whose error is below 1e-9. Jumps are at ends of steps, so
+/// that they cause no error.
 fn error(shoot: &Shoot<impl Model>, curvature: impl Fn(f64) -> f64) -> f64 {
     let (places, steps) = (400_usize, 200_000_usize);
-    let (line, h) = (shoot.rod().centre_line_at(places + 1), LENGTH / steps as f64);
+    let (line, h) = (
+        shoot.rod().centre_line_at(places + 1),
+        LENGTH / steps as f64,
+    );
     let (mut angle, mut place, mut largest) = (0.0_f64, Vector3::zeros(), 0.0_f64);
     for i in 0..steps {
         let turn = h * curvature(LENGTH - h * (i as f64 + 0.5));
@@ -58,9 +66,15 @@ fn error(shoot: &Shoot<impl Model>, curvature: impl Fn(f64) -> f64) -> f64 {
     largest / LENGTH
 }
 
-/// Advances a shoot with a tolerance. The runs take a few hundred steps on up to a hundred elements.
+/// Advances a shoot with a tolerance. The runs take a few hundred steps on up to a hundred
+/// elements.
 fn run(shoot: &mut Shoot<DynLaws>, tolerance: f64, until: f64) -> Statistics {
-    Adaptive { max_work: 50_000, ..Adaptive::new(tolerance) }.advance(shoot, until).expect("a run")
+    Adaptive {
+        max_work: 50_000,
+        ..Adaptive::new(tolerance)
+    }
+    .advance(shoot, until)
+    .expect("a run")
 }
 
 #[test]
@@ -69,15 +83,36 @@ fn localised_bend_is_within_the_tolerance() {
     for edge in [1e-2, 2e-3, 1e-3, 1e-5] {
         for (from, to) in [(0.0, 0.02), (0.01, 0.03), (0.0123, 0.0177), (0.021, 0.0234)] {
             for tolerance in TOLERANCES {
-                let law = Localised { law: Bend(0.3), from, to, edge };
-                let builder = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).scene(Still::weightless());
-                let growth = Ongoing(UniformGrowth { zone_length: 0.06, time: TIME });
-                let mut shoot = builder.growth(growth).tropism(law.clone()).into_dyn().build().unwrap();
+                let law = Localised {
+                    law: Bend(0.3),
+                    from,
+                    to,
+                    edge,
+                };
+                let builder = Shoot::builder(YOUNG)
+                    .length(LENGTH)
+                    .radius(RADIUS)
+                    .scene(Still::weightless());
+                let growth = Ongoing(UniformGrowth {
+                    zone_length: 0.06,
+                    time: TIME,
+                });
+                let mut shoot = builder
+                    .growth(growth)
+                    .tropism(law.clone())
+                    .into_dyn()
+                    .build()
+                    .unwrap();
                 let estimate = run(&mut shoot, tolerance, until).error.unwrap();
-                let error = error(&shoot, |distance| 0.3 / RADIUS * until / TIME * law.window(distance));
+                let error = error(&shoot, |distance| {
+                    0.3 / RADIUS * until / TIME * law.window(distance)
+                });
                 // The smallest estimate is 2.2 times the error.
                 let name = format!("edge {edge}, {from} to {to}, tolerance {tolerance:e}");
-                assert!(error < tolerance.min(estimate), "{name}: {error:e}, estimate {estimate:e}");
+                assert!(
+                    error < tolerance.min(estimate),
+                    "{name}: {error:e}, estimate {estimate:e}"
+                );
             }
         }
     }
@@ -89,16 +124,28 @@ fn growth_that_jumps_along_the_shoot_is_within_the_tolerance() {
     for share in [0.37, 0.5, 0.61, 0.813] {
         for tolerance in TOLERANCES {
             let apical = share * LENGTH;
-            let builder = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).scene(Still::weightless());
+            let builder = Shoot::builder(YOUNG)
+                .length(LENGTH)
+                .radius(RADIUS)
+                .scene(Still::weightless());
             let laws = builder.growth(Ongoing(Apical(apical))).tropism(Bend(0.15));
             let mut shoot = laws.into_dyn().build().unwrap();
             let estimate = run(&mut shoot, tolerance, until).error.unwrap();
-            let curvature = |distance: f64| if distance < apical { 0.15 / RADIUS * until / TIME } else { 0.0 };
+            let curvature = |distance: f64| {
+                if distance < apical {
+                    0.15 / RADIUS * until / TIME
+                } else {
+                    0.0
+                }
+            };
             let error = error(&shoot, curvature);
             assert!(error < tolerance, "{share}, {tolerance:e}: {error:e}");
-            // With the tolerance 1e-3 and the jump at 0.813 of the length the error is 3.4 times the estimate, since
-            // the jump is next to a node.
-            assert!(error < 4.0 * estimate, "{share}, {tolerance:e}: {error:e}, estimate {estimate:e}");
+            // With the tolerance 1e-3 and the jump at 0.813 of the length the error is 3.4 times
+            // the estimate, since the jump is next to a node.
+            assert!(
+                error < 4.0 * estimate,
+                "{share}, {tolerance:e}: {error:e}, estimate {estimate:e}"
+            );
         }
     }
 }
@@ -108,10 +155,28 @@ fn localised_bend_of_a_shoot_that_elongates_is_within_the_tolerance() {
     let until = HOUR;
     for (edge, from, to) in [(2e-3, 0.0123, 0.0177), (3e-4, 0.021, 0.0234)] {
         let shoot = |elements| {
-            let builder = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).elements(elements).merge_tolerance(1e-9);
-            let laws = builder.growth(UniformGrowth { zone_length: 0.03, time: TIME }).load(WEIGHT);
-            let law = Localised { law: Bend(0.6), from, to, edge };
-            laws.scene(Still::tilted(0.7)).tropism(law).into_dyn().build().unwrap()
+            let builder = Shoot::builder(YOUNG)
+                .length(LENGTH)
+                .radius(RADIUS)
+                .elements(elements)
+                .merge_tolerance(1e-9);
+            let laws = builder
+                .growth(UniformGrowth {
+                    zone_length: 0.03,
+                    time: TIME,
+                })
+                .load(WEIGHT);
+            let law = Localised {
+                law: Bend(0.6),
+                from,
+                to,
+                edge,
+            };
+            laws.scene(Still::tilted(0.7))
+                .tropism(law)
+                .into_dyn()
+                .build()
+                .unwrap()
         };
         // This run differs by less than 1e-7 from one with twice the elements and half the steps.
         let mut fine = shoot(80);
@@ -124,7 +189,10 @@ fn localised_bend_of_a_shoot_that_elongates_is_within_the_tolerance() {
             let lines = [&shoot, &fine].map(|shoot| shoot.rod().centre_line_at(301));
             let distances = lines[0].iter().zip(&lines[1]).map(|(a, b)| (a - b).norm());
             let error = distances.fold(0.0, f64::max) / LENGTH;
-            assert!(error < tolerance.min(estimate), "{edge}, {tolerance:e}: {error:e}, estimate {estimate:e}");
+            assert!(
+                error < tolerance.min(estimate),
+                "{edge}, {tolerance:e}: {error:e}, estimate {estimate:e}"
+            );
         }
     }
 }

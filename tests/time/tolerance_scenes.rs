@@ -1,7 +1,9 @@
-//! Random scenes with laws of a study keep their tolerance, in one call, in several calls, and at output times.
+//! Random scenes with laws of a study keep their tolerance, in one call, in several calls, and at
+//! output times.
 //!
-//! `MORPHOROD_CASES=300 MORPHOROD_SEED=1000 cargo test --workspace --test all time::tolerance_scenes:: -- --nocapture`
-//! draws more and other scenes, and prints their errors and estimates. The fixture `scenes` describes them.
+//! `MORPHOROD_CASES=300 MORPHOROD_SEED=1000 cargo test --workspace --test all
+//! time::tolerance_scenes:: -- --nocapture` draws more and other scenes, and prints their errors
+//! and estimates. The fixture `scenes` describes them.
 
 use crate::fixtures::random::number;
 use crate::fixtures::scenes::{Calls, Reference, Scene, Shape, distance, shape};
@@ -16,9 +18,11 @@ struct Verdict {
     estimate: f64,
 }
 
-/// Runs a scene by its calls. Returns the statistics of all calls and the shapes at the times of comparison.
+/// Runs a scene by its calls. Returns the statistics of all calls and the shapes at the times of
+/// comparison.
 fn run(scene: &Scene) -> Result<(Statistics, Vec<Shape>), IntegrationError> {
-    let (mut shoot, mut shapes, mut all) = (scene.shoot(8, 1e-4), Vec::new(), Statistics::default());
+    let (mut shoot, mut shapes, mut all) =
+        (scene.shoot(8, 1e-4), Vec::new(), Statistics::default());
     let mut integrator = Adaptive::new(scene.tolerance);
     if let Calls::Shown(times) = &scene.calls {
         let show = |shoot: &_| shapes.push(shape(shoot));
@@ -36,9 +40,15 @@ fn judge(seed: u64, scene: &Scene, reference: &Reference) -> Result<Verdict, Int
     let (cost, shapes) = run(scene)?;
     let (error, estimate) = (distance(&shapes, &reference.shapes), cost.error.unwrap());
     let (tolerance, laws) = (scene.tolerance, &scene.laws);
-    println!("{seed}: tolerance {tolerance:.1e}, error {error:.1e}, estimate {estimate:.1e}, {cost}; {laws}");
+    println!(
+        "{seed}: tolerance {tolerance:.1e}, error {error:.1e}, estimate {estimate:.1e}, {cost}; {laws}"
+    );
     let least = (error - reference.error).max(f64::MIN_POSITIVE);
-    Ok(Verdict { seed, error: error / scene.permitted(), estimate: estimate / least })
+    Ok(Verdict {
+        seed,
+        error: error / scene.permitted(),
+        estimate: estimate / least,
+    })
 }
 
 #[test]
@@ -60,23 +70,44 @@ fn random_scenes_keep_the_tolerance() {
     }
     let listed = |holds: &dyn Fn(&Verdict) -> bool| -> Vec<String> {
         let listed = verdicts.iter().filter(|verdict| holds(verdict));
-        listed.map(|v| format!("{}: {:.2} tolerances, estimate {:.2}", v.seed, v.error, v.estimate)).collect()
+        listed
+            .map(|v| {
+                format!(
+                    "{}: {:.2} tolerances, estimate {:.2}",
+                    v.seed, v.error, v.estimate
+                )
+            })
+            .collect()
     };
-    let (missed, low) = (listed(&|verdict| verdict.error > 1.0), listed(&|verdict| verdict.estimate < 1.0));
-    println!("{cases} scenes, {unknown} without a reference; missed {missed:?}, low {low:?}, errors {failures:?}");
-    // Documented limits: no tolerance is missed, 1 of 100 estimates is below the error, by a factor of two at most,
-    // and 2 of 100 runs have no end. One more is allowed for small samples.
+    let (missed, low) = (
+        listed(&|verdict| verdict.error > 1.0),
+        listed(&|verdict| verdict.estimate < 1.0),
+    );
+    println!(
+        "{cases} scenes, {unknown} without a reference; missed {missed:?}, low {low:?}, errors {failures:?}"
+    );
+    // Documented limits: no tolerance is missed, 1 of 100 estimates is below the error, by a factor
+    // of two at most, and 2 of 100 runs have no end. One more is allowed for small samples.
     let allowed = |percent: u64| (1 + percent * cases / 100) as usize;
     assert!(missed.is_empty() && listed(&|verdict| verdict.estimate < 0.5).is_empty());
     assert!(low.len() <= allowed(1) && failures.len() <= allowed(2));
-    assert!(unknown <= allowed(3), "{unknown} of {cases} without a reference");
+    assert!(
+        unknown <= allowed(3),
+        "{unknown} of {cases} without a reference"
+    );
 }
 
-/// The memories have time constants of 22 and 53 s, and steps are up to 80 s long. Shortly after a discontinuity all
-/// runs have the same steps. Cubics in steps of half a time constant have an error of four times the estimate.
+/// The memories have time constants of 22 and 53 s, and steps are up to 80 s long. Shortly after a
+/// discontinuity all runs have the same steps. Cubics in steps of half a time constant have an
+/// error of four times the estimate.
 #[test]
 fn estimates_contain_the_errors_of_fast_memories() {
     let scene = Scene::random(44);
     let verdict = judge(44, &scene, &scene.reference().unwrap()).unwrap();
-    assert!(verdict.error <= 1.0 && verdict.estimate >= 1.0, "{} {}", verdict.error, verdict.estimate);
+    assert!(
+        verdict.error <= 1.0 && verdict.estimate >= 1.0,
+        "{} {}",
+        verdict.error,
+        verdict.estimate
+    );
 }

@@ -1,5 +1,5 @@
-//! Settings and methods whose result would be meaningless, or not end: each is an error that names the number, the
-//! unit and the remedy.
+//! Settings and methods whose result would be meaningless, or not end: each is an error that names
+//! the number, the unit and the remedy.
 
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting};
 use crate::time::messages::{Wrong, assert_clear, assert_says, run};
@@ -7,7 +7,8 @@ use morphorod::constitutive::{Constitutive, ElasticResponse, LinearElastic, Tiss
 use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{
-    ConstantHistory, HistoryFunction, IntegrationError, Integrator, MethodOfSteps, Statistics, TimeStepper,
+    ConstantHistory, HistoryFunction, IntegrationError, Integrator, MethodOfSteps, Statistics,
+    TimeStepper,
 };
 use morphorod::load::{InternalForce, Weight};
 use morphorod::rod::Rod;
@@ -15,14 +16,22 @@ use morphorod::tropism::{Growing, TropismLaw};
 use morphorod::{Laws, Model, Shoot, ShootBuilder, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
-pub(super) const GROWTH: UniformGrowth = UniformGrowth { zone_length: 0.04, time: 20.0 * HOUR };
+pub(super) const GROWTH: UniformGrowth = UniformGrowth {
+    zone_length: 0.04,
+    time: 20.0 * HOUR,
+};
 
 /// The laws of [`plain`].
 pub(super) type Inclined = Laws<LinearElastic, UniformGrowth, (), Weight>;
 
 /// A growing shoot of 5 cm on an inclined base.
 pub(super) fn plain() -> ShootBuilder<Inclined> {
-    Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(GROWTH).load(WEIGHT).scene(Still::tilted(0.5))
+    Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(RADIUS)
+        .growth(GROWTH)
+        .load(WEIGHT)
+        .scene(Still::tilted(0.5))
 }
 
 #[test]
@@ -30,8 +39,14 @@ fn tolerances_below_rounding_or_without_a_correct_digit_are_refused() {
     for tolerance in [1e-300, 1e-17, 0.2, 1.0] {
         let words = "but must be from 2.3e-16, the rounding of a number, to 0.1 (rad)";
         assert_clear(vec![
-            (words, run(plain().into_dyn(), |run| run.tolerance = tolerance)),
-            (words, run(plain().into_dyn(), |run| run.solver.tolerance = tolerance)),
+            (
+                words,
+                run(plain().into_dyn(), |run| run.tolerance = tolerance),
+            ),
+            (
+                words,
+                run(plain().into_dyn(), |run| run.solver.tolerance = tolerance),
+            ),
         ]);
     }
 }
@@ -40,7 +55,10 @@ fn tolerances_below_rounding_or_without_a_correct_digit_are_refused() {
 fn merge_tolerance_in_degrees_is_refused() {
     for degrees in [0.2, 5.0] {
         let answer = growing().merge_tolerance(degrees).into_dyn().build();
-        assert_says(answer, &format!("merge tolerance is {degrees} but must be from 0 to 0.1 (rad)"));
+        assert_says(
+            answer,
+            &format!("merge tolerance is {degrees} but must be from 0 to 0.1 (rad)"),
+        );
     }
 }
 
@@ -55,12 +73,28 @@ fn element_that_rotates_by_pi_names_its_intrinsic_strain_or_the_load() {
         }
     }
 
-    let soft = LinearElastic { youngs_modulus: 10.0, ..YOUNG };
-    let soft = Shoot::builder(soft).length(0.05).radius(RADIUS).load(WEIGHT).scene(Still::tilted(0.5));
+    let soft = LinearElastic {
+        youngs_modulus: 10.0,
+        ..YOUNG
+    };
+    let soft = Shoot::builder(soft)
+        .length(0.05)
+        .radius(RADIUS)
+        .load(WEIGHT)
+        .scene(Still::tilted(0.5));
     assert_clear(vec![
-        ("its intrinsic strain alone rotates it by", run(plain().tropism(Steep).into_dyn(), |_| ())),
-        ("check the tropism laws, their sensitivities", run(plain().tropism(Steep).into_dyn(), |_| ())),
-        ("check the units of length, radius, stiffness and load", run(soft.into_dyn(), |_| ())),
+        (
+            "its intrinsic strain alone rotates it by",
+            run(plain().tropism(Steep).into_dyn(), |_| ()),
+        ),
+        (
+            "check the tropism laws, their sensitivities",
+            run(plain().tropism(Steep).into_dyn(), |_| ()),
+        ),
+        (
+            "check the units of length, radius, stiffness and load",
+            run(soft.into_dyn(), |_| ()),
+        ),
     ]);
 }
 
@@ -70,14 +104,36 @@ fn strain_in_1_per_mm_is_named() {
     let bent = |elements: usize, curvature: f64| {
         let mut shoot = righting().elements(elements).into_dyn().build().unwrap();
         shoot.set_intrinsic(|_| Vector3::y() * curvature);
-        MethodOfSteps::new(60.0).advance(&mut shoot, HOUR).unwrap_err()
+        MethodOfSteps::new(60.0)
+            .advance(&mut shoot, HOUR)
+            .unwrap_err()
     };
     let folded = bent(8, 2e4);
-    assert!(matches!(folded, IntegrationError::Equilibrium { error: EquilibriumError::Folded { .. }, .. }), "{folded}");
-    assert!(folded.to_string().contains("a strain that was set (1/m)"), "{folded}");
+    assert!(
+        matches!(
+            folded,
+            IntegrationError::Equilibrium {
+                error: EquilibriumError::Folded { .. },
+                ..
+            }
+        ),
+        "{folded}"
+    );
+    assert!(
+        folded.to_string().contains("a strain that was set (1/m)"),
+        "{folded}"
+    );
     let thick = bent(64, 2500.0);
-    assert!(matches!(thick, IntegrationError::NotSlender { .. }), "{thick}");
-    assert!(thick.to_string().contains("strains and histories that were set"), "{thick}");
+    assert!(
+        matches!(thick, IntegrationError::NotSlender { .. }),
+        "{thick}"
+    );
+    assert!(
+        thick
+            .to_string()
+            .contains("strains and histories that were set"),
+        "{thick}"
+    );
 }
 
 #[test]
@@ -86,13 +142,18 @@ fn numbers_of_things_are_given_with_the_needed_number() {
     let (mut parts, mut solver) = (TimeStepper::default(), NewtonSolver::default());
     let mut step = parts.begin(&mut shoot, &mut solver, 60.0).unwrap();
     let needed = step.points().len();
-    let error = step.change_intrinsic(&[Vector3::zeros()]).unwrap_err().to_string();
-    let expected =
-        format!("number of changes of strain is 1 but must be {needed}, that of the points in the growth zone");
+    let error = step
+        .change_intrinsic(&[Vector3::zeros()])
+        .unwrap_err()
+        .to_string();
+    let expected = format!(
+        "number of changes of strain is 1 but must be {needed}, that of the points in the growth zone"
+    );
     assert_eq!(error, expected);
 }
 
-/// An integrator whose calls end at a wrong time: that which it computes from the present time and the requested one.
+/// An integrator whose calls end at a wrong time: that which it computes from the present time and
+/// the requested one.
 struct Elsewhere<F>(F, MethodOfSteps);
 
 impl<F: Fn(f64, f64) -> f64> Integrator for Elsewhere<F> {
@@ -120,7 +181,10 @@ fn integrator_that_makes_no_step_ends() {
     let mut idle = Elsewhere(|now, _| now, MethodOfSteps::new(HOUR));
     let words = "length of a step of the integrator is 0 but must be positive";
     assert_says(idle.advance_until(&mut shoot, HOUR, |_| -1.0), words);
-    assert_says(idle.advance_showing(&mut shoot, HOUR, [600.0], |_| ()), words);
+    assert_says(
+        idle.advance_showing(&mut shoot, HOUR, [600.0], |_| ()),
+        words,
+    );
 }
 
 #[test]
@@ -129,9 +193,15 @@ fn integrator_that_does_not_reach_a_requested_time_or_passes_it_is_refused() {
         let words = "time that the integrator reached is ";
         let mut run = Elsewhere(wrong, MethodOfSteps::new(HOUR));
         let shoot = || righting().into_dyn().build().unwrap();
-        assert_says(run.advance_showing(&mut shoot(), HOUR, [600.0], |_| ()), words);
+        assert_says(
+            run.advance_showing(&mut shoot(), HOUR, [600.0], |_| ()),
+            words,
+        );
         assert_says(run.advance_showing(&mut shoot(), HOUR, [], |_| ()), words);
-        assert_says(run.advance_until(&mut shoot(), HOUR, |shoot| shoot.time() - 600.0), words);
+        assert_says(
+            run.advance_until(&mut shoot(), HOUR, |shoot| shoot.time() - 600.0),
+            words,
+        );
     }
     check(|now, until| now + (until - now) / 3.0);
     check(|now, until| if until > now { until + 1.0 } else { until });
@@ -145,7 +215,9 @@ fn counts_of_any_size_are_added() {
     assert_eq!((counts.steps, counts.work()), (usize::MAX, usize::MAX));
     let boastful = Wrong(|_: &mut Rod, found: &mut Equilibrium| found.iterations = usize::MAX);
     let mut shoot = plain().into_dyn().build().unwrap();
-    let counts = MethodOfSteps::with_solver(120.0, boastful).advance(&mut shoot, 600.0).unwrap();
+    let counts = MethodOfSteps::with_solver(120.0, boastful)
+        .advance(&mut shoot, 600.0)
+        .unwrap();
     assert!(counts.steps > 1 && counts.iterations == usize::MAX);
 }
 
@@ -154,8 +226,16 @@ struct Tenth<'a, C>(&'a C);
 
 impl<C: Constitutive> Constitutive for Tenth<'_, C> {
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        let ElasticResponse { energy, couple, tangent } = self.0.respond(tissue, strain);
-        ElasticResponse { energy: 0.1 * energy, couple: 0.1 * couple, tangent: 0.1 * tangent }
+        let ElasticResponse {
+            energy,
+            couple,
+            tangent,
+        } = self.0.respond(tissue, strain);
+        ElasticResponse {
+            energy: 0.1 * energy,
+            couple: 0.1 * couple,
+            tangent: 0.1 * tangent,
+        }
     }
 }
 
@@ -178,14 +258,16 @@ fn first_shape_of_a_shoot_that_is_not_in_equilibrium_is_refused() {
     fn start(solver: impl EquilibriumSolver) -> Result<f64, IntegrationError> {
         let mut shoot = plain().into_dyn().build().unwrap();
         match MethodOfSteps::with_solver(120.0, solver).start(&mut shoot, &ConstantHistory::Empty) {
-            Err(IntegrationError::Equilibrium { error: EquilibriumError::Unbalanced { rotation, .. }, .. }) => {
-                Ok(rotation)
-            }
+            Err(IntegrationError::Equilibrium {
+                error: EquilibriumError::Unbalanced { rotation, .. },
+                ..
+            }) => Ok(rotation),
             Err(error) => Err(error),
             Ok(_) => Ok(0.0),
         }
     }
-    // A solver that leaves the frames parallel to the base, and one that rotates the others by up to an angle (rad).
+    // A solver that leaves the frames parallel to the base, and one that rotates the others by up
+    // to an angle (rad).
     let idle = Wrong(|rod: &mut Rod, _: &mut Equilibrium| {
         let frames = rod.node_frames();
         rod.set_shape(&vec![frames[0]; frames.len()], &[]).unwrap();
@@ -195,7 +277,8 @@ fn first_shape_of_a_shoot_that_is_not_in_equilibrium_is_refused() {
             let mut frames = rod.node_frames();
             let last = (frames.len() - 1) as f64;
             for (i, frame) in frames.iter_mut().enumerate() {
-                *frame *= UnitQuaternion::from_scaled_axis(Vector3::x() * (angle * i as f64 / last));
+                *frame *=
+                    UnitQuaternion::from_scaled_axis(Vector3::x() * (angle * i as f64 / last));
             }
             rod.set_shape(&frames, &[]).unwrap();
         })
@@ -206,7 +289,8 @@ fn first_shape_of_a_shoot_that_is_not_in_equilibrium_is_refused() {
     }
     // Newton's method returns to its own shape.
     assert!((turned - 0.2).abs() < 1e-6, "{turned}");
-    // An inaccurate solver is accepted, and so is a thread of 50 m whose weight is 1e9 times its stiffness over ℓ².
+    // An inaccurate solver is accepted, and so is a thread of 50 m whose weight is 1e9 times its
+    // stiffness over ℓ².
     assert_eq!(start(rotated(0.05)).unwrap(), 0.0);
     run(plain().length(50.0).into_dyn(), |run| run.step = 3600.0).unwrap();
 }
@@ -233,7 +317,10 @@ fn shape_that_leaves_equilibrium_later_is_refused_unless_its_error_is_reported()
         result
     };
     let error = advance(1e-9).unwrap_err();
-    let IntegrationError::Equilibrium { time, error: EquilibriumError::Unbalanced { rotation, reported } } = error
+    let IntegrationError::Equilibrium {
+        time,
+        error: EquilibriumError::Unbalanced { rotation, reported },
+    } = error
     else {
         panic!("{error}")
     };

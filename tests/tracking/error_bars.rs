@@ -1,6 +1,8 @@
-//! Standard errors and detection of oscillations in noise that is not white, with slow drift, gaps and outliers.
+//! Standard errors and detection of oscillations in noise that is not white, with slow drift, gaps
+//! and outliers.
 //!
-//! `MORPHOROD_CASES=200 cargo test --workspace --test all tracking::error_bars:: -- --nocapture` draws more tracks.
+//! `MORPHOROD_CASES=200 cargo test --workspace --test all tracking::error_bars:: -- --nocapture`
+//! draws more tracks.
 
 use std::f64::consts::TAU;
 
@@ -43,10 +45,12 @@ impl Scene {
         let (mut times, mut positions) = (Vec::new(), Vec::new());
         for k in 0..FRAMES {
             let (t, part) = (FRAME * f64::from(k), f64::from(k) / f64::from(FRAMES));
-            noise = noise * self.correlation + draw.normal() * (1.0 - self.correlation * self.correlation).sqrt();
+            noise = noise * self.correlation
+                + draw.normal() * (1.0 - self.correlation * self.correlation).sqrt();
             let spoiled = draw.chance(OUTLIERS.0) && self.outliers;
             let off = draw.vector(OUTLIERS.1).xy();
-            let dark = (0.2..0.325).contains(&part) || (0.6..0.725).contains(&part) || draw.chance(0.1);
+            let dark =
+                (0.2..0.325).contains(&part) || (0.6..0.725).contains(&part) || draw.chance(0.1);
             if self.gaps && dark {
                 continue;
             }
@@ -65,18 +69,25 @@ impl Scene {
         Track::new(times, positions).unwrap()
     }
 
-    /// Checks that nominal 90 % intervals of the period and of both axes contain the true values in 85 to 95 % of the
-    /// tracks, and that no other oscillation is found.
+    /// Checks that nominal 90 % intervals of the period and of both axes contain the true values in
+    /// 85 to 95 % of the tracks, and that no other oscillation is found.
     fn check(&self) {
         let (cases, seed) = (number("MORPHOROD_CASES", 30), number("MORPHOROD_SEED", 1));
         let (mut inside, mut spurious) = ([0_u32; 3], 0);
         for case in 0..cases {
             let mut draw = Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(case));
             let period = draw.uniform(70.0, 110.0) * MINUTE;
-            let found = self.draw(&mut draw, period).oscillations(&Search::default()).unwrap().oscillations;
+            let found = self
+                .draw(&mut draw, period)
+                .oscillations(&Search::default())
+                .unwrap()
+                .oscillations;
             // The oscillation has ten times the amplitude of the noise, and is the largest one.
             let largest = found[0];
-            assert!((largest.period / period - 1.0).abs() < 0.02, "case {case}: {found:?}");
+            assert!(
+                (largest.period / period - 1.0).abs() < 0.02,
+                "case {case}: {found:?}"
+            );
             let known = [
                 (largest.period, period, largest.period_error),
                 (largest.ellipse.major, AXES[0], largest.axis_error),
@@ -110,22 +121,38 @@ fn intervals_in_white_noise_contain_the_truth_as_often_as_stated() {
 
 #[test]
 fn intervals_in_autocorrelated_noise_contain_the_truth_as_often_as_stated() {
-    Scene { correlation: 0.8, ..Scene::default() }.check();
+    Scene {
+        correlation: 0.8,
+        ..Scene::default()
+    }
+    .check();
 }
 
 #[test]
 fn intervals_under_a_slow_sinusoidal_drift_contain_the_truth_as_often_as_stated() {
-    Scene { drifts: true, ..Scene::default() }.check();
+    Scene {
+        drifts: true,
+        ..Scene::default()
+    }
+    .check();
 }
 
 #[test]
 fn intervals_with_gaps_and_lost_frames_contain_the_truth_as_often_as_stated() {
-    Scene { gaps: true, ..Scene::default() }.check();
+    Scene {
+        gaps: true,
+        ..Scene::default()
+    }
+    .check();
 }
 
 #[test]
 fn intervals_with_outliers_contain_the_truth_as_often_as_stated() {
-    Scene { outliers: true, ..Scene::default() }.check();
+    Scene {
+        outliers: true,
+        ..Scene::default()
+    }
+    .check();
 }
 
 #[test]
@@ -135,9 +162,20 @@ fn autocorrelated_noise_is_not_reported_as_oscillation_or_nutation() {
     let (mut oscillating, mut nutating) = (0, 0);
     for case in 0..cases {
         let mut draw = Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(case));
-        let noise = Scene { correlation: 0.8, still: true, gaps: case % 2 == 1, ..Scene::default() };
+        let noise = Scene {
+            correlation: 0.8,
+            still: true,
+            gaps: case % 2 == 1,
+            ..Scene::default()
+        };
         let noise = noise.draw(&mut draw, 90.0 * MINUTE);
-        oscillating += usize::from(!noise.oscillations(&Search::default()).unwrap().oscillations.is_empty());
+        oscillating += usize::from(
+            !noise
+                .oscillations(&Search::default())
+                .unwrap()
+                .oscillations
+                .is_empty(),
+        );
         nutating += usize::from(noise.nutation(band).unwrap().nutates);
     }
     println!("of {cases} tracks of noise, {oscillating} oscillate and {nutating} nutate");

@@ -34,7 +34,10 @@ fn transient_at_the_start_is_no_outlier() {
     for minutes in [4.0, 8.0, 15.0, 60.0] {
         for noise in [0.0, 1e-5, 1e-4] {
             let found = outliers(&transient(minutes * MINUTE, noise));
-            assert!(found.is_empty(), "{minutes} min, noise of {noise} m: {found:?}");
+            assert!(
+                found.is_empty(),
+                "{minutes} min, noise of {noise} m: {found:?}"
+            );
         }
     }
 }
@@ -48,7 +51,8 @@ fn white_noise_has_no_outliers_whatever_the_motion() {
         let mut draw = Draw::new(seed);
         let growing = path(720, 120.0, |t| {
             let (sine, cosine) = (TAU * (1.0 + rate * t / first).ln() / rate).sin_cos();
-            Vector2::new(cosine, sine) * (1e-3 + 9e-3 * (t / 86400.0).powi(4)) + draw.normal() * 5e-5
+            Vector2::new(cosine, sine) * (1e-3 + 9e-3 * (t / 86400.0).powi(4))
+                + draw.normal() * 5e-5
         });
         let found = outliers(&growing);
         assert!(found.is_empty(), "{seed}: {found:?}");
@@ -65,13 +69,18 @@ fn displaced_positions_are_the_only_outliers_of_a_track() {
         // displaced positions are neighbours, and one of these pairs is at the end.
         positions[i] += circle(k as f64, 2.6, 4e-3);
     }
-    assert_eq!(outliers(&Track::new(track.times().to_vec(), positions).unwrap()), displaced);
+    assert_eq!(
+        outliers(&Track::new(track.times().to_vec(), positions).unwrap()),
+        displaced
+    );
 }
 
 #[test]
 fn huge_outliers_do_not_hide_small_ones_or_the_motion() {
     let mut draw = Draw::new(7);
-    let clean = path(900, 60.0, |t| circle(t, 24.0 * MINUTE, 1e-3) + draw.normal() * 2e-5);
+    let clean = path(900, 60.0, |t| {
+        circle(t, 24.0 * MINUTE, 1e-3) + draw.normal() * 2e-5
+    });
     for size in [1e3, 1e36, 1e150, f64::MAX] {
         let mut positions = clean.positions().to_vec();
         positions[100] = Vector2::new(size, size);
@@ -80,8 +89,26 @@ fn huge_outliers_do_not_hide_small_ones_or_the_motion() {
         let track = Track::new(clean.times().to_vec(), positions).unwrap();
         assert_eq!(outliers(&track), [100, 250, 333], "{size:e} m");
         let found = track.nutation([10.0 * MINUTE, HOUR]).unwrap();
-        assert!(found.nutates && (found.period.unwrap() / (24.0 * MINUTE) - 1.0).abs() < 0.01, "{size:e} m");
-        assert_eq!(track.oscillations(&Search::default()).unwrap().oscillations.len(), 1, "{size:e} m");
+        assert!(
+            found.nutates && (found.period.unwrap() / (24.0 * MINUTE) - 1.0).abs() < 0.01,
+            "{size:e} m"
+        );
+        assert_eq!(
+            track
+                .oscillations(&Search::default())
+                .unwrap()
+                .oscillations
+                .len(),
+            1,
+            "{size:e} m"
+        );
     }
-    assert!(clean.oscillations(&Search { drift: usize::MAX - 3, ..Search::default() }).is_err());
+    assert!(
+        clean
+            .oscillations(&Search {
+                drift: usize::MAX - 3,
+                ..Search::default()
+            })
+            .is_err()
+    );
 }

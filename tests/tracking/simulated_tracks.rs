@@ -16,8 +16,17 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 /// 14.6226216 mm (`circular_orbit`).
 #[test]
 fn period_and_radius_of_a_simulated_circular_orbit_are_exact() {
-    let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
-    let mut shoot = reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).into_dyn().build().unwrap();
+    let whirl = Whirl {
+        force: 1e-5,
+        period: 87.6 * MINUTE,
+        turns: 2.0,
+    };
+    let mut shoot = reduced(0.0659, 20.0 * HOUR)
+        .elements(4)
+        .load((WEIGHT, whirl))
+        .into_dyn()
+        .build()
+        .unwrap();
     let mut run = MethodOfSteps::new(45.0);
     run.advance(&mut shoot, 300.0 * HOUR).unwrap();
     let (mut times, mut tips) = (Vec::new(), Vec::new());
@@ -30,9 +39,22 @@ fn period_and_radius_of_a_simulated_circular_orbit_are_exact() {
     let path = Track::seen_along(&Vector3::z(), times, &tips).unwrap();
     let found = path.oscillations(&Search::default()).unwrap();
     let first = found.oscillations[0];
-    assert_relative_eq!(first.period, 87.6383587116423 * MINUTE, epsilon = 0.0, max_relative = 1e-6);
-    assert_relative_eq!(first.ellipse.major, 14.6226216e-3, epsilon = 0.0, max_relative = 1e-5);
-    assert!(found.pattern() == Pattern::Circular && first.ellipse.roundness() > 0.9999, "{found:?}");
+    assert_relative_eq!(
+        first.period,
+        87.6383587116423 * MINUTE,
+        epsilon = 0.0,
+        max_relative = 1e-6
+    );
+    assert_relative_eq!(
+        first.ellipse.major,
+        14.6226216e-3,
+        epsilon = 0.0,
+        max_relative = 1e-5
+    );
+    assert!(
+        found.pattern() == Pattern::Circular && first.ellipse.roundness() > 0.9999,
+        "{found:?}"
+    );
 }
 
 /// The growing shoot first follows its internal oscillator of 24 min. Later self-sustained
@@ -56,21 +78,37 @@ fn share_of_the_internal_oscillator_falls_as_the_shoot_grows() {
     let shares = [4.0, 9.0, 10.5, 20.0, 25.0, 30.0].map(share);
     println!("{shares:.3?}");
     // The share falls below one half between 9 and 10.5 h.
-    assert!(shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5, "{shares:?}");
+    assert!(
+        shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5,
+        "{shares:?}"
+    );
     assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
     // From 8 h on, the share decreases monotonically. It would increase if the drift followed a
     // part of the slow oscillation.
     let falling: Vec<f64> = (16..=40).map(|k| share(0.5 * f64::from(k))).collect();
-    assert!(falling.windows(2).all(|pair| pair[1] < pair[0] + 1e-3), "{falling:.3?}");
+    assert!(
+        falling.windows(2).all(|pair| pair[1] < pair[0] + 1e-3),
+        "{falling:.3?}"
+    );
 }
 
 /// "Video 4": a force pulse along (2, 1, 0) is followed by a perpendicular pulse after 30 h. The
 /// shoot first oscillates in a plane and later approaches a circular orbit.
 #[test]
 fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
-    let kick = |direction: Vector3<f64>, start: f64| Pulse { peak: direction * 1e-5, start, duration: 12.0 * MINUTE };
-    let kicks = (kick(Vector3::new(2.0, 1.0, 0.0), 0.0), kick(Vector3::new(1.0, -2.0, 0.0), 1800.0 * MINUTE));
-    let builder = reduced(0.0659, 20.0 * HOUR).elements(4).tropism(steering(STATOLITHS)).load((WEIGHT, kicks));
+    let kick = |direction: Vector3<f64>, start: f64| Pulse {
+        peak: direction * 1e-5,
+        start,
+        duration: 12.0 * MINUTE,
+    };
+    let kicks = (
+        kick(Vector3::new(2.0, 1.0, 0.0), 0.0),
+        kick(Vector3::new(1.0, -2.0, 0.0), 1800.0 * MINUTE),
+    );
+    let builder = reduced(0.0659, 20.0 * HOUR)
+        .elements(4)
+        .tropism(steering(STATOLITHS))
+        .load((WEIGHT, kicks));
     let mut shoot = builder.into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(120.0);
     let mut follow = |from: f64, to: f64| {
@@ -83,7 +121,10 @@ fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
             tips.push(shoot.tip());
         }
         let across = Vector3::new(1.0, -2.0, 0.0).normalize();
-        let off = tips.iter().map(|tip| (tip.dot(&across) / tip.norm()).abs()).fold(0.0, f64::max);
+        let off = tips
+            .iter()
+            .map(|tip| (tip.dot(&across) / tip.norm()).abs())
+            .fold(0.0, f64::max);
         let path = Track::seen_along(&Vector3::z(), times, &tips).unwrap();
         (off, path.oscillations(&Search::default()).unwrap())
     };
@@ -95,7 +136,10 @@ fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
     let (_, circles) = follow(108.0, 120.0);
     let roundness = circles.oscillations[0].ellipse.roundness();
     println!("minor over major axis {roundness}");
-    assert!(circles.pattern() == Pattern::Circular && roundness > 0.999, "{circles:?}");
+    assert!(
+        circles.pattern() == Pattern::Circular && roundness > 0.999,
+        "{circles:?}"
+    );
 }
 
 /// Below onset the tip of a shoot with an internal oscillator moves on an ellipse with the period
@@ -126,15 +170,29 @@ fn below_onset_the_orbit_is_the_linear_response_to_the_internal_oscillator() {
     let apex = answer.displacement.last().unwrap();
     // The displacement is Re[d exp(iωt)] = Re d cos ωt − Im d sin ωt.
     let expected = Ellipse::of(&apex.xy().map(|z| z.re), &apex.xy().map(|z| -z.im));
-    assert_relative_eq!(found.ellipse.major, expected.major, epsilon = 0.0, max_relative = 1e-3);
+    assert_relative_eq!(
+        found.ellipse.major,
+        expected.major,
+        epsilon = 0.0,
+        max_relative = 1e-3
+    );
     assert_eq!(found.ellipse.sense, expected.sense);
-    assert!(expected.roundness() > 1.0 - 1e-6 && expected.major > 1e-5, "{expected:?}");
+    assert!(
+        expected.roundness() > 1.0 - 1e-6 && expected.major > 1e-5,
+        "{expected:?}"
+    );
     // Invalid frequencies and gradients with twist are refused.
     for omega in [0.0, -1.0, f64::NAN] {
         assert!(linear.response(omega, &gradient).is_err());
     }
     let twist = Vector3::new(Complex::ZERO, Complex::ZERO, size);
-    assert!(linear.response(TAU / period, &twist).unwrap_err().to_string().contains("gradient"));
+    assert!(
+        linear
+            .response(TAU / period, &twist)
+            .unwrap_err()
+            .to_string()
+            .contains("gradient")
+    );
 }
 
 /// Figure 6 of Agostinelli, DeSimone and Noselli (2021): a circular orbit combined with an internal
@@ -143,10 +201,20 @@ fn below_onset_the_orbit_is_the_linear_response_to_the_internal_oscillator() {
 fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
     let read = |sense: Handedness| {
         let (gravitropism, proprioception) = steering(STATOLITHS);
-        let oscillator = Oscillator { handedness: sense, ..Oscillator::new(0.3, 20.0 * MINUTE) };
-        let whirl = Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 };
+        let oscillator = Oscillator {
+            handedness: sense,
+            ..Oscillator::new(0.3, 20.0 * MINUTE)
+        };
+        let whirl = Whirl {
+            force: 1e-5,
+            period: 93.0 * MINUTE,
+            turns: 2.0,
+        };
         let laws = (oscillator, gravitropism, proprioception);
-        let builder = reduced(0.06565, 20.0 * HOUR).elements(4).tropism(laws).load((WEIGHT, whirl));
+        let builder = reduced(0.06565, 20.0 * HOUR)
+            .elements(4)
+            .tropism(laws)
+            .load((WEIGHT, whirl));
         let mut shoot = builder.into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(60.0);
         run.advance(&mut shoot, 20.0 * HOUR).unwrap();
@@ -163,13 +231,22 @@ fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
     for sense in [Handedness::Counterclockwise, Handedness::Clockwise] {
         let found = read(sense);
         let [slow, fast] = [found.oscillations[0], found.oscillations[1]];
-        assert_relative_eq!(fast.period, 20.0 * MINUTE, epsilon = 0.0, max_relative = 1e-3);
+        assert_relative_eq!(
+            fast.period,
+            20.0 * MINUTE,
+            epsilon = 0.0,
+            max_relative = 1e-3
+        );
         assert_eq!(fast.ellipse.sense, Some(sense), "{found:?}");
         assert_eq!(slow.ellipse.sense, Some(Handedness::Counterclockwise));
         let turns = slow.period / fast.period;
         match (sense, found.pattern()) {
-            (Handedness::Counterclockwise, Pattern::Epitrochoid { loops, .. }) => assert_eq!(loops, turns - 1.0),
-            (Handedness::Clockwise, Pattern::Hypotrochoid { loops, .. }) => assert_eq!(loops, turns + 1.0),
+            (Handedness::Counterclockwise, Pattern::Epitrochoid { loops, .. }) => {
+                assert_eq!(loops, turns - 1.0)
+            }
+            (Handedness::Clockwise, Pattern::Hypotrochoid { loops, .. }) => {
+                assert_eq!(loops, turns + 1.0)
+            }
             other => panic!("{other:?}"),
         }
     }
@@ -178,11 +255,27 @@ fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
 /// rate and the frequency of the rightmost root.
 #[test]
 fn oscillations_below_onset_decay_at_the_rate_of_the_rightmost_root() {
-    let kick = Pulse { peak: Vector3::new(1e-7, 0.0, 0.0), start: 0.0, duration: 12.0 * MINUTE };
-    let mut shoot = reduced(0.0645, 20.0 * HOUR).elements(4).load((WEIGHT, kick)).into_dyn().build().unwrap();
-    let root = Linearisation::about(&shoot.with_model(shoot.model().clone().with_load(WEIGHT).into_dyn()).unwrap());
+    let kick = Pulse {
+        peak: Vector3::new(1e-7, 0.0, 0.0),
+        start: 0.0,
+        duration: 12.0 * MINUTE,
+    };
+    let mut shoot = reduced(0.0645, 20.0 * HOUR)
+        .elements(4)
+        .load((WEIGHT, kick))
+        .into_dyn()
+        .build()
+        .unwrap();
+    let root = Linearisation::about(
+        &shoot
+            .with_model(shoot.model().clone().with_load(WEIGHT).into_dyn())
+            .unwrap(),
+    );
     let root = root.unwrap().rightmost().unwrap().value;
-    let (every, mut run) = (10.0 * MINUTE, MethodOfSteps::with_solver(60.0, NewtonSolver::with_tolerance(1e-12)));
+    let (every, mut run) = (
+        10.0 * MINUTE,
+        MethodOfSteps::with_solver(60.0, NewtonSolver::with_tolerance(1e-12)),
+    );
     let mut seen = Vec::new();
     // The next root is at −0.96 1/h. After 12 h its contribution is 1e-4 of that of the first root.
     for k in 72..240 {

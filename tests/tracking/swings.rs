@@ -43,9 +43,14 @@ fn sense_of_a_swing_in_a_plane_is_undetermined_in_noise() {
 #[test]
 fn sense_of_a_thin_ellipse_is_found_if_its_minor_axis_exceeds_the_noise() {
     // The minor axis is eight standard errors of 2.6 µm.
-    for (minor, sense) in [(21e-6, Handedness::Counterclockwise), (-21e-6, Handedness::Clockwise)] {
+    for (minor, sense) in [
+        (21e-6, Handedness::Counterclockwise),
+        (-21e-6, Handedness::Clockwise),
+    ] {
         for seed in 1..6 {
-            let found = swing(&mut Draw::new(seed), minor).oscillations(&Search::default()).unwrap();
+            let found = swing(&mut Draw::new(seed), minor)
+                .oscillations(&Search::default())
+                .unwrap();
             assert_eq!(found.sense(), Some(sense), "{seed}: {found:?}");
         }
     }
@@ -55,8 +60,13 @@ fn sense_of_a_thin_ellipse_is_found_if_its_minor_axis_exceeds_the_noise() {
     assert_eq!(found.sense, Some(Handedness::Counterclockwise));
     assert!(found.turns.unwrap() > 0.0);
     // Without noise any minor axis is significant.
-    let exact = path(720, 120.0, |t| circle(t, PERIOD, MAJOR).component_mul(&Vector2::new(1.0, 1e-6)));
-    assert_eq!(exact.oscillations(&Search::default()).unwrap().sense(), Some(Handedness::Counterclockwise));
+    let exact = path(720, 120.0, |t| {
+        circle(t, PERIOD, MAJOR).component_mul(&Vector2::new(1.0, 1e-6))
+    });
+    assert_eq!(
+        exact.oscillations(&Search::default()).unwrap().sense(),
+        Some(Handedness::Counterclockwise)
+    );
 }
 
 /// Harmonic numbers of the oscillations, in order of decreasing period.
@@ -72,21 +82,35 @@ fn overtones_of_a_nonlinear_swing_are_harmonics() {
         let mut draw = Draw::new(1);
         path(720, 120.0, |t| {
             let overtones = [(1.0, 1.0), (3.0, 0.1), (5.0, 0.03), (7.0, 0.01)];
-            let along: f64 = overtones.iter().map(|(order, size)| size * (order * TAU * t / PERIOD).cos()).sum();
+            let along: f64 = overtones
+                .iter()
+                .map(|(order, size)| size * (order * TAU * t / PERIOD).cos())
+                .sum();
             Vector2::new(MAJOR * along, 0.0) + draw.normal() * noise
         })
     };
     for noise in [0.0, NOISE] {
         let found = nonlinear(noise).oscillations(&Search::default()).unwrap();
-        assert_eq!(orders(&found), [None, Some(3), Some(5), Some(7)], "{noise}: {found:?}");
+        assert_eq!(
+            orders(&found),
+            [None, Some(3), Some(5), Some(7)],
+            "{noise}: {found:?}"
+        );
     }
 }
 
 #[test]
 fn oscillation_with_an_incommensurable_period_is_no_harmonic() {
-    for (period, seed) in [(PERIOD / 3.05, 1), (PERIOD / 2.5, 2), (24.0 * MINUTE, 3), (2.0 * PERIOD, 4)] {
+    for (period, seed) in [
+        (PERIOD / 3.05, 1),
+        (PERIOD / 2.5, 2),
+        (24.0 * MINUTE, 3),
+        (2.0 * PERIOD, 4),
+    ] {
         let mut draw = Draw::new(seed);
-        let both = path(720, 120.0, |t| circle(t, PERIOD, 4e-3) + circle(t, period, 1e-3) + draw.normal() * NOISE);
+        let both = path(720, 120.0, |t| {
+            circle(t, PERIOD, 4e-3) + circle(t, period, 1e-3) + draw.normal() * NOISE
+        });
         let found = both.oscillations(&Search::default()).unwrap();
         // The standard error of the ratio 3.05 is below 0.001.
         assert_eq!(orders(&found), [None, None], "{period}: {found:?}");
@@ -98,7 +122,9 @@ fn close_periods_that_share_a_ridge_are_reported() {
     let both = |periods: [f64; 2]| {
         let mut draw = Draw::new(5);
         let [first, second] = periods.map(|minutes| minutes * MINUTE);
-        path(720, 120.0, |t| circle(t, first, 3e-3) + circle(t, second, 2e-3) + draw.normal() * NOISE)
+        path(720, 120.0, |t| {
+            circle(t, first, 3e-3) + circle(t, second, 2e-3) + draw.normal() * NOISE
+        })
     };
     // The wavelet separates two periods if their ratio is larger than exp(2/6) = 1.40.
     let found = both([80.0, 100.0]).nutation(BAND).unwrap();
@@ -111,5 +137,11 @@ fn close_periods_that_share_a_ridge_are_reported() {
         let found = both(periods).nutation(BAND).unwrap();
         assert!(found.unresolved.is_empty(), "{:?}", found.unresolved);
     }
-    assert!(swing(&mut Draw::new(1), 0.0).nutation(BAND).unwrap().unresolved.is_empty());
+    assert!(
+        swing(&mut Draw::new(1), 0.0)
+            .nutation(BAND)
+            .unwrap()
+            .unresolved
+            .is_empty()
+    );
 }

@@ -1,4 +1,5 @@
-//! Decision between an internal oscillator and delayed gravitropism, for simulated shoots whose mechanism is known.
+//! Decision between an internal oscillator and delayed gravitropism, for simulated shoots whose
+//! mechanism is known.
 
 // The modules belong to the example `tracked_tip`; the tests use a part of them.
 #[allow(dead_code)]
@@ -52,9 +53,17 @@ fn observations(track: &Track, lengths: &[Length]) -> Vec<Observation> {
 
 /// Judgements with known lengths, with unknown lengths, and with unknown lengths but known delays.
 fn judgements((track, lengths): &(Track, Vec<Length>)) -> [Judgement; 3] {
-    let context = |delays| Context { window: WINDOW, delays, ..Context::default() };
+    let context = |delays| Context {
+        window: WINDOW,
+        delays,
+        ..Context::default()
+    };
     let [known, unknown] = [observations(track, lengths), observations(track, &[])];
-    [judge(&known, &context(None)), judge(&unknown, &context(None)), judge(&unknown, &context(Some(DELAYS)))]
+    [
+        judge(&known, &context(None)),
+        judge(&unknown, &context(None)),
+        judge(&unknown, &context(Some(DELAYS))),
+    ]
 }
 
 fn verdicts(judgements: &[Judgement; 3]) -> [Verdict; 3] {
@@ -62,14 +71,29 @@ fn verdicts(judgements: &[Judgement; 3]) -> [Verdict; 3] {
 }
 
 fn has_reason(judgement: &Judgement, words: &str) -> bool {
-    judgement.reasons.iter().any(|reason| reason.contains(words))
+    judgement
+        .reasons
+        .iter()
+        .any(|reason| reason.contains(words))
 }
 
 /// The growing shoot for 30 h with an oscillator of the given sensitivity.
 fn growing_track(alpha: f64) -> (Track, Vec<Length>) {
     let (gravitropism, proprioception) = steering(STATOLITHS);
-    let tropism = (Oscillator::new(alpha, 24.0 * MINUTE), gravitropism, proprioception);
-    track(growing().elements(4).tropism(tropism).into_dyn().build().unwrap(), 30.0)
+    let tropism = (
+        Oscillator::new(alpha, 24.0 * MINUTE),
+        gravitropism,
+        proprioception,
+    );
+    track(
+        growing()
+            .elements(4)
+            .tropism(tropism)
+            .into_dyn()
+            .build()
+            .unwrap(),
+        30.0,
+    )
 }
 
 #[test]
@@ -83,56 +107,120 @@ fn growing_shoot_with_an_oscillator_has_both_mechanisms() {
 #[test]
 fn growing_shoot_without_an_oscillator_has_delayed_gravitropism() {
     let found = judgements(&growing_track(0.0));
-    assert_eq!(verdicts(&found), [Verdict::Delayed, Verdict::Undecided, Verdict::Delayed], "{found:#?}");
-    assert!(has_reason(&found[1], "length is unknown"), "{:?}", found[1].reasons);
+    assert_eq!(
+        verdicts(&found),
+        [Verdict::Delayed, Verdict::Undecided, Verdict::Delayed],
+        "{found:#?}"
+    );
+    assert!(
+        has_reason(&found[1], "length is unknown"),
+        "{:?}",
+        found[1].reasons
+    );
 }
 
 /// The critical length is 6.56 cm.
 #[test]
 fn shoot_of_constant_length_oscillates_only_above_the_critical_length() {
     let kicked = |length: f64, peak: f64| {
-        let kick = Pulse { peak: Vector3::new(2.0, 1.0, 0.0) * peak, start: 0.0, duration: 12.0 * MINUTE };
-        let shoot = reduced(length, 20.0 * HOUR).elements(4).load((WEIGHT, kick)).into_dyn().build().unwrap();
+        let kick = Pulse {
+            peak: Vector3::new(2.0, 1.0, 0.0) * peak,
+            start: 0.0,
+            duration: 12.0 * MINUTE,
+        };
+        let shoot = reduced(length, 20.0 * HOUR)
+            .elements(4)
+            .load((WEIGHT, kick))
+            .into_dyn()
+            .build()
+            .unwrap();
         judgements(&track(shoot, 30.0))
     };
     let below = kicked(0.064, 1e-5);
     assert_eq!(verdicts(&below), [Verdict::Undecided; 3], "{below:#?}");
-    assert!(below.iter().all(|found| has_reason(found, "decays")), "{below:#?}");
+    assert!(
+        below.iter().all(|found| has_reason(found, "decays")),
+        "{below:#?}"
+    );
     let above = kicked(0.067, 1e-7);
-    assert_eq!(verdicts(&above), [Verdict::Delayed, Verdict::Undecided, Verdict::Delayed], "{above:#?}");
+    assert_eq!(
+        verdicts(&above),
+        [Verdict::Delayed, Verdict::Undecided, Verdict::Delayed],
+        "{above:#?}"
+    );
 }
 
 /// The shoot grows from 3 cm to 5.5 cm, far below the critical length.
 #[test]
 fn short_growing_shoot_follows_its_oscillator() {
     let (gravitropism, proprioception) = steering(STATOLITHS);
-    let tropism = (Oscillator::new(0.2, 24.0 * MINUTE), gravitropism, proprioception);
-    let growth = UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR };
-    let shoot = growing().length(0.03).growth(growth).elements(4).tropism(tropism).into_dyn().build().unwrap();
+    let tropism = (
+        Oscillator::new(0.2, 24.0 * MINUTE),
+        gravitropism,
+        proprioception,
+    );
+    let growth = UniformGrowth {
+        zone_length: 0.07,
+        time: 40.0 * HOUR,
+    };
+    let shoot = growing()
+        .length(0.03)
+        .growth(growth)
+        .elements(4)
+        .tropism(tropism)
+        .into_dyn()
+        .build()
+        .unwrap();
     let path = track(shoot, 24.0);
     let found = judgements(&path);
-    assert_eq!(verdicts(&found), [Verdict::Oscillator, Verdict::Undecided, Verdict::Oscillator], "{found:#?}");
+    assert_eq!(
+        verdicts(&found),
+        [Verdict::Oscillator, Verdict::Undecided, Verdict::Oscillator],
+        "{found:#?}"
+    );
     // The first seven hours have no two windows without overlap. The mean length changes by less
     // than 3 % between the first and the last window.
     let early = (path.0.between(0.0, 7.0 * HOUR), path.1);
     let found = &judgements(&early)[0];
     assert_eq!(found.verdict, Verdict::Undecided, "{found:#?}");
-    assert!(has_reason(found, "too short") && has_reason(found, "length changes"), "{:?}", found.reasons);
+    assert!(
+        has_reason(found, "too short") && has_reason(found, "length changes"),
+        "{:?}",
+        found.reasons
+    );
 }
 
 #[test]
 fn tracks_at_other_levels_of_gravity_decide() {
-    let wave = |amplitude: f64| Wave { period: [5400.0, 10.0], amplitude: [amplitude, 1e-5], harmonic: false };
+    let wave = |amplitude: f64| Wave {
+        period: [5400.0, 10.0],
+        amplitude: [amplitude, 1e-5],
+        harmonic: false,
+    };
     let observed = |time: f64, amplitude: Option<f64>| Observation {
         time,
         length: None,
         limit: 1e-4,
         waves: amplitude.map(wave).into_iter().collect(),
     };
-    let track: Vec<Observation> = (0..20).map(|k| observed(HOUR * f64::from(k), Some(1e-2))).collect();
+    let track: Vec<Observation> = (0..20)
+        .map(|k| observed(HOUR * f64::from(k), Some(1e-2)))
+        .collect();
     let at = |gravity: f64, amplitude: Option<f64>| {
-        let levels = vec![Level { gravity, observation: observed(0.0, amplitude) }];
-        judge(&track, &Context { window: WINDOW, delays: None, gravity: Some(1.0), levels }).verdict
+        let levels = vec![Level {
+            gravity,
+            observation: observed(0.0, amplitude),
+        }];
+        judge(
+            &track,
+            &Context {
+                window: WINDOW,
+                delays: None,
+                gravity: Some(1.0),
+                levels,
+            },
+        )
+        .verdict
     };
     assert_eq!(at(0.0, Some(5e-3)), Verdict::Oscillator);
     assert_eq!(at(0.0, None), Verdict::Delayed);
@@ -143,20 +231,45 @@ fn tracks_at_other_levels_of_gravity_decide() {
 /// memory, the product of ω and the delay is π/2.
 #[test]
 fn period_at_onset_is_that_of_the_linear_theory() {
-    assert_relative_eq!(period_at_onset(DELAYS), 87.6383587116423 * MINUTE, epsilon = 0.0, max_relative = 1e-12);
-    assert_relative_eq!(period_at_onset([600.0, 0.0]), 2400.0, epsilon = 0.0, max_relative = 1e-12);
+    assert_relative_eq!(
+        period_at_onset(DELAYS),
+        87.6383587116423 * MINUTE,
+        epsilon = 0.0,
+        max_relative = 1e-12
+    );
+    assert_relative_eq!(
+        period_at_onset([600.0, 0.0]),
+        2400.0,
+        epsilon = 0.0,
+        max_relative = 1e-12
+    );
 }
 
 #[test]
 fn windows_are_not_shortened_by_lost_frames_and_outliers() {
-    let times: Vec<f64> =
-        (0..600).filter(|k| k % 15 != 0 && !(200..260).contains(k)).map(|k| 120.0 * f64::from(k)).collect();
-    let positions = times.iter().map(|t| nalgebra::Vector2::new((t / 900.0).sin(), (t / 900.0).cos())).collect();
+    let times: Vec<f64> = (0..600)
+        .filter(|k| k % 15 != 0 && !(200..260).contains(k))
+        .map(|k| 120.0 * f64::from(k))
+        .collect();
+    let positions = times
+        .iter()
+        .map(|t| nalgebra::Vector2::new((t / 900.0).sin(), (t / 900.0).cos()))
+        .collect();
     let track = Track::new(times, positions).unwrap();
     let found = windows(&track, &[0, 14, 15, 300], WINDOW, HOUR).unwrap();
     assert!(found.iter().all(|(_, window)| window.duration() >= WINDOW));
-    let found = observation(0.0, None, &track.oscillations(&Default::default()).unwrap(), track.times().len());
-    assert_relative_eq!(found.waves[0].amplitude[0], 1.0, epsilon = 0.0, max_relative = 1e-9);
+    let found = observation(
+        0.0,
+        None,
+        &track.oscillations(&Default::default()).unwrap(),
+        track.times().len(),
+    );
+    assert_relative_eq!(
+        found.waves[0].amplitude[0],
+        1.0,
+        epsilon = 0.0,
+        max_relative = 1e-9
+    );
 }
 
 #[test]

@@ -34,7 +34,9 @@ fn outlier_closer_than_the_next_position_is_found_by_local_cubics() {
 fn share_of_an_absent_period_in_noise_is_zero() {
     for seed in 1..9 {
         let mut draw = Draw::new(seed);
-        let noisy = path(720, 120.0, |t| circle(t, PERIOD, 3e-3) + draw.normal() * 1e-4);
+        let noisy = path(720, 120.0, |t| {
+            circle(t, PERIOD, 3e-3) + draw.normal() * 1e-4
+        });
         let share = |period: f64| noisy.share(period, &Search::default()).unwrap();
         // The remainder is the share of the noise, whose amplitude is 1e-4 m compared with 3e-3 m.
         assert!(share(PERIOD) > 0.99, "{seed}");
@@ -52,15 +54,28 @@ fn share_of_an_absent_period_in_noise_is_zero() {
 fn periods_of_tracks_with_frames_in_pairs_or_bursts_are_no_aliases() {
     // Number of groups, time between groups (s), number of frames in a group, time between these
     // (s).
-    for (groups, between, frames, apart) in
-        [(600, 120.0, 2, 10.0), (600, 120.0, 2, 0.1), (600, 120.0, 2, 1e-6), (60, 1200.0, 10, 2.0)]
-    {
+    for (groups, between, frames, apart) in [
+        (600, 120.0, 2, 10.0),
+        (600, 120.0, 2, 0.1),
+        (600, 120.0, 2, 1e-6),
+        (60, 1200.0, 10, 2.0),
+    ] {
         let mut draw = Draw::new(1);
         let offsets = |start: f64| (0..frames).map(move |k| start + apart * f64::from(k));
-        let times: Vec<f64> = (0..groups).flat_map(|group| offsets(between * f64::from(group))).collect();
-        let positions = times.iter().map(|t| circle(*t, PERIOD, 5e-3) + draw.normal() * 1e-4).collect();
-        let found = Track::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
-        let [largest] = found.oscillations[..] else { panic!("{groups} groups, {apart} s: {found:?}") };
+        let times: Vec<f64> = (0..groups)
+            .flat_map(|group| offsets(between * f64::from(group)))
+            .collect();
+        let positions = times
+            .iter()
+            .map(|t| circle(*t, PERIOD, 5e-3) + draw.normal() * 1e-4)
+            .collect();
+        let found = Track::new(times, positions)
+            .unwrap()
+            .oscillations(&Search::default())
+            .unwrap();
+        let [largest] = found.oscillations[..] else {
+            panic!("{groups} groups, {apart} s: {found:?}")
+        };
         // The chance of a larger deviation than four standard errors is 1e-4.
         assert!(
             (largest.period - PERIOD).abs() < 4.0 * largest.period_error,

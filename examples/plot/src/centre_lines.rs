@@ -34,22 +34,48 @@ pub struct CurvaturePlace {
 
 /// Reads the centre lines of a file: rows of the same time are points of one line, from the base to
 /// the tip. If the table has a column of tracks, the lines of `track` are read.
-pub fn read_centre_lines(file: impl AsRef<Path>, layout: &Layout, track: &str) -> Result<Vec<CentreLine>, TrackError> {
+pub fn read_centre_lines(
+    file: impl AsRef<Path>,
+    layout: &Layout,
+    track: &str,
+) -> Result<Vec<CentreLine>, TrackError> {
     centre_lines(&text_of(file.as_ref())?, layout, track)
 }
 
 /// Reads the centre lines of a table.
-pub fn centre_lines(text: &str, layout: &Layout, track: &str) -> Result<Vec<CentreLine>, TrackError> {
+pub fn centre_lines(
+    text: &str,
+    layout: &Layout,
+    track: &str,
+) -> Result<Vec<CentreLine>, TrackError> {
     let mut found: Vec<CentreLine> = Vec::new();
-    for row in rows(text, layout)?.into_iter().filter(|row| row.track == track) {
-        let Row { line, track, time, position, .. } = row;
+    for row in rows(text, layout)?
+        .into_iter()
+        .filter(|row| row.track == track)
+    {
+        let Row {
+            line,
+            track,
+            time,
+            position,
+            ..
+        } = row;
         match found.last_mut() {
             Some(last) if last.time == time => last.points.push(position),
-            Some(last) if time < last.time => return Err(not_later(layout, line, track, [time, last.time])),
-            _ => found.push(CentreLine { time, points: vec![position] }),
+            Some(last) if time < last.time => {
+                return Err(not_later(layout, line, track, [time, last.time]));
+            }
+            _ => found.push(CentreLine {
+                time,
+                points: vec![position],
+            }),
         }
     }
-    if found.is_empty() { Err(TrackError::Empty) } else { Ok(found) }
+    if found.is_empty() {
+        Err(TrackError::Empty)
+    } else {
+        Ok(found)
+    }
 }
 
 /// Curvature at each point of a centre line, by local cubic least squares. The weights of the
@@ -70,7 +96,8 @@ pub fn curvature(points: &[[f64; 3]], width: f64) -> Option<Vec<CurvaturePlace>>
     for pair in points.windows(2) {
         chords.push(chords[chords.len() - 1] + (pair[1] - pair[0]).norm());
     }
-    let (mut found, mut arc_length, mut before): (Vec<CurvaturePlace>, f64, Option<(f64, f64)>) = (vec![], 0.0, None);
+    let (mut found, mut arc_length, mut before): (Vec<CurvaturePlace>, f64, Option<(f64, f64)>) =
+        (vec![], 0.0, None);
     for (i, u) in chords.iter().enumerate().take(points.len()) {
         let [first, second] = derivatives(&points, &chords, i, width)?;
         let speed = first.norm();
@@ -82,16 +109,27 @@ pub fn curvature(points: &[[f64; 3]], width: f64) -> Option<Vec<CurvaturePlace>>
         if !binormal.iter().all(|x| x.is_finite()) {
             return None;
         }
-        found.push(CurvaturePlace { arc_length, curvature: binormal.into() });
+        found.push(CurvaturePlace {
+            arc_length,
+            curvature: binormal.into(),
+        });
     }
     Some(found)
 }
 
 /// First and second derivative with respect to the chord length of the cubic that fits the points
 /// around a point.
-fn derivatives(points: &[Vector3<f64>], chords: &[f64], i: usize, width: f64) -> Option<[Vector3<f64>; 2]> {
+fn derivatives(
+    points: &[Vector3<f64>],
+    chords: &[f64],
+    i: usize,
+    width: f64,
+) -> Option<[Vector3<f64>; 2]> {
     let (mut moments, mut right) = ([0.0; 7], [Vector3::zeros(); 4]);
-    let near = chords.iter().zip(points).filter(|(u, _)| (*u - chords[i]).abs() <= REACH * width);
+    let near = chords
+        .iter()
+        .zip(points)
+        .filter(|(u, _)| (*u - chords[i]).abs() <= REACH * width);
     if near.clone().count() < LEAST {
         return None;
     }
@@ -107,6 +145,11 @@ fn derivatives(points: &[Vector3<f64>], chords: &[f64], i: usize, width: f64) ->
         }
     }
     let factors = Matrix4::from_fn(|j, k| moments[j + k]).cholesky()?;
-    let of = |row: Vector4<f64>| -> Vector3<f64> { right.iter().zip(row.iter()).map(|(r, x)| r * *x).sum() };
-    Some([of(factors.solve(&Vector4::y())) / width, of(factors.solve(&Vector4::z())) * 2.0 / (width * width)])
+    let of = |row: Vector4<f64>| -> Vector3<f64> {
+        right.iter().zip(row.iter()).map(|(r, x)| r * *x).sum()
+    };
+    Some([
+        of(factors.solve(&Vector4::y())) / width,
+        of(factors.solve(&Vector4::z())) * 2.0 / (width * width),
+    ])
 }

@@ -17,7 +17,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 pub fn write_whole(file: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     // The time distinguishes processes on different machines that share a folder and have the same
     // process number.
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
+    let now = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_nanos());
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let other = file.with_file_name(format!(".{name}.{}-{now}.tmp", std::process::id()));
     let written = || -> io::Result<()> {
@@ -28,7 +30,10 @@ pub fn write_whole(file: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
         // The folder is flushed as well, because it contains the name. Only Unix can open folders
         // as files.
         #[cfg(unix)]
-        if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        if let Some(folder) = file
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty())
+        {
             File::open(folder)?.sync_all()?;
         }
         Ok(())
@@ -53,5 +58,13 @@ pub fn write_between_marks(file: &Path, tables: &str) -> io::Result<()> {
     let missing = || io::Error::other(format!("{}: no marks {MARKS:?}", file.display()));
     let (head, rest) = text.split_once(MARKS[0]).ok_or_else(missing)?;
     let (_, tail) = rest.split_once(MARKS[1]).ok_or_else(missing)?;
-    write_whole(file, format!("{head}{}\n\n{}\n\n{}{tail}", MARKS[0], tables.trim_end(), MARKS[1]))
+    write_whole(
+        file,
+        format!(
+            "{head}{}\n\n{}\n\n{}{tail}",
+            MARKS[0],
+            tables.trim_end(),
+            MARKS[1]
+        ),
+    )
 }

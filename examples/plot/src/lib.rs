@@ -1,4 +1,5 @@
-//! Figures, films, files for three-dimensional rendering, tables and progress bars for runs of `morphorod`.
+//! Figures, films, files for three-dimensional rendering, tables and progress bars for runs of
+//! `morphorod`.
 //!
 //! A run collects plain numbers, and one more line draws each figure:
 //!
@@ -28,9 +29,10 @@
 //! # }
 //! ```
 //!
-//! The feature `png` permits file names that end with `.png`. [`Figure::lines`], [`Figure::panels`],
-//! [`Figure::strips`] and [`Figure::map`] draw any other numbers. [`Film`] collects a [`Frame`] for each time and
-//! writes a page that plays in a browser; [`VtkSeries`] and [`write_tube`] write files for `ParaView` and Blender.
+//! The feature `png` permits file names that end with `.png`. [`Figure::lines`],
+//! [`Figure::panels`], [`Figure::strips`] and [`Figure::map`] draw any other numbers. [`Film`]
+//! collects a [`Frame`] for each time and writes a page that plays in a browser; [`VtkSeries`] and
+//! [`write_tube`] write files for `ParaView` and Blender.
 //!
 //! For a browser (`wasm32`) the package has neither figures nor progress bars.
 
@@ -49,7 +51,9 @@ pub mod track_options;
 pub mod tracks;
 
 #[cfg(not(target_family = "wasm"))]
-pub use figure::{Axes, Figure, FramedPanel, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath};
+pub use figure::{
+    Axes, Figure, FramedPanel, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath,
+};
 pub use film::{Film, Frame};
 pub use options::{Opt, Options};
 pub use output::finish;

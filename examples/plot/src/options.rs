@@ -26,12 +26,22 @@ impl Opt {
         default: &'static str,
         help: &'static str,
     ) -> Self {
-        Self { name, placeholder: Some(placeholder), default, help }
+        Self {
+            name,
+            placeholder: Some(placeholder),
+            default,
+            help,
+        }
     }
 
     /// Declares a flag `--name`.
     pub const fn flag(name: &'static str, help: &'static str) -> Self {
-        Self { name, placeholder: None, default: "", help }
+        Self {
+            name,
+            placeholder: None,
+            default: "",
+            help,
+        }
     }
 }
 
@@ -85,18 +95,30 @@ impl Options {
     /// description of one line. `--out` and `--help` are declared automatically. The program ends
     /// after `--help` and after an invalid option.
     pub fn parse(example: &str, about: &str, options: &[Opt]) -> Self {
-        Self::parse_for(&format!("cargo run --release --example {example}"), example, about, options)
+        Self::parse_for(
+            &format!("cargo run --release --example {example}"),
+            example,
+            about,
+            options,
+        )
     }
 
     /// Reads the command line of a program that is started by `command`.
     pub fn parse_for(command: &str, example: &str, about: &str, options: &[Opt]) -> Self {
-        let mut parsed = Self { declared: options.to_vec(), given: BTreeMap::new() };
+        let mut parsed = Self {
+            declared: options.to_vec(),
+            given: BTreeMap::new(),
+        };
         // Declared last, because the usage text lists options in the order of their declaration.
-        parsed.declared.push(Opt::value("out", "DIR", "", "directory for the results"));
+        parsed
+            .declared
+            .push(Opt::value("out", "DIR", "", "directory for the results"));
         let out = format!("target/out/{example}/");
         let mut args = std::env::args_os().skip(1);
         while let Some(arg) = args.next() {
-            let arg = arg.into_string().unwrap_or_else(|raw| fail(&format!("argument {raw:?} is not valid Unicode")));
+            let arg = arg
+                .into_string()
+                .unwrap_or_else(|raw| fail(&format!("argument {raw:?} is not valid Unicode")));
             if arg == "--help" || arg == "-h" {
                 // Errors are ignored, so that a closed pipe (`--help | head`) does not panic.
                 let usage = parsed.usage(command, example, about, &out);
@@ -108,17 +130,24 @@ impl Options {
                 None => (arg.as_str(), None),
             };
             let known = name.strip_prefix("--").and_then(|name| parsed.find(name));
-            let option = known.unwrap_or_else(|| fail(&format!("unknown option '{arg}'; --help lists the options")));
+            let option = known.unwrap_or_else(|| {
+                fail(&format!("unknown option '{arg}'; --help lists the options"))
+            });
             let value = match (option.placeholder, inline) {
                 (None, None) => String::new(),
-                (None, Some(value)) => fail(&format!("option {name} takes no value, but '{value}' was given")),
+                (None, Some(value)) => fail(&format!(
+                    "option {name} takes no value, but '{value}' was given"
+                )),
                 (Some(_), Some(value)) => value,
                 (Some(placeholder), None) => args
                     .next()
                     .and_then(|value| value.into_string().ok())
                     .filter(|value| !value.starts_with("--"))
                     .unwrap_or_else(|| {
-                        fail(&format!("option {name} needs a value: {name} {placeholder} ({})", option.help))
+                        fail(&format!(
+                            "option {name} needs a value: {name} {placeholder} ({})",
+                            option.help
+                        ))
                     }),
             };
             parsed.given.insert(option.name, value);
@@ -143,7 +172,10 @@ impl Options {
             Some(value) if check(&value) => value,
             other => {
                 let must_be = if other.is_some() { must_be } else { T::MUST_BE };
-                fail(&format!("option --{name} has the value '{text}', but must be {must_be} ({})", option.help))
+                fail(&format!(
+                    "option --{name} has the value '{text}', but must be {must_be} ({})",
+                    option.help
+                ))
             }
         }
     }
@@ -169,7 +201,10 @@ impl Options {
     pub fn out_dir(&self) -> PathBuf {
         let dir = PathBuf::from(self.text("out"));
         if let Err(error) = std::fs::create_dir_all(&dir) {
-            eprintln!("error: cannot create the output directory '{}': {error}", dir.display());
+            eprintln!(
+                "error: cannot create the output directory '{}': {error}",
+                dir.display()
+            );
             exit(1);
         }
         dir
@@ -177,11 +212,15 @@ impl Options {
 
     /// The declared option with a name.
     fn find(&self, name: &str) -> Option<Opt> {
-        self.declared.iter().find(|option| option.name == name).copied()
+        self.declared
+            .iter()
+            .find(|option| option.name == name)
+            .copied()
     }
 
     fn declaration(&self, name: &str) -> Opt {
-        self.find(name).unwrap_or_else(|| panic!("the option --{name} is not declared"))
+        self.find(name)
+            .unwrap_or_else(|| panic!("the option --{name} is not declared"))
     }
 
     fn usage(&self, command: &str, example: &str, about: &str, out: &str) -> String {
@@ -192,14 +231,20 @@ impl Options {
         let row = |option: &Opt| {
             let default = match (option.name, option.placeholder) {
                 ("out", _) => format!(" [default: {out}]"),
-                (_, Some(_)) if !option.default.is_empty() => format!(" [default: {}]", option.default),
+                (_, Some(_)) if !option.default.is_empty() => {
+                    format!(" [default: {}]", option.default)
+                }
                 _ => String::new(),
             };
             (left(option), format!("{}{default}", option.help))
         };
         let mut rows: Vec<(String, String)> = self.declared.iter().map(row).collect();
         rows.push(("--help".into(), "print this text".into()));
-        let width = rows.iter().map(|(left, _)| left.chars().count()).max().unwrap_or(0);
+        let width = rows
+            .iter()
+            .map(|(left, _)| left.chars().count())
+            .max()
+            .unwrap_or(0);
         let mut text = format!("{example}: {about}\n\nUsage: {command} -- [OPTIONS]\n\nOptions:\n");
         for (left, right) in rows {
             text += &format!("  {left:width$}  {right}\n");

@@ -9,8 +9,9 @@ use std::sync::OnceLock;
 /// First error of the standard output.
 static FAILURE: OnceLock<std::io::Error> = OnceLock::new();
 
-/// Prints a line like the macro of the standard library, which panics if the output is closed (`| head -1`) or full.
-/// After an error nothing more is printed, and [`finish`](crate::finish) reports it.
+/// Prints a line like the macro of the standard library, which panics if the output is closed (`|
+/// head -1`) or full. After an error nothing more is printed, and [`finish`](crate::finish) reports
+/// it.
 #[macro_export]
 macro_rules! println {
     ($($text:tt)*) => { $crate::output::print_line(format_args!($($text)*)) };
@@ -26,10 +27,13 @@ pub fn print_line(text: Arguments) {
     }
 }
 
-/// Returns the exit code of a program and prints the message of an error. A closed output is no error.
+/// Returns the exit code of a program and prints the message of an error. A closed output is no
+/// error.
 pub fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
     let printed = || match FAILURE.get() {
-        Some(error) if error.kind() != ErrorKind::BrokenPipe => Err(format!("the standard output: {error}").into()),
+        Some(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(format!("the standard output: {error}").into())
+        }
         _ => Ok(()),
     };
     match outcome.and_then(|()| printed()) {

@@ -21,10 +21,14 @@ impl Progress {
         } else {
             ProgressDrawTarget::hidden()
         };
-        let style = ProgressStyle::with_template("{prefix} [{bar:40}] {percent:>3} % in {elapsed}, {eta} remaining")
-            .unwrap_or_else(|_| ProgressStyle::default_bar())
-            .progress_chars("=> ");
-        let bar = ProgressBar::with_draw_target(Some(STEPS), target).with_style(style).with_prefix(label.to_string());
+        let style = ProgressStyle::with_template(
+            "{prefix} [{bar:40}] {percent:>3} % in {elapsed}, {eta} remaining",
+        )
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .progress_chars("=> ");
+        let bar = ProgressBar::with_draw_target(Some(STEPS), target)
+            .with_style(style)
+            .with_prefix(label.to_string());
         Self { bar }
     }
 
@@ -33,7 +37,8 @@ impl Progress {
         self.bar.finish_and_clear();
     }
 
-    /// Sets the completed fraction, from 0 to 1. A smaller fraction than an earlier one has no effect.
+    /// Sets the completed fraction, from 0 to 1. A smaller fraction than an earlier one has no
+    /// effect.
     pub fn set(&self, fraction: f64) {
         let position = (fraction.clamp(0.0, 1.0) * STEPS as f64) as u64;
         self.bar.set_position(position.max(self.bar.position()));

@@ -34,14 +34,20 @@ pub struct Station {
 pub fn stations(shoot: &Shoot<impl Model>, count: usize) -> Vec<Station> {
     let section = |place: Place| Station {
         position: place.position.into(),
-        directors: [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| (place.frame * axis).into()),
+        directors: [Vector3::x(), Vector3::y(), Vector3::z()]
+            .map(|axis| (place.frame * axis).into()),
         semi_axes: [place.tissue.section.along_d1, place.tissue.section.along_d2],
     };
-    shoot.profile().sample(count).into_iter().map(section).collect()
+    shoot
+        .profile()
+        .sample(count)
+        .into_iter()
+        .map(section)
+        .collect()
 }
 
-/// Time series of shapes: a polyline (`.vtp`) and a tube (`.obj`) for each time, and `shoot.pvd`, which lists the
-/// polylines.
+/// Time series of shapes: a polyline (`.vtp`) and a tube (`.obj`) for each time, and `shoot.pvd`,
+/// which lists the polylines.
 #[derive(Debug)]
 pub struct VtkSeries {
     folder: PathBuf,
@@ -59,17 +65,26 @@ impl VtkSeries {
     pub fn create(folder: impl Into<PathBuf>, interval: f64) -> io::Result<Self> {
         let folder = folder.into();
         std::fs::create_dir_all(&folder)?;
-        Ok(Self { folder, interval, files: Vec::new() })
+        Ok(Self {
+            folder,
+            interval,
+            files: Vec::new(),
+        })
     }
 
-    /// Writes the shape at a time (s) and updates the list, if no shape of this interval was written before.
+    /// Writes the shape at a time (s) and updates the list, if no shape of this interval was
+    /// written before.
     ///
     /// # Errors
     /// Errors of the file system.
     pub fn push(&mut self, time: f64, shape: impl FnOnce() -> Vec<Station>) -> io::Result<()> {
         // Times that are multiples of the interval up to rounding belong to the later interval.
         let number = |time: f64| (time / self.interval + 1e-9).floor();
-        if self.files.last().is_some_and(|(last, _)| number(*last) == number(time)) {
+        if self
+            .files
+            .last()
+            .is_some_and(|(last, _)| number(*last) == number(time))
+        {
             return Ok(());
         }
         let (shape, name) = (shape(), format!("shoot_{:04}", self.files.len()));
@@ -80,10 +95,14 @@ impl VtkSeries {
     }
 
     fn collection(&self) -> String {
-        let mut text =
-            String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
+        let mut text = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
+        );
         for (time, name) in &self.files {
-            let _ = writeln!(text, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{name}\"/>");
+            let _ = writeln!(
+                text,
+                "<DataSet timestep=\"{time}\" part=\"0\" file=\"{name}\"/>"
+            );
         }
         text + "</Collection>\n</VTKFile>\n"
     }
@@ -93,7 +112,11 @@ impl VtkSeries {
 fn polydata(stations: &[Station]) -> String {
     let n = stations.len();
     let semi_axes = stations.iter().flat_map(|station| station.semi_axes);
-    let director = |k: usize| stations.iter().flat_map(move |station| station.directors[k]);
+    let director = |k: usize| {
+        stations
+            .iter()
+            .flat_map(move |station| station.directors[k])
+    };
     let mut text = String::from(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n",
     );
@@ -103,12 +126,24 @@ fn polydata(stations: &[Station]) -> String {
          NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
     );
     text += "<Points>\n";
-    array(&mut text, "Float64", "position_m", 3, stations.iter().flat_map(|station| station.position));
+    array(
+        &mut text,
+        "Float64",
+        "position_m",
+        3,
+        stations.iter().flat_map(|station| station.position),
+    );
     text += "</Points>\n<Lines>\n";
     array(&mut text, "Int64", "connectivity", 1, 0..n);
     array(&mut text, "Int64", "offsets", 1, [n]);
     text += "</Lines>\n<PointData Scalars=\"radius_m\">\n";
-    array(&mut text, "Float64", "radius_m", 1, stations.iter().map(|station| radius(station.semi_axes)));
+    array(
+        &mut text,
+        "Float64",
+        "radius_m",
+        1,
+        stations.iter().map(|station| radius(station.semi_axes)),
+    );
     array(&mut text, "Float64", "semi_axes_m", 2, semi_axes);
     for (k, name) in ["d1", "d2", "d3"].into_iter().enumerate() {
         array(&mut text, "Float64", name, 3, director(k));
@@ -123,8 +158,10 @@ fn array(
     width: usize,
     values: impl IntoIterator<Item = impl std::fmt::Display>,
 ) {
-    let _ =
-        writeln!(text, "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{width}\" format=\"ascii\">");
+    let _ = writeln!(
+        text,
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{width}\" format=\"ascii\">"
+    );
     for value in values {
         let _ = write!(text, "{value} ");
     }
@@ -147,7 +184,12 @@ pub fn write_tube(file: impl AsRef<Path>, stations: &[Station]) -> io::Result<()
 /// Returns vertices in metres, quadrilaterals with outward normals, and one polygon at each end.
 fn tube(stations: &[Station]) -> String {
     let mut text = String::from("# lengths in metres\no shoot\n");
-    for Station { position, directors: [d1, d2, _], semi_axes: [a, b] } in stations {
+    for Station {
+        position,
+        directors: [d1, d2, _],
+        semi_axes: [a, b],
+    } in stations
+    {
         for side in 0..SIDES {
             let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
             let [x, y, z] = [0, 1, 2].map(|i| position[i] + a * cos * d1[i] + b * sin * d2[i]);

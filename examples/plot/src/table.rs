@@ -24,14 +24,19 @@ impl Table {
         let file = file.as_ref();
         let mut out = BufWriter::new(File::create(file).map_err(|error| named(file, &error))?);
         writeln!(out, "{}", columns.join(","))?;
-        Ok(Self { out, columns: columns.len() })
+        Ok(Self {
+            out,
+            columns: columns.len(),
+        })
     }
 
     /// Writes one row, which must have one value for each column.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         if values.len() != self.columns {
             let (found, expected) = (values.len(), self.columns);
-            return Err(invalid(format!("a row has {found} values, but the table has {expected} columns")));
+            return Err(invalid(format!(
+                "a row has {found} values, but the table has {expected} columns"
+            )));
         }
         let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect();
         writeln!(self.out, "{}", numbers.join(","))
@@ -51,8 +56,15 @@ pub fn read(file: impl AsRef<Path>) -> io::Result<Vec<Vec<f64>>> {
     let columns = lines.next().unwrap_or_default().split(',').count();
     let row = |line: &str| {
         let row: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
-        let wrong = || invalid(format!("{}: '{line}' is not a row of {columns} numbers", file.display()));
-        row.ok().filter(|row| row.len() == columns).ok_or_else(wrong)
+        let wrong = || {
+            invalid(format!(
+                "{}: '{line}' is not a row of {columns} numbers",
+                file.display()
+            ))
+        };
+        row.ok()
+            .filter(|row| row.len() == columns)
+            .ok_or_else(wrong)
     };
     lines.map(row).collect()
 }

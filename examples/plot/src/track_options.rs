@@ -6,19 +6,43 @@ use super::tracks::{Layout, Missing, Track, TrackError, read_tracks};
 
 const M_PER_MM: f64 = 1e-3;
 
-/// Declarations of the options. `file` and `centre_lines` are the help texts of these tables, and `time` is the default
-/// name of the column of times.
-pub fn declarations(file: &'static str, centre_lines: &'static str, time: &'static str) -> Vec<Opt> {
+/// Declarations of the options. `file` and `centre_lines` are the help texts of these tables, and
+/// `time` is the default name of the column of times.
+pub fn declarations(
+    file: &'static str,
+    centre_lines: &'static str,
+    time: &'static str,
+) -> Vec<Opt> {
     let axes = "sign and column of each coordinate, + to the right, up, or towards the camera: +x,-y for images";
     vec![
         Opt::value("file", "FILE", "", file),
         Opt::value("centre-lines", "FILE", "", centre_lines),
         Opt::value("time", "NAME", time, "column of times or frame numbers"),
         Opt::value("columns", "NAMES", "x,y", "columns of the coordinates"),
-        Opt::value("tracks", "NAME", "", "column of the names of tracks, if there are several"),
-        Opt::value("track", "TRACK", "", "name of the analysed track; by default the first"),
-        Opt::value("seconds", "S", "", "unit of the time column, s: the time between frames, or 1"),
-        Opt::value("mm", "MM", "", "unit of the coordinates, mm: the size of a pixel, or 1"),
+        Opt::value(
+            "tracks",
+            "NAME",
+            "",
+            "column of the names of tracks, if there are several",
+        ),
+        Opt::value(
+            "track",
+            "TRACK",
+            "",
+            "name of the analysed track; by default the first",
+        ),
+        Opt::value(
+            "seconds",
+            "S",
+            "",
+            "unit of the time column, s: the time between frames, or 1",
+        ),
+        Opt::value(
+            "mm",
+            "MM",
+            "",
+            "unit of the coordinates, mm: the size of a pixel, or 1",
+        ),
         Opt::value("axes", "SIGNS", "", axes),
     ]
 }
@@ -32,7 +56,9 @@ pub fn layout(options: &Options) -> Result<Layout<'_>, String> {
         track: named(options, "tracks"),
         seconds: given("seconds"),
         metres: given("mm").map(|mm| M_PER_MM * mm),
-        signs: named(options, "axes").map(|text| signs(text, &coordinates)).transpose()?,
+        signs: named(options, "axes")
+            .map(|text| signs(text, &coordinates))
+            .transpose()?,
         length: None,
         gravity: None,
         coordinates,
@@ -58,15 +84,26 @@ pub fn centre_lines(options: &Options, layout: &Layout) -> Result<Vec<CentreLine
 /// The track with a name, or the first.
 pub fn chosen<'a>(tracks: &'a [Track], name: &str) -> Result<&'a Track, String> {
     let names: Vec<&str> = tracks.iter().map(|track| track.name.as_str()).collect();
-    let found = if name.is_empty() { tracks.first() } else { tracks.iter().find(|track| track.name == name) };
-    found.ok_or_else(|| format!("there is no track '{name}'; the tracks are '{}'", names.join("', '")))
+    let found = if name.is_empty() {
+        tracks.first()
+    } else {
+        tracks.iter().find(|track| track.name == name)
+    };
+    found.ok_or_else(|| {
+        format!(
+            "there is no track '{name}'; the tracks are '{}'",
+            names.join("', '")
+        )
+    })
 }
 
 /// Reads `+x,-y`: a sign for each of the columns, by their names.
 fn signs(text: &str, columns: &[&str]) -> Result<Vec<f64>, String> {
     let wrong = || {
         let example = columns.join(",+");
-        format!("--axes is '{text}', but must give a sign and a name for each column of --columns, as in +{example}")
+        format!(
+            "--axes is '{text}', but must give a sign and a name for each column of --columns, as in +{example}"
+        )
     };
     let given: Vec<&str> = text.split(',').map(str::trim).collect();
     if given.len() != columns.len() {
@@ -93,7 +130,9 @@ fn explained(file: &str, error: &TrackError) -> String {
             let options: Vec<&str> = missing.iter().map(option).collect();
             format!("{file}: {error}. Give {}", options.join("; "))
         }
-        TrackError::NoColumn(..) => format!("{file}: {error}. Options such as --time and --columns name columns"),
+        TrackError::NoColumn(..) => {
+            format!("{file}: {error}. Options such as --time and --columns name columns")
+        }
         _ => format!("{file}: {error}"),
     }
 }

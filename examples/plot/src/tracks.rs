@@ -3,9 +3,9 @@
 //!
 //! Columns are separated by commas, semicolons or tabs. With semicolons and tabs, decimals may have
 //! commas. The names of the columns are those of the first row, with two exceptions: DeepLabCut
-//! writes several rows, which give names such as `tip_x`, or `plant1_tip_x` for several animals, and
-//! the first column is `frame`; TrackMate writes three rows of descriptions below the names, which
-//! are skipped. A row without any coordinate is a lost frame, and is skipped.
+//! writes several rows, which give names such as `tip_x`, or `plant1_tip_x` for several animals,
+//! and the first column is `frame`; TrackMate writes three rows of descriptions below the names,
+//! which are skipped. A row without any coordinate is a lost frame, and is skipped.
 //!
 //! The unit of length, the unit of time and the directions of the axes are not part of such a table
 //! and are required.
@@ -68,22 +68,54 @@ impl Header {
     /// Reads the header from the lines that are not empty or comments.
     fn read(lines: &[(usize, &str)], layout: &Layout) -> Result<Self, TrackError> {
         let (_, first) = lines.first().ok_or(TrackError::Empty)?;
-        let texts = |line: &str, separator| fields(line, separator).into_iter().map(str::to_owned).collect::<Vec<_>>();
-        // The separator is that for which the column of times exists. DeepLabCut always writes commas.
-        let has_time = |separator: &char| texts(first, *separator).iter().any(|name| name == layout.time);
+        let texts = |line: &str, separator| {
+            fields(line, separator)
+                .into_iter()
+                .map(str::to_owned)
+                .collect::<Vec<_>>()
+        };
+        // The separator is that for which the column of times exists. DeepLabCut always writes
+        // commas.
+        let has_time = |separator: &char| {
+            texts(first, *separator)
+                .iter()
+                .any(|name| name == layout.time)
+        };
         let separator = [',', ';', '\t'].into_iter().find(has_time).unwrap_or(',');
         let mut names = texts(first, separator);
         if names[0] == "scorer" {
-            let rows: Vec<_> = lines.iter().map(|(_, line)| texts(line, separator)).take(4).collect();
-            let further = rows.iter().position(|row| row[0] == "coords").ok_or(TrackError::Empty)?;
-            let words = |column: usize| rows[1..=further].iter().filter_map(move |row| row.get(column).cloned());
-            names = (0..names.len()).map(|column| words(column).collect::<Vec<_>>().join("_")).collect();
+            let rows: Vec<_> = lines
+                .iter()
+                .map(|(_, line)| texts(line, separator))
+                .take(4)
+                .collect();
+            let further = rows
+                .iter()
+                .position(|row| row[0] == "coords")
+                .ok_or(TrackError::Empty)?;
+            let words = |column: usize| {
+                rows[1..=further]
+                    .iter()
+                    .filter_map(move |row| row.get(column).cloned())
+            };
+            names = (0..names.len())
+                .map(|column| words(column).collect::<Vec<_>>().join("_"))
+                .collect();
             names[0] = "frame".into();
-            return Ok(Self { separator, names, further: further + 1 });
+            return Ok(Self {
+                separator,
+                names,
+                further: further + 1,
+            });
         }
-        // The second row of a table of TrackMate has texts in the columns of numbers, as `X` in `POSITION_X`.
+        // The second row of a table of TrackMate has texts in the columns of numbers, as `X` in
+        // `POSITION_X`.
         let is_track_mate = names[0] == "LABEL" && names.iter().any(|name| name == "POSITION_X");
-        Ok(Self { separator, names, further: if is_track_mate { 4 } else { 1 } })
+        Ok(Self {
+            separator,
+            names,
+            further: if is_track_mate { 4 } else { 1 },
+        })
     }
 }
 
@@ -173,29 +205,56 @@ impl fmt::Display for TrackError {
             Self::File(message) => write!(f, "{message}"),
             Self::Empty => write!(f, "the table has no rows below a header"),
             Self::NoColumn(name, all) => {
-                write!(f, "there is no column '{name}'; the columns are '{}'", all.join("', '"))
+                write!(
+                    f,
+                    "there is no column '{name}'; the columns are '{}'",
+                    all.join("', '")
+                )
             }
             Self::TwoColumns(name) => write!(f, "there are two columns '{name}'"),
-            Self::Fields { line, found, expected } => {
-                write!(f, "line {line} has {found} fields, but the header has {expected}")
+            Self::Fields {
+                line,
+                found,
+                expected,
+            } => {
+                write!(
+                    f,
+                    "line {line} has {found} fields, but the header has {expected}"
+                )
             }
             Self::NoNumber { line, column, text } => write!(
                 f,
                 "line {line}, column '{column}': '{text}' is not a finite number (decimal commas need columns \
                  that are separated by semicolons or tabs)"
             ),
-            Self::NotLater { line, track, time, before } => {
-                let of = if track.is_empty() { String::new() } else { format!(" of track '{track}'") };
+            Self::NotLater {
+                line,
+                track,
+                time,
+                before,
+            } => {
+                let of = if track.is_empty() {
+                    String::new()
+                } else {
+                    format!(" of track '{track}'")
+                };
                 write!(
                     f,
                     "line {line}: time {time}{of} is not later than the previous time {before}: \
                      rows must be in order of time, and several tracks need a column of their names"
                 )
             }
-            Self::GravityChanges(line) => write!(f, "line {line}: the level of gravity changes within a track"),
+            Self::GravityChanges(line) => write!(
+                f,
+                "line {line}: the level of gravity changes within a track"
+            ),
             Self::NotGiven(missing) => {
                 let missing: Vec<String> = missing.iter().map(Missing::to_string).collect();
-                write!(f, "not given, and not part of the table: {}", missing.join("; "))
+                write!(
+                    f,
+                    "not given, and not part of the table: {}",
+                    missing.join("; ")
+                )
             }
             Self::Invalid(what, value) => write!(f, "{what} is {value}, which is out of range"),
         }
@@ -212,7 +271,11 @@ pub fn read_tracks(file: impl AsRef<Path>, layout: &Layout) -> Result<Vec<Track>
 /// Returns the text of a file.
 pub(super) fn text_of(file: &Path) -> Result<String, TrackError> {
     std::fs::read_to_string(file).map_err(|error| {
-        let advice = if error.kind() == ErrorKind::InvalidData { ": save the table as CSV (UTF-8)" } else { "" };
+        let advice = if error.kind() == ErrorKind::InvalidData {
+            ": save the table as CSV (UTF-8)"
+        } else {
+            ""
+        };
         TrackError::File(format!("{}: {error}{advice}", file.display()))
     })
 }
@@ -220,10 +283,27 @@ pub(super) fn text_of(file: &Path) -> Result<String, TrackError> {
 /// Reads the tracks of a table.
 pub fn tracks(text: &str, layout: &Layout) -> Result<Vec<Track>, TrackError> {
     let mut found: Vec<Track> = Vec::new();
-    for Row { line, track, time, position, length, gravity } in rows(text, layout)? {
-        let place = found.iter().position(|other| other.name == track).unwrap_or(found.len());
+    for Row {
+        line,
+        track,
+        time,
+        position,
+        length,
+        gravity,
+    } in rows(text, layout)?
+    {
+        let place = found
+            .iter()
+            .position(|other| other.name == track)
+            .unwrap_or(found.len());
         if place == found.len() {
-            found.push(Track { name: track, times: vec![], positions: vec![], lengths: vec![], gravity });
+            found.push(Track {
+                name: track,
+                times: vec![],
+                positions: vec![],
+                lengths: vec![],
+                gravity,
+            });
         }
         let one = &mut found[place];
         if let Some(before) = one.times.last().copied().filter(|before| time <= *before) {
@@ -240,9 +320,19 @@ pub fn tracks(text: &str, layout: &Layout) -> Result<Vec<Track>, TrackError> {
 }
 
 /// The error for a line of the table whose time (s) is not later than the one before (s).
-pub(super) fn not_later(layout: &Layout, line: usize, track: String, [time, before]: [f64; 2]) -> TrackError {
+pub(super) fn not_later(
+    layout: &Layout,
+    line: usize,
+    track: String,
+    [time, before]: [f64; 2],
+) -> TrackError {
     let unit = layout.seconds.unwrap_or(1.0);
-    TrackError::NotLater { line, track, time: time / unit, before: before / unit }
+    TrackError::NotLater {
+        line,
+        track,
+        time: time / unit,
+        before: before / unit,
+    }
 }
 
 /// Reads all rows of a table. Lines that are empty or begin with `#` are skipped.
@@ -252,41 +342,85 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
         return Err(TrackError::Invalid("the sign of an axis", *sign));
     }
     if signs.len() != layout.coordinates.len() || !(1..=3).contains(&signs.len()) {
-        return Err(TrackError::Invalid("the number of axes", signs.len() as f64));
+        return Err(TrackError::Invalid(
+            "the number of axes",
+            signs.len() as f64,
+        ));
     }
     // Some programs write a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let lines: Vec<(usize, &str)> = text.lines().enumerate().map(|(k, line)| (k + 1, line)).collect();
+    let lines: Vec<(usize, &str)> = text
+        .lines()
+        .enumerate()
+        .map(|(k, line)| (k + 1, line))
+        .collect();
     // Spreadsheets write the separator into a line of its own, `sep=;`.
-    let is_note = |line: &str| line.trim().is_empty() || line.starts_with('#') || line.starts_with("sep=");
+    let is_note =
+        |line: &str| line.trim().is_empty() || line.starts_with('#') || line.starts_with("sep=");
     let used = |(_, line): &(usize, &str)| !is_note(line);
     let lines: Vec<(usize, &str)> = lines.into_iter().filter(used).collect();
-    let Header { separator, names, further } = Header::read(&lines, layout)?;
+    let Header {
+        separator,
+        names,
+        further,
+    } = Header::read(&lines, layout)?;
     let place = |name: &str| {
         let mut places = (0..names.len()).filter(|k| names[*k] == name);
         let there = || names.clone();
-        let first = places.next().ok_or_else(|| TrackError::NoColumn(name.to_owned(), there()))?;
-        if places.next().is_some() { Err(TrackError::TwoColumns(name.to_owned())) } else { Ok(first) }
+        let first = places
+            .next()
+            .ok_or_else(|| TrackError::NoColumn(name.to_owned(), there()))?;
+        if places.next().is_some() {
+            Err(TrackError::TwoColumns(name.to_owned()))
+        } else {
+            Ok(first)
+        }
     };
     let time = place(layout.time)?;
-    let coordinates = layout.coordinates.iter().map(|name| place(name)).collect::<Result<Vec<_>, _>>()?;
+    let coordinates = layout
+        .coordinates
+        .iter()
+        .map(|name| place(name))
+        .collect::<Result<Vec<_>, _>>()?;
     let track = layout.track.map(place).transpose()?;
-    let length = layout.length.map(|(name, unit)| Ok((place(name)?, unit))).transpose()?;
+    let length = layout
+        .length
+        .map(|(name, unit)| Ok((place(name)?, unit)))
+        .transpose()?;
     let gravity = layout.gravity.map(place).transpose()?;
     let mut found = Vec::new();
     for (line, text) in lines.into_iter().skip(further) {
         let fields = fields(text, separator);
         if fields.len() != names.len() {
-            return Err(TrackError::Fields { line, found: fields.len(), expected: names.len() });
+            return Err(TrackError::Fields {
+                line,
+                found: fields.len(),
+                expected: names.len(),
+            });
         }
-        if coordinates.iter().all(|column| LOST.contains(&fields[*column].to_ascii_lowercase().as_str())) {
+        if coordinates
+            .iter()
+            .all(|column| LOST.contains(&fields[*column].to_ascii_lowercase().as_str()))
+        {
             continue;
         }
         // The product with the unit may overflow.
         let number = |column: usize, unit: f64| {
-            let text = if separator == ',' { fields[column].to_owned() } else { fields[column].replace(',', ".") };
-            let value = text.parse::<f64>().map(|value| value * unit).ok().filter(|value| value.is_finite());
-            let error = || TrackError::NoNumber { line, column: names[column].clone(), text: fields[column].into() };
+            let text = if separator == ',' {
+                fields[column].to_owned()
+            } else {
+                fields[column].replace(',', ".")
+            };
+            let value = text
+                .parse::<f64>()
+                .map(|value| value * unit)
+                .ok()
+                .filter(|value| value.is_finite());
+            let error = || TrackError::NoNumber {
+                line,
+                column: names[column].clone(),
+                text: fields[column].into(),
+            };
             value.ok_or_else(error)
         };
         let mut position = [0.0; 3];
@@ -294,28 +428,50 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
             position[k] = signs[k] * number(*column, metres)?;
         }
         let track = track.map_or(String::new(), |column| fields[column].to_owned());
-        let length = length.map(|(column, unit)| number(column, unit)).transpose()?;
+        let length = length
+            .map(|(column, unit)| number(column, unit))
+            .transpose()?;
         if let Some(length) = length.filter(|length| *length <= 0.0) {
             return Err(TrackError::Invalid("a length of the shoot (m)", length));
         }
         let gravity = gravity.map(|column| number(column, 1.0)).transpose()?;
-        found.push(Row { line, track, time: number(time, seconds)?, position, length, gravity });
+        found.push(Row {
+            line,
+            track,
+            time: number(time, seconds)?,
+            position,
+            length,
+            gravity,
+        });
     }
-    if found.is_empty() { Err(TrackError::Empty) } else { Ok(found) }
+    if found.is_empty() {
+        Err(TrackError::Empty)
+    } else {
+        Ok(found)
+    }
 }
 
 /// Returns the units of time (s) and length (m) and the signs of the axes. All that are missing are
 /// reported together.
 fn required<'a>(layout: &'a Layout) -> Result<(f64, f64, &'a [f64]), TrackError> {
-    let (Some(seconds), Some(metres), Some(signs)) = (layout.seconds, layout.metres, &layout.signs) else {
+    let (Some(seconds), Some(metres), Some(signs)) = (layout.seconds, layout.metres, &layout.signs)
+    else {
         let all = [
             (layout.seconds.is_none(), Missing::Seconds),
             (layout.metres.is_none(), Missing::Metres),
             (layout.signs.is_none(), Missing::Signs),
         ];
-        return Err(TrackError::NotGiven(all.iter().filter(|(is, _)| *is).map(|(_, missing)| *missing).collect()));
+        return Err(TrackError::NotGiven(
+            all.iter()
+                .filter(|(is, _)| *is)
+                .map(|(_, missing)| *missing)
+                .collect(),
+        ));
     };
-    for (what, value) in [("the unit of time (s)", seconds), ("the unit of length (m)", metres)] {
+    for (what, value) in [
+        ("the unit of time (s)", seconds),
+        ("the unit of length (m)", metres),
+    ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(TrackError::Invalid(what, value));
         }
@@ -323,13 +479,15 @@ fn required<'a>(layout: &'a Layout) -> Result<(f64, f64, &'a [f64]), TrackError>
     Ok((seconds, metres, signs))
 }
 
-/// Returns the fields of a line without blanks and quotation marks around them. A separator between quotation marks
-/// belongs to its field.
+/// Returns the fields of a line without blanks and quotation marks around them. A separator between
+/// quotation marks belongs to its field.
 fn fields(line: &str, separator: char) -> Vec<&str> {
     let mut is_quoted = false;
     let ends = |c: char| {
         is_quoted ^= c == '"';
         c == separator && !is_quoted
     };
-    line.split(ends).map(|field| field.trim().trim_matches('"')).collect()
+    line.split(ends)
+        .map(|field| field.trim().trim_matches('"'))
+        .collect()
 }

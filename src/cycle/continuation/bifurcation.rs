@@ -1,7 +1,8 @@
 //! Bifurcations: their kinds, and their location between two points of a branch.
 //!
-//! The test functions are the real parts of the exponents, sorted by size, and at a fold the parameter, which has an
-//! extremum there. A fold is sought only if the number of real positive exponents changes.
+//! The test functions are the real parts of the exponents, sorted by size, and at a fold the
+//! parameter, which has an extremum there. A fold is sought only if the number of real positive
+//! exponents changes.
 
 use std::f64::consts::PI;
 
@@ -14,15 +15,17 @@ use crate::model::Model;
 use crate::numerics::scalar::{bracketed_root, maximum, sort_by_value};
 use crate::shoot::Shoot;
 
-/// Accuracy of a bifurcation: modulus of the real part of its exponent times the period, relative difference
-/// between the exponents of a conjugate pair, and width of the bracket in units of the step. It is above the error
-/// of differences in the trivial exponents.
+/// Accuracy of a bifurcation: modulus of the real part of its exponent times the period, relative
+/// difference between the exponents of a conjugate pair, and width of the bracket in units of the
+/// step. It is above the error of differences in the trivial exponents.
 const ZERO: f64 = 1e-7;
-/// Distance from the ends of a step, in units of the step, at which the slope of the parameter is evaluated, and
-/// from a fold, at which the critical exponent is distinguished from the trivial ones.
+/// Distance from the ends of a step, in units of the step, at which the slope of the parameter is
+/// evaluated, and from a fold, at which the critical exponent is distinguished from the trivial
+/// ones.
 const ASIDE: f64 = 1e-2;
-/// Largest imaginary part of an exponent times the period, or distance of this product from ±π, that counts as zero.
-/// Two nearly equal exponents are accurate to the square root of the error of the linearisation, 1e-6.
+/// Largest imaginary part of an exponent times the period, or distance of this product from ±π,
+/// that counts as zero. Two nearly equal exponents are accurate to the square root of the error of
+/// the linearisation, 1e-6.
 const NEAR: f64 = 1e-3;
 
 /// A bifurcation on a branch of orbits: an exponent crosses the imaginary axis.
@@ -31,8 +34,8 @@ const NEAR: f64 = 1e-3;
 pub enum Bifurcation {
     /// The parameter has an extremum, beyond which this branch has no orbit.
     Fold,
-    /// A real exponent crosses zero and the parameter has no extremum: a branch with less symmetry begins, for
-    /// example one of ellipses at a planar swing.
+    /// A real exponent crosses zero and the parameter has no extremum: a branch with less symmetry
+    /// begins, for example one of ellipses at a planar swing.
     Pitchfork,
     /// A multiplier crosses −1: a branch of orbits with twice the period begins.
     PeriodDoubling,
@@ -41,10 +44,13 @@ pub enum Bifurcation {
 }
 
 impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Continuation<S, F> {
-    /// Locates the bifurcations between the last point and the next one, and appends them to the queue.
+    /// Locates the bifurcations between the last point and the next one, and appends them to the
+    /// queue.
     pub(super) fn bifurcations_between(&mut self, to: &BranchState) -> Outcome {
         // A planar orbit has two lists. Its neighbours may have one list.
-        let apart = [&self.last, to].iter().all(|place| !place.exponents.lists()[1].is_empty());
+        let apart = [&self.last, to]
+            .iter()
+            .all(|place| !place.exponents.lists()[1].is_empty());
         let sets = |place: &BranchState| lists(&place.exponents, apart);
         let counts = |place: &BranchState| sets(place).map(|set| growing(&set));
         if counts(&self.last) == counts(to) {
@@ -54,15 +60,26 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         let mut parts = vec![[first.clone(), last.clone()]];
         let mut found = Vec::new();
         // At a fold a real exponent changes its sign. Without such a change no fold is sought.
-        let real =
-            |place: &BranchState| place.exponents.lists()[0].iter().filter(|x| x.im == 0.0 && x.re > 0.0).count();
+        let real = |place: &BranchState| {
+            place.exponents.lists()[0]
+                .iter()
+                .filter(|x| x.im == 0.0 && x.re > 0.0)
+                .count()
+        };
         let passes = real(&self.last) != real(to);
         if let Some(fold) = if passes { self.fold(to)? } else { None } {
             parts.clear();
             for (end, aside) in [(first, fold - ASIDE), (last, fold + ASIDE)] {
                 if (0.0..=1.0).contains(&aside) {
-                    let other = (aside, lists(&self.observe_between(to, aside)?.exponents, apart));
-                    parts.push(if aside < fold { [end, other] } else { [other, end] });
+                    let other = (
+                        aside,
+                        lists(&self.observe_between(to, aside)?.exponents, apart),
+                    );
+                    parts.push(if aside < fold {
+                        [end, other]
+                    } else {
+                        [other, end]
+                    });
                 }
             }
             let mut point = self.observe_between(to, fold)?;
@@ -73,12 +90,17 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
             for set in 0..2 {
                 let [low, high] = ends.each_ref().map(|end| growing(&end.1[set]));
                 let mut next = low.min(high);
-                // The real parts with these indices change their signs; those of a conjugate pair coincide.
+                // The real parts with these indices change their signs; those of a conjugate pair
+                // coincide.
                 while next < low.max(high) {
-                    let [a, b] = ends.each_ref().map(|end| end.1[set].get(next).map(|x| (end.0, x.re)));
+                    let [a, b] = ends
+                        .each_ref()
+                        .map(|end| end.1[set].get(next).map(|x| (end.0, x.re)));
                     let (Some(a), Some(b)) = (a, b) else { break };
                     let (share, point) = self.locate(to, (set, next, apart), [a, b])?;
-                    let pair = |x: &Complex<f64>, y: &Complex<f64>| (y - x.conj()).norm() <= ZERO * x.norm();
+                    let pair = |x: &Complex<f64>, y: &Complex<f64>| {
+                        (y - x.conj()).norm() <= ZERO * x.norm()
+                    };
                     next += match lists(&point.exponents, apart)[set].get(next..next + 2) {
                         Some([x, y]) if x.im != 0.0 && pair(x, y) => 2,
                         _ => 1,
@@ -88,7 +110,8 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
             }
         }
         sort_by_value(&mut found, |(share, _)| *share);
-        self.waiting.extend(found.into_iter().map(|(_, point)| point));
+        self.waiting
+            .extend(found.into_iter().map(|(_, point)| point));
         Ok(())
     }
 
@@ -109,11 +132,16 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
 
     /// The share of the secant at which the parameter has an extremum, if any.
     fn fold(&mut self, to: &BranchState) -> Outcome<Option<f64>> {
-        let mut parameter = |share: f64| Ok::<_, CycleError>(self.between(to, share)?.unknowns.parameter);
-        // One-sided differences of second order, from slightly beyond the ends: the exponents decide to which step
-        // a fold at an end belongs.
+        let mut parameter =
+            |share: f64| Ok::<_, CycleError>(self.between(to, share)?.unknowns.parameter);
+        // One-sided differences of second order, from slightly beyond the ends: the exponents
+        // decide to which step a fold at an end belongs.
         let mut slope = |at: f64, step: f64| {
-            let [a, b, c] = [parameter(at)?, parameter(at + step)?, parameter(at + 2.0 * step)?];
+            let [a, b, c] = [
+                parameter(at)?,
+                parameter(at + step)?,
+                parameter(at + 2.0 * step)?,
+            ];
             Ok::<_, CycleError>((4.0 * b - 3.0 * a - c) / step)
         };
         let (first, last) = (slope(-ASIDE, ASIDE)?, slope(1.0 + ASIDE, -ASIDE)?);
@@ -122,12 +150,14 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         }
         // The zero of a linear slope is the initial guess.
         let guess = (first / (first - last)).clamp(0.0, 1.0);
-        let found = maximum(guess, 10.0 * ASIDE, ASIDE * ASIDE, |share| Ok(first.signum() * parameter(share)?));
+        let found = maximum(guess, 10.0 * ASIDE, ASIDE * ASIDE, |share| {
+            Ok(first.signum() * parameter(share)?)
+        });
         found.map(Some)
     }
 
-    /// The share of the secant, between two shares with known values, at which the real part of an exponent
-    /// vanishes, and the point there. The exponent is given by its list and its index.
+    /// The share of the secant, between two shares with known values, at which the real part of an
+    /// exponent vanishes, and the point there. The exponent is given by its list and its index.
     fn locate(
         &mut self,
         to: &BranchState,
@@ -135,7 +165,11 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         ends: [(f64, f64); 2],
     ) -> Outcome<(f64, BranchPoint<S::Orbit>)> {
         let what = "a bifurcation is not located";
-        let lost = |parameter: f64| CycleError::Lost { what, parameter, step: ends[1].0 - ends[0].0 };
+        let lost = |parameter: f64| CycleError::Lost {
+            what,
+            parameter,
+            step: ends[1].0 - ends[0].0,
+        };
         let mut found = None;
         bracketed_root(ends, ZERO, |share| {
             let mut point = self.observe_between(to, share)?;
@@ -152,10 +186,14 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
 
 /// Number of exponents with positive real part.
 pub(super) fn growing<'a>(exponents: impl IntoIterator<Item = &'a Complex<f64>>) -> usize {
-    exponents.into_iter().filter(|exponent| exponent.re > 0.0).count()
+    exponents
+        .into_iter()
+        .filter(|exponent| exponent.re > 0.0)
+        .count()
 }
 
-/// The exponents in the plane and out of it, or all in one list unless `divided`, largest real part first.
+/// The exponents in the plane and out of it, or all in one list unless `divided`, largest real part
+/// first.
 fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [Vec<Complex<f64>>; 2] {
     if divided {
         return exponents.lists().map(<[_]>::to_vec);
@@ -165,8 +203,8 @@ fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [Vec<Complex<
     [all, Vec::new()]
 }
 
-/// The kind of a bifurcation with a critical exponent times the period, which is the logarithm of a multiplier if
-/// `floquet`.
+/// The kind of a bifurcation with a critical exponent times the period, which is the logarithm of a
+/// multiplier if `floquet`.
 fn kind(exponent: Complex<f64>, floquet: bool) -> Bifurcation {
     let angle = exponent.im.abs();
     if angle < NEAR {

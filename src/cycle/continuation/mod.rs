@@ -1,8 +1,9 @@
 //! Pseudo-arclength continuation of orbits along a parameter, with the location of bifurcations.
 //!
-//! The predictor is the secant of the last two points. The corrector solves for orbit and parameter with the
-//! condition that the projection on the secant is that of the predictor (H. B. Keller 1977), so that folds are
-//! passed. The step is halved if the corrector fails or the direction changes by more than 26°.
+//! The predictor is the secant of the last two points. The corrector solves for orbit and parameter
+//! with the condition that the projection on the secant is that of the predictor (H. B. Keller
+//! 1977), so that folds are passed. The step is halved if the corrector fails or the direction
+//! changes by more than 26°.
 
 mod bifurcation;
 mod inner_product;
@@ -27,7 +28,8 @@ use crate::stability::{Crossing, Linearisation};
 use bifurcation::growing;
 use inner_product::InnerProduct;
 
-/// Cosine of the largest angle between successive secants, 26°. With a larger angle the step is halved.
+/// Cosine of the largest angle between successive secants, 26°. With a larger angle the step is
+/// halved.
 const TURN: f64 = 0.9;
 /// Cosine of the angle below which the next step is longer, 11°.
 const EASY: f64 = 0.98;
@@ -35,14 +37,16 @@ const EASY: f64 = 0.98;
 const LONGER: f64 = 1.5;
 /// Smallest step, relative to the smaller of the first and the largest step: twelve halvings.
 const SHORTEST: f64 = 2.5e-4;
-/// Largest share of the first secant along the symmetries, which lead to other states of the same orbit.
+/// Largest share of the first secant along the symmetries, which lead to other states of the same
+/// orbit.
 const ROUND: f64 = 0.02;
-/// Smallest excursion, in lengths of the shoot. Near an onset exponents vanish with its square, and are not
-/// distinguished from the trivial ones.
+/// Smallest excursion, in lengths of the shoot. Near an onset exponents vanish with its square, and
+/// are not distinguished from the trivial ones.
 const LEAST: f64 = 0.01;
 
-/// A solver of orbits that can be continued along a parameter: a [`RotatingWaveSolver`](super::RotatingWaveSolver)
-/// or a [`PeriodicSolver`](super::PeriodicSolver). It cannot be implemented for other types.
+/// A solver of orbits that can be continued along a parameter: a
+/// [`RotatingWaveSolver`](super::RotatingWaveSolver) or a
+/// [`PeriodicSolver`](super::PeriodicSolver). It cannot be implemented for other types.
 pub trait OrbitSolver: Equations {}
 
 impl OrbitSolver for super::RotatingWaveSolver {}
@@ -56,25 +60,25 @@ pub struct BranchPoint<O> {
     pub parameter: f64,
     /// The orbit.
     pub orbit: O,
-    /// Largest distance of the tip from the axis, the tangent of the base, during a period, m. For a rotating wave it
-    /// is the radius.
+    /// Largest distance of the tip from the axis, the tangent of the base, during a period, m. For
+    /// a rotating wave it is the radius.
     pub excursion: f64,
     /// Period, s. A relative periodic orbit returns rotated after it.
     pub period: f64,
-    /// Leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones: at
-    /// least two, and all with positive real part. Those of a rotating wave are in the corotating frame. Both of a
-    /// conjugate pair are listed.
+    /// Leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the
+    /// trivial ones: at least two, and all with positive real part. Those of a rotating wave are in
+    /// the corotating frame. Both of a conjugate pair are listed.
     pub exponents: Disturbances<Complex<f64>>,
-    /// Largest modulus of the trivial exponents times the period. It is the error due to the grid and to
-    /// differences, and zero for exact orbits.
+    /// Largest modulus of the trivial exponents times the period. It is the error due to the grid
+    /// and to differences, and zero for exact orbits.
     pub trivial: f64,
     /// The bifurcation at this point, if there is one.
     pub bifurcation: Option<Bifurcation>,
 }
 
 impl<O> BranchPoint<O> {
-    /// Number of exponents with positive real part. At a bifurcation rounding decides whether the critical ones are
-    /// counted.
+    /// Number of exponents with positive real part. At a bifurcation rounding decides whether the
+    /// critical ones are counted.
     #[must_use]
     pub fn unstable(&self) -> usize {
         growing(self.exponents.iter())
@@ -92,15 +96,16 @@ struct BranchState {
     exponents: Disturbances<Complex<f64>>,
 }
 
-/// Pseudo-arclength continuation of orbits: an iterator over the points of a branch. It ends at an end of the
-/// parameter's range, where the excursion falls below a hundredth of the length near an onset, and where relative
-/// periodic orbits become a rotating wave. Beyond it the branch repeats its orbits, rotated by π/2. Bifurcations
-/// between two points are located and returned as points. A fold is sought only between points whose numbers of real
-/// positive exponents differ. An error ends the branch.
+/// Pseudo-arclength continuation of orbits: an iterator over the points of a branch. It ends at an
+/// end of the parameter's range, where the excursion falls below a hundredth of the length near an
+/// onset, and where relative periodic orbits become a rotating wave. Beyond it the branch repeats
+/// its orbits, rotated by π/2. Bifurcations between two points are located and returned as points.
+/// A fold is sought only between points whose numbers of real positive exponents differ. An error
+/// ends the branch.
 ///
-/// `family` returns the shoot for a value of the parameter. All its shoots have the same number of material points.
-/// Derivatives by the parameter are differences over 1e-5 of the range. Parameters slightly outside the range may
-/// be evaluated if the branch ends there.
+/// `family` returns the shoot for a value of the parameter. All its shoots have the same number of
+/// material points. Derivatives by the parameter are differences over 1e-5 of the range. Parameters
+/// slightly outside the range may be evaluated if the branch ends there.
 #[derive(Debug, Clone)]
 pub struct Continuation<S: OrbitSolver, F> {
     solver: S,
@@ -121,17 +126,19 @@ pub struct Continuation<S: OrbitSolver, F> {
 }
 
 impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Continuation<S, F> {
-    /// The branch that begins at an onset of oscillations (a Hopf bifurcation) in the range, found by
-    /// [`onset`](crate::stability::onset()) or [`crossings`](crate::stability::crossings()). The first point has about
-    /// the given `amplitude` of the tip (m), at least a hundredth of the length; its parameter is computed.
+    /// The branch that begins at an onset of oscillations (a Hopf bifurcation) in the range, found
+    /// by [`onset`](crate::stability::onset()) or [`crossings`](crate::stability::crossings()). The
+    /// first point has about the given `amplitude` of the tip (m), at least a hundredth of the
+    /// length; its parameter is computed.
     ///
-    /// The mode is that of the root which crosses the axis with the frequency of the onset. It need not be the
-    /// rightmost root: without proprioception infinitely many roots accumulate at zero.
+    /// The mode is that of the root which crosses the axis with the frequency of the onset. It need
+    /// not be the rightmost root: without proprioception infinitely many roots accumulate at zero.
     ///
     /// # Errors
-    /// A range or an amplitude out of range, an onset without oscillations or one of the essential spectrum, a shoot
-    /// without a root at this frequency, errors of the corrector at the first point (no orbit near the guess, or one
-    /// that no grid in time resolves), or a first parameter outside the range.
+    /// A range or an amplitude out of range, an onset without oscillations or one of the essential
+    /// spectrum, a shoot without a root at this frequency, errors of the corrector at the first
+    /// point (no orbit near the guess, or one that no grid in time resolves), or a first parameter
+    /// outside the range.
     pub fn from_onset(
         mut solver: S,
         mut family: F,
@@ -148,23 +155,34 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         ParameterError::unless((LEAST..1.0).contains(&share), what, share, "from 0.01 to 1")?;
         let root = onset.mode(&Linearisation::about(&shoot)?)?;
         let of_amplitude = |solver: &S, amplitude: f64| {
-            Ok::<_, CycleError>(OrbitUnknowns { parameter, ..solver.of_mode(&shoot, &root, amplitude)? })
+            Ok::<_, CycleError>(OrbitUnknowns {
+                parameter,
+                ..solver.of_mode(&shoot, &root, amplitude)?
+            })
         };
         let guess = of_amplitude(&solver, amplitude)?;
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let conditions = inner.arclength(&of_amplitude(&solver, 0.0)?.to(&guess), &guess);
         let found = correct_resolved(&mut solver, &mut family, guess, &conditions)?;
         let (what, parameter) = ("parameter of the first orbit", found.unknowns.parameter);
-        ParameterError::unless(within.contains(&parameter), what, parameter, "within the given range: extend it")?;
-        let secant = of_amplitude(&solver, 0.0)?.with_past_of(&found.unknowns).to(&found.unknowns);
+        ParameterError::unless(
+            within.contains(&parameter),
+            what,
+            parameter,
+            "within the given range: extend it",
+        )?;
+        let secant = of_amplitude(&solver, 0.0)?
+            .with_past_of(&found.unknowns)
+            .to(&found.unknowns);
         Self::begin(solver, family, inner, secant, found)
     }
 
-    /// The branch that begins at a known orbit, at a value of the parameter. `step` is the first change of the
-    /// parameter, in its unit; negative for decreasing parameters.
+    /// The branch that begins at a known orbit, at a value of the parameter. `step` is the first
+    /// change of the parameter, in its unit; negative for decreasing parameters.
     ///
     /// # Errors
-    /// A range or a step out of range, an orbit of another shoot, or errors of the corrector at the first point.
+    /// A range or a step out of range, an orbit of another shoot, or errors of the corrector at the
+    /// first point.
     pub fn from_orbit(
         mut solver: S,
         mut family: F,
@@ -174,13 +192,27 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         within: RangeInclusive<f64>,
     ) -> Result<Self, CycleError> {
         check_range(&within, ("parameter of the initial guess", parameter))?;
-        let (name, ok) = ("first step of the parameter", step != 0.0 && step.abs() <= within.end() - within.start());
-        ParameterError::unless(ok, name, step, "positive or negative, and at most the length of the range")?;
+        let (name, ok) = (
+            "first step of the parameter",
+            step != 0.0 && step.abs() <= within.end() - within.start(),
+        );
+        ParameterError::unless(
+            ok,
+            name,
+            step,
+            "positive or negative, and at most the length of the range",
+        )?;
         let shoot = family(parameter)?;
-        let guess = OrbitUnknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
+        let guess = OrbitUnknowns {
+            parameter,
+            ..solver.of_orbit(&shoot, orbit)?
+        };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
-        let tangent = OrbitUnknowns { parameter: step, ..found.unknowns.to(&found.unknowns) };
+        let tangent = OrbitUnknowns {
+            parameter: step,
+            ..found.unknowns.to(&found.unknowns)
+        };
         Self::begin(solver, family, inner, tangent, found)
     }
 
@@ -193,7 +225,10 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         found: OnBranch<S, M>,
     ) -> Outcome<Self> {
         let (point, last) = observe(&solver, found)?;
-        let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetry_tangents));
+        let (step, tangent) = (
+            inner.norm(&tangent),
+            inner.unit(&tangent, &last.symmetry_tangents),
+        );
         Ok(Self {
             solver,
             family,
@@ -209,8 +244,8 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
         })
     }
 
-    /// Sets the largest step, 0.05 by default: the root of the sum of squares of the root mean square of strain
-    /// times length (rad) and of the parameter over its range.
+    /// Sets the largest step, 0.05 by default: the root of the sum of squares of the root mean
+    /// square of strain times length (rad) and of the parameter over its range.
     ///
     /// # Errors
     /// A step that is not positive.
@@ -231,14 +266,19 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
                 going_on => return going_on,
             };
             self.step = 0.5 * self.step.min(self.largest_step);
-            ensure(self.step >= SHORTEST * self.first_step.min(self.largest_step), error)?;
+            ensure(
+                self.step >= SHORTEST * self.first_step.min(self.largest_step),
+                error,
+            )?;
         }
     }
 
     /// Refines the grid in time. Returns false if there is no finer grid.
     fn refine(&mut self) -> bool {
         let states = [self.last.unknowns.clone(), self.tangent.clone()];
-        let Some(finer) = self.solver.refine(states) else { return false };
+        let Some(finer) = self.solver.refine(states) else {
+            return false;
+        };
         [self.last.unknowns, self.tangent] = finer;
         true
     }
@@ -258,9 +298,16 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
             found = self.at_bound(&from, &from.to(&found.unknowns), passed)?;
             bound = Some(passed);
         }
-        // The branch repeats its orbits, half a period later, beyond the stationary state and beyond a rotating wave.
-        let passes_wave = || self.inner.wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents);
-        let turned = self.inner.of_states(&from.start.present(), &found.unknowns.start.present()) < 0.0;
+        // The branch repeats its orbits, half a period later, beyond the stationary state and
+        // beyond a rotating wave.
+        let passes_wave = || {
+            self.inner
+                .wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents)
+        };
+        let turned = self
+            .inner
+            .of_states(&from.start.present(), &found.unknowns.start.present())
+            < 0.0;
         if turned || !self.rough && passes_wave() {
             return Ok(false);
         }
@@ -271,11 +318,26 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
             return Ok(false);
         }
         let turn = self.inner.product(&secant, &self.tangent) / size;
-        // If the tangent is a guess, only its sign is compared. The secant must not lead along the symmetries.
-        let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetry_tangents));
-        let ahead = if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN };
+        // If the tangent is a guess, only its sign is compared. The secant must not lead along the
+        // symmetries.
+        let round = size
+            - self
+                .inner
+                .norm(&self.inner.without(&secant, &self.last.symmetry_tangents));
+        let ahead = if self.rough {
+            turn > 0.0 && round < ROUND * size
+        } else {
+            turn > TURN
+        };
         let what = "the direction of the branch changes by more than 26°";
-        ensure(ahead, CycleError::Lost { what, parameter: self.last.unknowns.parameter, step })?;
+        ensure(
+            ahead,
+            CycleError::Lost {
+                what,
+                parameter: self.last.unknowns.parameter,
+                step,
+            },
+        )?;
         let (point, place) = observe(&self.solver, found)?;
         if point.excursion < LEAST * self.inner.length {
             return Ok(false);
@@ -290,16 +352,30 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
     }
 
     /// The orbit at an end of the range. The initial guess is on a secant.
-    fn at_bound(&mut self, from: &OrbitUnknowns, secant: &OrbitUnknowns, bound: f64) -> Outcome<OnBranch<S, M>> {
+    fn at_bound(
+        &mut self,
+        from: &OrbitUnknowns,
+        secant: &OrbitUnknowns,
+        bound: f64,
+    ) -> Outcome<OnBranch<S, M>> {
         let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
         guess.parameter = bound;
         self.correct(guess, self.inner.at_fixed_parameter())
     }
 
-    /// The orbit near a guess. It has the phases of the last point, unless the direction is a guess.
-    fn correct(&mut self, guess: OrbitUnknowns, mut conditions: ExtraConditions) -> Outcome<OnBranch<S, M>> {
+    /// The orbit near a guess. It has the phases of the last point, unless the direction is a
+    /// guess.
+    fn correct(
+        &mut self,
+        guess: OrbitUnknowns,
+        mut conditions: ExtraConditions,
+    ) -> Outcome<OnBranch<S, M>> {
         if !self.rough {
-            let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
+            let BranchState {
+                unknowns,
+                symmetry_tangents,
+                ..
+            } = &self.last;
             conditions = conditions.with_phases_of(unknowns, symmetry_tangents);
         }
         let found = correct(&self.solver, &mut self.family, guess, &conditions, &mut 0)?;
@@ -314,7 +390,9 @@ impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Co
     }
 }
 
-impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Iterator for Continuation<S, F> {
+impl<S: OrbitSolver, M: Model, F: FnMut(f64) -> Result<Shoot<M>, CycleError>> Iterator
+    for Continuation<S, F>
+{
     type Item = Result<BranchPoint<S::Orbit>, CycleError>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -334,20 +412,53 @@ fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
     found: OnBranch<S, M>,
 ) -> Outcome<(BranchPoint<S::Orbit>, BranchState)> {
-    let Corrected { orbit, unknowns, symmetry_tangents, shoot } = found;
-    let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot)?;
+    let Corrected {
+        orbit,
+        unknowns,
+        symmetry_tangents,
+        shoot,
+    } = found;
+    let Observation {
+        excursion,
+        period,
+        exponents,
+        trivial,
+    } = solver.observe(&orbit, &shoot)?;
     let exponents = exponents.map(|mut list| {
         sort_by_value(&mut list, |exponent| -exponent.re);
         list
     });
-    let place = BranchState { unknowns, symmetry_tangents, exponents: exponents.clone() };
+    let place = BranchState {
+        unknowns,
+        symmetry_tangents,
+        exponents: exponents.clone(),
+    };
     let (parameter, trivial) = (place.unknowns.parameter, trivial * period);
-    Ok((BranchPoint { parameter, orbit, excursion, period, exponents, trivial, bifurcation: None }, place))
+    Ok((
+        BranchPoint {
+            parameter,
+            orbit,
+            excursion,
+            period,
+            exponents,
+            trivial,
+            bifurcation: None,
+        },
+        place,
+    ))
 }
 
 /// Returns an error for a range that is empty or that does not contain a value.
-fn check_range(within: &RangeInclusive<f64>, (name, start): (&'static str, f64)) -> Result<(), ParameterError> {
+fn check_range(
+    within: &RangeInclusive<f64>,
+    (name, start): (&'static str, f64),
+) -> Result<(), ParameterError> {
     let (what, range) = ("range of the parameter", within.end() - within.start());
     ParameterError::unless(range > 0.0 && range.is_finite(), what, range, "positive")?;
-    ParameterError::unless(within.contains(&start), name, start, "within the given range: extend it")
+    ParameterError::unless(
+        within.contains(&start),
+        name,
+        start,
+        "within the given range: extend it",
+    )
 }

@@ -1,5 +1,5 @@
-//! The return map, which maps a state of a shoot to the state one period later, and its derivative, the monodromy
-//! operator.
+//! The return map, which maps a state of a shoot to the state one period later, and its derivative,
+//! the monodromy operator.
 
 mod grid;
 mod growth_zone;

@@ -4,8 +4,8 @@ use super::phase_state::PhaseState;
 use crate::cycle::error::CycleError;
 use crate::tropism::{Declaration, Rotation, Source};
 
-/// A rotation of a state about the tangent of the base. Components 1 and 2 of the strain rotate as pairs, variables
-/// as declared.
+/// A rotation of a state about the tangent of the base. Components 1 and 2 of the strain rotate as
+/// pairs, variables as declared.
 #[derive(Debug, Clone)]
 pub(crate) struct StateRotation {
     /// Angle, rad, counterclockwise as seen from above the apex.
@@ -21,9 +21,13 @@ impl StateRotation {
     /// A variable whose rotation is not declared.
     pub fn new(laws: &Declaration, angle: f64) -> Result<Self, CycleError> {
         let number = laws.size().variables;
-        let variables: Vec<Rotation> = (0..number).map(|k| laws.rotation(Source::Variable(k))).collect();
-        let declared =
-            |k: usize| variables[k] != Rotation::Undeclared && Rotation::missing_partner(&variables, k).is_none();
+        let variables: Vec<Rotation> = (0..number)
+            .map(|k| laws.rotation(Source::Variable(k)))
+            .collect();
+        let declared = |k: usize| {
+            variables[k] != Rotation::Undeclared
+                && Rotation::missing_partner(&variables, k).is_none()
+        };
         match (0..number).find(|k| !declared(*k)) {
             Some(variable) => Err(CycleError::Undeclared { variable }),
             None => Ok(Self { angle, variables }),
@@ -32,7 +36,10 @@ impl StateRotation {
 
     /// The rotation of the same kind of states by another angle (rad).
     pub fn by(&self, angle: f64) -> Self {
-        Self { angle, ..self.clone() }
+        Self {
+            angle,
+            ..self.clone()
+        }
     }
 
     /// The state rotated by the negative angle.

@@ -1,8 +1,9 @@
-//! The plane of a planar orbit: the splitting of disturbances into those in the plane and those out of it.
+//! The plane of a planar orbit: the splitting of disturbances into those in the plane and those out
+//! of it.
 //!
-//! If the laws commute with the reflection in the plane, the monodromy operator maps both subspaces into
-//! themselves, and each has its own spectrum. How a variable is reflected is not declared. It is determined by
-//! trial, from the images of one disturbance in the plane and of one out of it.
+//! If the laws commute with the reflection in the plane, the monodromy operator maps both subspaces
+//! into themselves, and each has its own spectrum. How a variable is reflected is not declared. It
+//! is determined by trial, from the images of one disturbance in the plane and of one out of it.
 
 use nalgebra::{DVector, Vector2};
 
@@ -13,7 +14,8 @@ use crate::cycle::sensitivity::ASYMMETRY;
 use crate::model::Model;
 use crate::tropism::{Rotation, Source};
 
-/// Largest relative component of an image in the other subspace: ten times the error of differences of equilibria.
+/// Largest relative component of an image in the other subspace: ten times the error of differences
+/// of equilibria.
 const MIXED: f64 = 1e-5;
 
 /// The plane of an orbit, with the subspaces of strain and variables in it and out of it.
@@ -36,15 +38,26 @@ enum Subspace {
 }
 
 impl OrbitPlane {
-    /// The plane of a trajectory; none if it is not planar, or if the two kinds of disturbances are coupled.
-    pub fn of(traced: &Traced<impl Model>, monodromy: &Monodromy) -> Result<Option<Self>, CycleError> {
-        let Traced { return_map, path, .. } = traced;
-        let strains = || path.strains.iter().flat_map(|strain| pairs(strain.as_slice()));
+    /// The plane of a trajectory; none if it is not planar, or if the two kinds of disturbances are
+    /// coupled.
+    pub fn of(
+        traced: &Traced<impl Model>,
+        monodromy: &Monodromy,
+    ) -> Result<Option<Self>, CycleError> {
+        let Traced {
+            return_map, path, ..
+        } = traced;
+        let strains = || {
+            path.strains
+                .iter()
+                .flat_map(|strain| pairs(strain.as_slice()))
+        };
         let bend = direction(strains);
         if !(largest(strains(), across(bend)) < ASYMMETRY * largest(strains(), bend)) {
             return Ok(None);
         }
-        let ends = [bend, across(bend)].map(|along| monodromy.apply(&disturbance(&path.start, along)));
+        let ends =
+            [bend, across(bend)].map(|along| monodromy.apply(&disturbance(&path.start, along)));
         let ends: Vec<PhaseState> = ends.into_iter().collect::<Result<_, _>>()?;
         for (end, own) in ends.iter().zip([bend, across(bend)]) {
             let strains = || pairs(end.strain.as_slice());
@@ -58,7 +71,9 @@ impl OrbitPlane {
             Rotation::Invariant => one(&ends, v, k),
             _ => Some(Subspace::Other),
         });
-        Ok(variables.collect::<Option<_>>().map(|variables| Self { bend, variables }))
+        Ok(variables
+            .collect::<Option<_>>()
+            .map(|variables| Self { bend, variables }))
     }
 
     /// Projects a disturbance on the subspace in the plane, or on that out of it.
@@ -68,7 +83,11 @@ impl OrbitPlane {
             let size = pair[0] * along.x + pair[1] * along.y;
             (pair[0], pair[1]) = (size * along.x, size * along.y);
         };
-        start.strain.as_mut_slice().chunks_exact_mut(2).for_each(|pair| keep(pair, self.bend));
+        start
+            .strain
+            .as_mut_slice()
+            .chunks_exact_mut(2)
+            .for_each(|pair| keep(pair, self.bend));
         for own in start.variables_of_points(self.variables.len()) {
             for (k, variable) in self.variables.iter().enumerate() {
                 match variable {
@@ -95,18 +114,31 @@ fn disturbance(start: &PhaseState, along: Vector2<f64>) -> PhaseState {
 /// The values of variable `k` of `v` and of the next one, at all points and times.
 fn values(end: &PhaseState, v: usize, k: usize) -> impl Iterator<Item = Vector2<f64>> {
     let all = std::iter::once(&end.variables).chain(end.slopes.iter().flatten());
-    all.flat_map(move |all| all.as_slice().chunks_exact(v).map(move |own| Vector2::new(own[k], own[(k + 1) % v])))
+    all.flat_map(move |all| {
+        all.as_slice()
+            .chunks_exact(v)
+            .map(move |own| Vector2::new(own[k], own[(k + 1) % v]))
+    })
 }
 
-/// The direction of a pair in the plane; none if its changes by the two disturbances are not orthogonal.
+/// The direction of a pair in the plane; none if its changes by the two disturbances are not
+/// orthogonal.
 fn pair(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
     let [inside, outside] = [0, 1].map(|which| direction(|| values(&ends[which], v, k)));
     let largest = |which: usize, along: Vector2<f64>| largest(values(&ends[which], v, k), along);
     let [first, second] = [largest(0, inside), largest(1, outside)];
     // The direction of the larger change is the more accurate one.
-    let along = if first >= second { inside } else { across(outside) };
+    let along = if first >= second {
+        inside
+    } else {
+        across(outside)
+    };
     let mixed = largest(0, across(along)) > MIXED * first || largest(1, along) > MIXED * second;
-    (!mixed).then_some(if first.max(second) > 0.0 { Subspace::Pair(along) } else { Subspace::Other })
+    (!mixed).then_some(if first.max(second) > 0.0 {
+        Subspace::Pair(along)
+    } else {
+        Subspace::Other
+    })
 }
 
 /// The subspace of an invariant variable; none if both disturbances change it.
@@ -122,7 +154,8 @@ fn one(ends: &[PhaseState], v: usize, k: usize) -> Option<Subspace> {
 
 /// The components of a vector as pairs.
 fn pairs(all: &[f64]) -> impl Iterator<Item = Vector2<f64>> {
-    all.chunks_exact(2).map(|pair| Vector2::new(pair[0], pair[1]))
+    all.chunks_exact(2)
+        .map(|pair| Vector2::new(pair[0], pair[1]))
 }
 
 /// The largest modulus of the components of some vectors along a direction.
@@ -137,7 +170,9 @@ fn across(along: Vector2<f64>) -> Vector2<f64> {
 
 /// The principal direction of some vectors. It is exact if it is that of a director.
 fn direction<I: Iterator<Item = Vector2<f64>>>(all: impl Fn() -> I) -> Vector2<f64> {
-    let [xx, xy, yy] = all().fold([0.0; 3], |[xx, xy, yy], u| [xx + u.x * u.x, xy + u.x * u.y, yy + u.y * u.y]);
+    let [xx, xy, yy] = all().fold([0.0; 3], |[xx, xy, yy], u| {
+        [xx + u.x * u.x, xy + u.x * u.y, yy + u.y * u.y]
+    });
     if xy == 0.0 {
         return if xx >= yy { Vector2::x() } else { Vector2::y() };
     }

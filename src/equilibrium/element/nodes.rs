@@ -1,7 +1,8 @@
 //! Derivatives of the energy of an element by rotations of the frames at its nodes.
 //!
-//! The unknowns of an element are rotation vectors relative to its first frame. Rotations R → R exp(φ̂) of the frames
-//! at node k and at the first end change the rotation vector of the node by δθ = A φk − Aᵀ φ0, with A = Jr⁻¹(θ).
+//! The unknowns of an element are rotation vectors relative to its first frame. Rotations R → R
+//! exp(φ̂) of the frames at node k and at the first end change the rotation vector of the node by
+//! δθ = A φk − Aᵀ φ0, with A = Jr⁻¹(θ).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -14,12 +15,13 @@ fn chain(theta: &Vector3<f64>) -> Form {
     Form::inverse_right_jacobian(&s_functions(theta.norm_squared()))
 }
 
-/// Second derivatives of the energy of an element by the rotations of its nodes, N m: the block of rows k and columns
-/// l ≥ k, and below it zero. Node 0 is the first end.
+/// Second derivatives of the energy of an element by the rotations of its nodes, N m: the block of
+/// rows k and columns l ≥ k, and below it zero. Node 0 is the first end.
 pub(in crate::equilibrium) type NodeBlocks = [[Matrix3<f64>; MAX_POINTS + 1]; MAX_POINTS + 1];
 
 impl ElementSystem {
-    /// Adds the derivatives of the energy by the rotations of the nodes 0 … p, at the last evaluation, to `sums`.
+    /// Adds the derivatives of the energy by the rotations of the nodes 0 … p, at the last
+    /// evaluation, to `sums`.
     pub fn add_node_gradient<const P: usize>(&self, data: &ElementData, sums: &mut [Vector3<f64>]) {
         sums[0] += self.gradient[P];
         for (k, theta) in data.rotations.iter().enumerate() {
@@ -29,8 +31,8 @@ impl ElementSystem {
         }
     }
 
-    /// The second derivatives of the energy by the rotations of the nodes, at the last evaluation with a Hessian that
-    /// was not condensed.
+    /// The second derivatives of the energy by the rotations of the nodes, at the last evaluation
+    /// with a Hessian that was not condensed.
     pub fn node_hessian<const P: usize>(&self, data: &ElementData) -> NodeBlocks {
         let block = |k: usize, l: usize| match k.cmp(&l) {
             std::cmp::Ordering::Less => self.hessian.block(3 * k, 3 * l),

@@ -42,10 +42,30 @@ fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample 
         .collect();
     let forces = (0..p).map(|_| vector()).collect();
     // The elements of a rod with shear or stretch have no reactions inside.
-    let places = if material.line_response(&Tissue::of(&points[0], 0.0), &Vector3::x()).is_none() { 2 } else { 0 };
-    let reaction = |i| PointReaction { element: 0, x: [0.3, 0.8][i], force: vector(), couple: Vector3::zeros() };
+    let places = if material
+        .line_response(&Tissue::of(&points[0], 0.0), &Vector3::x())
+        .is_none()
+    {
+        2
+    } else {
+        0
+    };
+    let reaction = |i| PointReaction {
+        element: 0,
+        x: [0.3, 0.8][i],
+        force: vector(),
+        couple: Vector3::zeros(),
+    };
     let inside = (0..places).map(reaction).collect();
-    Sample { reference: ReferenceElement::of(order), frames: [start, end], rotations, points, forces, inside, material }
+    Sample {
+        reference: ReferenceElement::of(order),
+        frames: [start, end],
+        rotations,
+        points,
+        forces,
+        inside,
+        material,
+    }
 }
 
 fn evaluate<const P: usize>(s: &Sample) -> (f64, ElementSystem) {
@@ -67,14 +87,22 @@ impl Sample {
         }
     }
 
-    /// Rotates the last frame and the first about their own axes, at fixed interior rotation vectors.
+    /// Rotates the last frame and the first about their own axes, at fixed interior rotation
+    /// vectors.
     fn turned(&self, last: &Vector3<f64>, first: &Vector3<f64>) -> Self {
-        let frames = [self.frames[0] * so3::exp(first), self.frames[1] * so3::exp(last)];
+        let frames = [
+            self.frames[0] * so3::exp(first),
+            self.frames[1] * so3::exp(last),
+        ];
         let mut rotations = self.rotations.clone();
         if let Some(end) = rotations.last_mut() {
             *end = so3::log(&(frames[0].inverse() * frames[1]));
         }
-        Self { frames, rotations, ..self.clone() }
+        Self {
+            frames,
+            rotations,
+            ..self.clone()
+        }
     }
 }
 
@@ -111,9 +139,9 @@ fn gradient_matches_differences_of_the_energy() {
 
 #[test]
 fn condensed_hessian_without_interior_matches_differences_of_the_gradient() {
-    // With one Gauss point there is no interior, so the condensed blocks are the whole Hessian. It is symmetric in
-    // the chart exp(φ̂), the difference of the gradient is one in moving frames: they differ by the antisymmetric
-    // part, half the couple.
+    // With one Gauss point there is no interior, so the condensed blocks are the whole Hessian. It
+    // is symmetric in the chart exp(φ̂), the difference of the gradient is one in moving frames:
+    // they differ by the antisymmetric part, half the couple.
     for material in LAWS {
         let s = sample(Order::Two, material);
         let (_, mut system) = evaluate::<1>(&s);
@@ -135,7 +163,10 @@ fn condensed_hessian_without_interior_matches_differences_of_the_gradient() {
                     (1, 0) => blocks.h01[(i - 3, j)],
                     _ => blocks.h01[(j - 3, i)],
                 };
-                assert!((value - expected).abs() < 1e-7, "({i}, {j}): {value} against {expected}");
+                assert!(
+                    (value - expected).abs() < 1e-7,
+                    "({i}, {j}): {value} against {expected}"
+                );
             }
         }
     }
@@ -157,7 +188,10 @@ fn hessian_matches_differences_of_the_gradient() {
             for i in j..15 {
                 let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
                 let value = system.hessian.rows[j].as_flattened()[i];
-                assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
+                assert!(
+                    (value - expected).abs() < 1e-6,
+                    "({i}, {j}): {value} against {expected}"
+                );
             }
         }
     }
@@ -173,8 +207,16 @@ fn rows_of_a_chord_are_the_gradients_of_the_work_of_unit_forces_at_its_end() {
         let rows = free.chord_rows::<4>(&s.material, &s.data(), x);
         for (k, row) in rows.iter().enumerate() {
             let force = Vector3::ith(k, 1.0);
-            let inside = vec![PointReaction { element: 0, x, force, couple: Vector3::zeros() }];
-            let (_, loaded) = evaluate::<4>(&Sample { inside, ..s.clone() });
+            let inside = vec![PointReaction {
+                element: 0,
+                x,
+                force,
+                couple: Vector3::zeros(),
+            }];
+            let (_, loaded) = evaluate::<4>(&Sample {
+                inside,
+                ..s.clone()
+            });
             for n in 0..=4 {
                 // Rounding of gradients of order one.
                 let difference = free.gradient[n] - loaded.gradient[n] - vector_at(row, 3 * n);

@@ -16,16 +16,20 @@ const DISTANCE_STEP: f64 = 1e-6;
 const DISTANCE_ERROR: f64 = 1e-3;
 
 impl HeldSearch<'_> {
-    /// Returns an error for an obstacle whose function is not a signed distance: its gradient must be a unit vector
-    /// and the derivative of the distance, at all stations of the rod.
+    /// Returns an error for an obstacle whose function is not a signed distance: its gradient must
+    /// be a unit vector and the derivative of the distance, at all stations of the rod.
     pub(super) fn check_obstacles(&self) -> Result<(), ParameterError> {
         for station in self.line.stations() {
             for obstacle in 0..self.obstacles.contacts.len() {
                 let here = self.obstacles.gap_at(obstacle, &station.position);
-                let (name, norm) = ("norm of the gradient of the distance from an obstacle", here.normal.norm());
+                let (name, norm) = (
+                    "norm of the gradient of the distance from an obstacle",
+                    here.normal.norm(),
+                );
                 let at = |error: ParameterError| error.at(station.arc_length);
                 ParameterError::finite("distance from an obstacle", here.value, "m").map_err(at)?;
-                ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1").map_err(at)?;
+                ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1")
+                    .map_err(at)?;
                 let step = here.normal * (DISTANCE_STEP * self.length);
                 let there = self.obstacles.gap_at(obstacle, &(station.position + step));
                 let (name, slope) = (
@@ -34,33 +38,51 @@ impl HeldSearch<'_> {
                 );
                 let requirement = "1: the gradient is the normal, which must point away from the obstacle; \
                     `check::obstacle` names the component that is wrong";
-                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, requirement).map_err(at)?;
+                ParameterError::unless(
+                    (slope - 1.0).abs() < DISTANCE_ERROR,
+                    name,
+                    slope,
+                    requirement,
+                )
+                .map_err(at)?;
             }
         }
         Ok(())
     }
 
-    /// Returns an error for a hold that is farther from the base, or from a hold at a point, than the part of the rod
-    /// between them reaches without stretch.
+    /// Returns an error for a hold that is farther from the base, or from a hold at a point, than
+    /// the part of the rod between them reaches without stretch.
     pub(super) fn check_reach(&self, rod: &Rod) -> Result<(), ParameterError> {
         if self.yields(rod) {
             return Ok(());
         }
         let arc_length = |site: &HeldSite| self.line.place(rod, site.place()).arc_length;
         let check = |site: &HeldSite, (target, to): (Vector3<f64>, f64), name, requirement| {
-            let (from, distance) = (arc_length(site), project(&site.fixed, &(site.target - target)).norm());
+            let (from, distance) = (
+                arc_length(site),
+                project(&site.fixed, &(site.target - target)).norm(),
+            );
             let ok = distance <= (from - to).abs() * (1.0 + 1e-12);
-            ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(from.max(to)))
+            ParameterError::unless(ok, name, distance, requirement)
+                .map_err(|error| error.at(from.max(to)))
         };
         if self.body.system().joints.free_base.is_none() {
             let name = "distance of a hold from the base";
-            let requirement = "at most the arc length of its place (m), since the rod does not stretch";
-            self.sites.iter().try_for_each(|site| check(site, (rod.base_position(), 0.0), name, requirement))?;
+            let requirement =
+                "at most the arc length of its place (m), since the rod does not stretch";
+            self.sites
+                .iter()
+                .try_for_each(|site| check(site, (rod.base_position(), 0.0), name, requirement))?;
         }
         let name = "distance between two holds";
-        let requirement = "at most the arc length between their places (m), since the rod does not stretch";
+        let requirement =
+            "at most the arc length between their places (m), since the rod does not stretch";
         for site in self.sites.iter().filter(|site| !site.fixed.is_empty()) {
-            for other in self.sites.iter().filter(|other| other.fixed.len() == 3 && other.node != site.node) {
+            for other in self
+                .sites
+                .iter()
+                .filter(|other| other.fixed.len() == 3 && other.node != site.node)
+            {
                 check(site, (other.target, arc_length(other)), name, requirement)?;
             }
         }
@@ -84,31 +106,49 @@ impl HeldSearch<'_> {
     fn check_base(&self, rod: &Rod) -> Result<(), ParameterError> {
         let clamped = self.body.system().joints.free_base.is_none();
         for obstacle in (0..self.obstacles.contacts.len()).filter(|_| clamped) {
-            let (name, gap) =
-                ("distance of the base from an obstacle", self.obstacles.gap_at(obstacle, &rod.base_position()));
-            let requirement =
-                "zero or positive, from the surface minus the radius of the contact: the base must not be inside (m)";
-            ParameterError::unless(gap.value >= -settings::ROUNDING * self.length, name, gap.value, requirement)?;
+            let (name, gap) = (
+                "distance of the base from an obstacle",
+                self.obstacles.gap_at(obstacle, &rod.base_position()),
+            );
+            let requirement = "zero or positive, from the surface minus the radius of the contact: the base must not be inside (m)";
+            ParameterError::unless(
+                gap.value >= -settings::ROUNDING * self.length,
+                name,
+                gap.value,
+                requirement,
+            )?;
         }
         Ok(())
     }
 
     /// Returns an error for an obstacle with friction whose velocity is not finite.
     fn check_velocities(&self) -> Result<(), ParameterError> {
-        for contact in self.obstacles.contacts.iter().filter(|contact| contact.friction > 0.0) {
+        for contact in self
+            .obstacles
+            .contacts
+            .iter()
+            .filter(|contact| contact.friction > 0.0)
+        {
             for station in self.line.stations() {
-                let velocity = contact.obstacle.velocity(&station.position, self.obstacles.time);
-                let finite = ParameterError::finite("velocity of an obstacle", velocity.sum(), "m/s");
+                let velocity = contact
+                    .obstacle
+                    .velocity(&station.position, self.obstacles.time);
+                let finite =
+                    ParameterError::finite("velocity of an obstacle", velocity.sum(), "m/s");
                 finite.map_err(|error| error.at(station.arc_length))?;
             }
         }
         Ok(())
     }
 
-    /// Returns an error for a contact at which the curvature is not the derivative of the normal, to either side along
-    /// a tangent: it may be discontinuous at the contact.
+    /// Returns an error for a contact at which the curvature is not the derivative of the normal,
+    /// to either side along a tangent: it may be discontinuous at the contact.
     fn check_curvatures(&self) -> Result<(), ParameterError> {
-        for at in self.candidates.iter().filter(|at| at.position.iter().all(|x| x.is_finite())) {
+        for at in self
+            .candidates
+            .iter()
+            .filter(|at| at.position.iter().all(|x| x.is_finite()))
+        {
             let moved = |by: &Vector3<f64>| self.obstacles.gap_at(at.obstacle, &(at.position + by));
             let (here, place) = (moved(&Vector3::zeros()), at.arc_length);
             let scale = here.curvature.norm().max(1.0 / self.length);
@@ -128,19 +168,33 @@ impl HeldSearch<'_> {
         Ok(())
     }
 
-    /// Returns an error for a potential at the present places and frames whose derivatives are not those of its energy.
+    /// Returns an error for a potential at the present places and frames whose derivatives are not
+    /// those of its energy.
     fn check_potentials(&self, rod: &Rod) -> Result<(), ParameterError> {
         let springs = self.sites.iter().filter_map(|site| {
             let law = &self.laws.springs[site.spring?.law];
             Some((law, site.position, self.length, site.node))
         });
-        let joints = self.body.system().joints.elastic.iter().zip(&self.laws.joints).map(|(joint, (frame, law))| {
-            (law, so3::log(&(frame.inverse() * rod.frames()[joint.node])), 1.0, joint.node)
-        });
+        let joints = self
+            .body
+            .system()
+            .joints
+            .elastic
+            .iter()
+            .zip(&self.laws.joints)
+            .map(|(joint, (frame, law))| {
+                (
+                    law,
+                    so3::log(&(frame.inverse() * rod.frames()[joint.node])),
+                    1.0,
+                    joint.node,
+                )
+            });
         for (law, argument, scale, node) in springs.chain(joints) {
             let (element, x) = place_of(node);
             let place = rod.initial_length - rod.initial_apex_distance(element, x);
-            law.check(&argument, scale, self.obstacles.time).map_err(|error| error.at(place))?;
+            law.check(&argument, scale, self.obstacles.time)
+                .map_err(|error| error.at(place))?;
         }
         Ok(())
     }

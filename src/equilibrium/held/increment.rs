@@ -1,5 +1,5 @@
-//! The increment in time before an equilibrium: the rod at its start, from which friction counts slip, and the motion
-//! of the base and the obstacles.
+//! The increment in time before an equilibrium: the rod at its start, from which friction counts
+//! slip, and the motion of the base and the obstacles.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -24,24 +24,39 @@ pub(super) struct Before {
 
 impl Before {
     pub fn new(rod: &Rod, time: f64, yielded: Vec<Vector3<f64>>) -> Self {
-        // The slip of a contact at rest is exactly zero, since its place is computed in the same way.
+        // The slip of a contact at rest is exactly zero, since its place is computed in the same
+        // way.
         let line = Line::new(rod, &rod.line_strains);
-        Self { rod: rod.clone(), line, time, yielded }
+        Self {
+            rod: rod.clone(),
+            line,
+            time,
+            yielded,
+        }
     }
 
-    /// The place without slip (m) of material on the surface of an obstacle, and its derivative along the rod. The
-    /// material is given by its distance from the apex at t = 0 (m).
-    pub fn anchor(&self, material: f64, (obstacles, obstacle): (&Obstacles, usize)) -> (Vector3<f64>, Vector3<f64>) {
+    /// The place without slip (m) of material on the surface of an obstacle, and its derivative
+    /// along the rod. The material is given by its distance from the apex at t = 0 (m).
+    pub fn anchor(
+        &self,
+        material: f64,
+        (obstacles, obstacle): (&Obstacles, usize),
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let Some((e, x)) = self.rod.locate_initial(material) else {
             return (Vector3::repeat(f64::NAN), Vector3::zeros());
         };
         let position = self.line.place(&self.rod, (e, x)).position;
-        let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
+        let velocity = obstacles.contacts[obstacle]
+            .obstacle
+            .velocity(&position, obstacles.time);
         let place = position + velocity * (obstacles.time - self.time) - self.yielded[obstacle];
         let tangent = self.rod.frame_within(e, x) * Vector3::z();
         // The projection to the surface removes displacements along the normal.
         let gap = obstacles.gap(obstacle, &place);
-        (place - gap.normal * gap.value, tangent - gap.normal * gap.normal.dot(&tangent))
+        (
+            place - gap.normal * gap.value,
+            tangent - gap.normal * gap.normal.dot(&tangent),
+        )
     }
 }
 
@@ -54,11 +69,15 @@ struct Pose {
 
 impl Pose {
     fn of(rod: &Rod) -> Self {
-        Self { position: rod.base_position(), frame: rod.frames()[0] }
+        Self {
+            position: rod.base_position(),
+            frame: rod.frames()[0],
+        }
     }
 }
 
-/// The motion from the start of an increment to its end, as a function of the progress from zero to one.
+/// The motion from the start of an increment to its end, as a function of the progress from zero to
+/// one.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     from: Pose,
@@ -73,9 +92,9 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// The motion from a rod at the start of an increment to one with the base at its end. The time at the end and the
-    /// duration are in seconds. The motion does not rotate a base that rotates freely, and does not move one that is
-    /// free.
+    /// The motion from a rod at the start of an increment to one with the base at its end. The time
+    /// at the end and the duration are in seconds. The motion does not rotate a base that rotates
+    /// freely, and does not move one that is free.
     pub fn new(from: &Rod, to: &Rod, (end, duration): (f64, f64), joint: Option<Joint>) -> Self {
         let (mut from, to) = (Pose::of(from), Pose::of(to));
         match joint {
@@ -83,7 +102,14 @@ impl Motion {
             Some(Joint::Ball) => from.frame = to.frame,
             _ => {}
         }
-        Self { from, to, end, duration, hinged: matches!(joint, Some(Joint::Hinge(_))), progress: 1.0 }
+        Self {
+            from,
+            to,
+            end,
+            duration,
+            hinged: matches!(joint, Some(Joint::Hinge(_))),
+            progress: 1.0,
+        }
     }
 
     /// The rotation of the base in the fixed frame, rad.
@@ -93,26 +119,38 @@ impl Motion {
 
     /// Rotation (rad) and displacement (m) of the base in the whole motion.
     pub fn size(&self) -> (f64, f64) {
-        (self.whole_turn().norm(), (self.to.position - self.from.position).norm())
+        (
+            self.whole_turn().norm(),
+            (self.to.position - self.from.position).norm(),
+        )
     }
 
-    /// The base at the given progress of the motion, which is a screw: a turntable moves its places on circles.
+    /// The base at the given progress of the motion, which is a screw: a turntable moves its places
+    /// on circles.
     fn pose(&self, progress: f64) -> Pose {
         if progress >= 1.0 {
             return self.to;
         }
-        // The rotation exp(φ) about a fixed point displaces the base by J(φ) c, with the left Jacobian J(φ) = Jr(−φ).
+        // The rotation exp(φ) about a fixed point displaces the base by J(φ) c, with the left
+        // Jacobian J(φ) = Jr(−φ).
         let (turn, by) = (-self.whole_turn(), self.to.position - self.from.position);
         let s = |turn: &Vector3<f64>| so3::s_functions(turn.norm_squared());
         let rate = Form::inverse_right_jacobian(&s(&turn)).apply(&turn, &by);
         let part = turn * progress;
         let moved = Form::right_jacobian(&s(&part)).apply(&part, &(rate * progress));
-        Pose { position: self.from.position + moved, frame: so3::exp(&-part) * self.from.frame }
+        Pose {
+            position: self.from.position + moved,
+            frame: so3::exp(&-part) * self.from.frame,
+        }
     }
 
     /// The time at the given progress, s.
     pub fn time(&self, progress: f64) -> f64 {
-        if progress >= 1.0 { self.end } else { self.end - self.duration * (1.0 - progress) }
+        if progress >= 1.0 {
+            self.end
+        } else {
+            self.end - self.duration * (1.0 - progress)
+        }
     }
 
     /// The rotation of the base in the fixed frame from one value of the progress to another.
@@ -131,7 +169,11 @@ impl Motion {
         }
         // The frame of a clamped base has no rounding.
         let clamped = rod.frames()[0] == from.frame;
-        let base = if clamped { to.frame } else { to.frame * from.frame.inverse() * rod.frames()[0] };
+        let base = if clamped {
+            to.frame
+        } else {
+            to.frame * from.frame.inverse() * rod.frames()[0]
+        };
         // The call returns no error, since both frames are rotations.
         let _ = rod.set_base(base);
     }

@@ -1,7 +1,8 @@
-//! The law of one contact: unilateral contact with Coulomb friction, as an equation that is solved by Newton's method.
+//! The law of one contact: unilateral contact with Coulomb friction, as an equation that is solved
+//! by Newton's method.
 //!
-//! With the gap g, the normal n, the slip s, the force P of normal part λ and tangential part Q, the law is (Alart and
-//! Curnier, Comput. Methods Appl. Mech. Engrg. 92, 353–375, 1991)
+//! With the gap g, the normal n, the slip s, the force P of normal part λ and tangential part Q,
+//! the law is (Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92, 353–375, 1991)
 //!
 //! ```text
 //! λ = τ⁺,   Q = proj(Q − k s, μ τ⁺),   τ = λ − k g,
@@ -13,7 +14,8 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 
 use crate::support::Distance;
 
-/// Gap between a place of the centre line and an obstacle: the distance minus the radius of the contact.
+/// Gap between a place of the centre line and an obstacle: the distance minus the radius of the
+/// contact.
 pub(super) type Gap = Distance;
 
 /// State of a contact.
@@ -36,10 +38,20 @@ pub(super) struct Law {
 }
 
 impl Law {
-    /// Evaluates the law for a force (N), the displacement (m) from the place without slip, a coefficient of friction
-    /// and a scale `k` (N/m).
-    pub fn new(gap: &Gap, force: &Vector3<f64>, displacement: &Vector3<f64>, friction: f64, k: f64) -> Self {
-        let Gap { value, normal: n, curvature } = *gap;
+    /// Evaluates the law for a force (N), the displacement (m) from the place without slip, a
+    /// coefficient of friction and a scale `k` (N/m).
+    pub fn new(
+        gap: &Gap,
+        force: &Vector3<f64>,
+        displacement: &Vector3<f64>,
+        friction: f64,
+        k: f64,
+    ) -> Self {
+        let Gap {
+            value,
+            normal: n,
+            curvature,
+        } = *gap;
         let (identity, zero) = (Matrix3::identity(), Matrix3::zeros());
         let across = identity - n * n.transpose();
         let lambda = n.dot(force);
@@ -70,7 +82,12 @@ impl Law {
             (Status::Sticking, part, identity * part, Vector3::zeros())
         } else {
             let (along, part) = (trial / size, radius / size);
-            (Status::Sliding, part, (identity - along * along.transpose()) * part, along)
+            (
+                Status::Sliding,
+                part,
+                (identity - along * along.transpose()) * part,
+                along,
+            )
         };
         let by_tau = n + by_radius * friction;
         Self {
@@ -93,7 +110,11 @@ mod tests {
     fn sphere(place: &Vector3<f64>) -> Gap {
         let (norm, normal) = (place.norm(), place.normalize());
         let curvature = (Matrix3::identity() - normal * normal.transpose()) / norm;
-        Gap { value: norm - 1.0, normal, curvature }
+        Gap {
+            value: norm - 1.0,
+            normal,
+            curvature,
+        }
     }
 
     #[test]
@@ -103,9 +124,24 @@ mod tests {
         // Contacts that are open, stick, slide, and slide without friction.
         for (force, anchor, friction, status) in [
             (normal * -0.3 + Vector3::x() * 0.1, place, 0.5, Status::Open),
-            (normal * 0.9 + Vector3::x() * 0.02, place + Vector3::y() * 0.01, 0.5, Status::Sticking),
-            (normal * 0.9 + Vector3::x() * 0.4, place + Vector3::y() * 0.5, 0.5, Status::Sliding),
-            (normal * 0.9 + Vector3::x() * 0.4, place + Vector3::y() * 0.5, 0.0, Status::Sliding),
+            (
+                normal * 0.9 + Vector3::x() * 0.02,
+                place + Vector3::y() * 0.01,
+                0.5,
+                Status::Sticking,
+            ),
+            (
+                normal * 0.9 + Vector3::x() * 0.4,
+                place + Vector3::y() * 0.5,
+                0.5,
+                Status::Sliding,
+            ),
+            (
+                normal * 0.9 + Vector3::x() * 0.4,
+                place + Vector3::y() * 0.5,
+                0.0,
+                Status::Sliding,
+            ),
         ] {
             let law = |force: &Vector3<f64>, place: &Vector3<f64>, anchor: &Vector3<f64>| {
                 Law::new(&sphere(place), force, &(place - anchor), friction, k)
@@ -116,19 +152,29 @@ mod tests {
             let h = 1e-5;
             for axis in 0..3 {
                 let by = Vector3::ith(axis, h);
-                let difference = |ahead: Law, behind: Law| (ahead.residual - behind.residual) / (2.0 * h);
+                let difference =
+                    |ahead: Law, behind: Law| (ahead.residual - behind.residual) / (2.0 * h);
                 for (derivative, difference) in [
                     (
                         here.by_force,
-                        difference(law(&(force + by), &place, &anchor), law(&(force - by), &place, &anchor)),
+                        difference(
+                            law(&(force + by), &place, &anchor),
+                            law(&(force - by), &place, &anchor),
+                        ),
                     ),
                     (
                         here.by_place,
-                        difference(law(&force, &(place + by), &anchor), law(&force, &(place - by), &anchor)),
+                        difference(
+                            law(&force, &(place + by), &anchor),
+                            law(&force, &(place - by), &anchor),
+                        ),
                     ),
                     (
                         here.by_anchor,
-                        difference(law(&force, &place, &(anchor + by)), law(&force, &place, &(anchor - by))),
+                        difference(
+                            law(&force, &place, &(anchor + by)),
+                            law(&force, &place, &(anchor - by)),
+                        ),
                     ),
                 ] {
                     let column = derivative.column(axis).into_owned();
@@ -140,8 +186,17 @@ mod tests {
 
     #[test]
     fn contact_without_friction_and_slip_has_no_tangential_stiffness() {
-        let law = Law::new(&sphere(&(Vector3::z() * 0.99)), &(Vector3::z() * 0.9), &Vector3::zeros(), 0.0, 1.7);
+        let law = Law::new(
+            &sphere(&(Vector3::z() * 0.99)),
+            &(Vector3::z() * 0.9),
+            &Vector3::zeros(),
+            0.0,
+            1.7,
+        );
         assert_eq!(law.by_anchor, Matrix3::zeros());
-        assert_eq!(law.by_force.fixed_view::<2, 2>(0, 0), Matrix3::identity().fixed_view::<2, 2>(0, 0));
+        assert_eq!(
+            law.by_force.fixed_view::<2, 2>(0, 0),
+            Matrix3::identity().fixed_view::<2, 2>(0, 0)
+        );
     }
 }

@@ -1,17 +1,19 @@
 //! The linear rod of an iteration: its response at holds, springs and candidates.
 //!
-//! The coordinates y are the displacements at these places. With the changes f of the forces at the candidates and r
-//! of the reactions of holds, springs and increased pivots they are y = y₀ + C (f + Tᵀ r). The compliance C includes
-//! shear and stretch, and y₀ are the displacements by the unbalanced couples. The conditions with the violations c are
+//! The coordinates y are the displacements at these places. With the changes f of the forces at the
+//! candidates and r of the reactions of holds, springs and increased pivots they are y = y₀ + C (f
+//! + Tᵀ r). The compliance C includes shear and stretch, and y₀ are the displacements by the
+//! unbalanced couples. The conditions with the violations c are
 //!
 //! ```text
 //! T y + c = D r,      so that      (T C Tᵀ − D) r = −(c + T y₀ + T C f).
 //! ```
 //!
-//! D is zero for a hold and 1/k for a pivot that was increased by k. For a spring it is −1, or 1 if its stiffness is
-//! negative, and its row contains the square root of the magnitude. The reactions are eliminated. The contact problem
-//! is posed on the compliance that remains between the candidates. The inertia follows from the negative of the
-//! matrix, D − T C Tᵀ, which is the matrix S of `docs/supports.md`.
+//! D is zero for a hold and 1/k for a pivot that was increased by k. For a spring it is −1, or 1 if
+//! its stiffness is negative, and its row contains the square root of the magnitude. The reactions
+//! are eliminated. The contact problem is posed on the compliance that remains between the
+//! candidates. The inertia follows from the negative of the matrix, D − T C Tᵀ, which is the matrix
+//! S of `docs/supports.md`.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
@@ -53,7 +55,9 @@ impl Rows {
     pub fn matrix(&self, columns: usize) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(self.len(), columns);
         for (i, factors) in self.factors.iter().enumerate() {
-            factors.iter().for_each(|(j, factor)| matrix[(i, *j)] += factor);
+            factors
+                .iter()
+                .for_each(|(j, factor)| matrix[(i, *j)] += factor);
         }
         matrix
     }
@@ -61,7 +65,9 @@ impl Rows {
 
 /// A matrix whose rows and columns are multiplied by `scale`.
 pub(super) fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j])
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
+        matrix[(i, j)] * scale[i] * scale[j]
+    })
 }
 
 /// A symmetric matrix of conditions, scaled and factorised.
@@ -78,15 +84,24 @@ impl Conditions {
         // The eigenvalues of a matrix that is not finite are not found.
         let finite = scaled.iter().all(|value| value.is_finite());
         let scaled = if finite { scaled } else { DMatrix::zeros(n, n) };
-        Self { eigen: (n > 0).then(|| SymmetricEigen::new(scaled)), scale }
+        Self {
+            eigen: (n > 0).then(|| SymmetricEigen::new(scaled)),
+            scale,
+        }
     }
 
     /// The solution for a right-hand side. Neutral directions have the component zero.
     pub fn solve(&self, rhs: &DVector<f64>) -> DVector<f64> {
-        let Some(eigen) = &self.eigen else { return DVector::zeros(0) };
+        let Some(eigen) = &self.eigen else {
+            return DVector::zeros(0);
+        };
         let mut y = eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
         for (y, value) in y.iter_mut().zip(eigen.eigenvalues.iter()) {
-            *y = if value.abs() <= NEUTRAL { 0.0 } else { *y / value };
+            *y = if value.abs() <= NEUTRAL {
+                0.0
+            } else {
+                *y / value
+            };
         }
         (&eigen.eigenvectors * y).component_mul(&self.scale)
     }
@@ -128,7 +143,8 @@ pub(super) struct Linear {
     pub compliance: DMatrix<f64>,
     /// Displacements by the unbalanced couples, without changes of the reactions.
     pub free: DVector<f64>,
-    /// Share of the boosts that remains in the step. It bounds displacements that only contacts limit.
+    /// Share of the boosts that remains in the step. It bounds displacements that only contacts
+    /// limit.
     pub remains: f64,
     /// The share of the unbalanced couples and of the residuals that the step removes.
     pub share: f64,
@@ -137,13 +153,19 @@ pub(super) struct Linear {
 impl Linear {
     /// The displacement along a condition by its own reaction.
     pub fn flexibility(&self, condition: usize) -> f64 {
-        self.products.row(condition).dot(&self.rows.row(condition)).abs()
+        self.products
+            .row(condition)
+            .dot(&self.rows.row(condition))
+            .abs()
     }
 
-    /// Changes of the reactions of the links, with which their conditions hold, for changes of those of the candidates.
+    /// Changes of the reactions of the links, with which their conditions hold, for changes of
+    /// those of the candidates.
     pub fn links_by(&self, offset: &DVector<f64>, changes: &DVector<f64>) -> DVector<f64> {
         let by_candidates = self.products.columns(self.first, self.size) * changes;
-        let violations = &self.residuals * self.share + &self.rows * (&self.free * self.share + offset) + by_candidates;
+        let violations = &self.residuals * self.share
+            + &self.rows * (&self.free * self.share + offset)
+            + by_candidates;
         self.solver.solve(&-violations)
     }
 
@@ -151,10 +173,12 @@ impl Linear {
     pub fn free_candidates(&self, offset: &DVector<f64>) -> DVector<f64> {
         let moved = &self.free * self.share + offset;
         let links = self.links_by(offset, &DVector::zeros(self.size));
-        moved.rows(self.first, self.size) + self.products.columns(self.first, self.size).tr_mul(&links)
+        moved.rows(self.first, self.size)
+            + self.products.columns(self.first, self.size).tr_mul(&links)
     }
 
-    /// All reactions, conjugate to the coordinates, of given changes of those of candidates and links.
+    /// All reactions, conjugate to the coordinates, of given changes of those of candidates and
+    /// links.
     pub fn reactions(&self, candidates: &DVector<f64>, links: &DVector<f64>) -> DVector<f64> {
         let mut all = self.rows.tr_mul(links);
         let mut own = all.rows_mut(self.first, self.size);

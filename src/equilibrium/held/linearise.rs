@@ -14,14 +14,27 @@ use crate::rod::Rod;
 const LARGEST_SHARE: f64 = 0.5;
 
 impl HeldSearch<'_> {
-    /// The violations of the conditions of holds and springs, in the order of the links of a linear rod.
+    /// The violations of the conditions of holds and springs, in the order of the links of a linear
+    /// rod.
     pub(super) fn residuals(&self) -> Vec<f64> {
         let each = self.sites.iter().flat_map(|site| {
-            let springs = site.spring.iter().flat_map(Spring::stiff).map(|(.., residual)| residual);
+            let springs = site
+                .spring
+                .iter()
+                .flat_map(Spring::stiff)
+                .map(|(.., residual)| residual);
             site.missing().map(|(_, distance)| distance).chain(springs)
         });
-        let springs_of_base = self.body.system().joints.free_base.iter().flat_map(|_| [0.0; 3]);
-        each.chain(self.boosts.iter().map(|_| 0.0)).chain(springs_of_base).collect()
+        let springs_of_base = self
+            .body
+            .system()
+            .joints
+            .free_base
+            .iter()
+            .flat_map(|_| [0.0; 3]);
+        each.chain(self.boosts.iter().map(|_| 0.0))
+            .chain(springs_of_base)
+            .collect()
     }
 
     /// The linear rod at the present configuration, without a shift.
@@ -34,7 +47,10 @@ impl HeldSearch<'_> {
     /// The linear rod with the factorised tangent and the unbalanced couples in the system.
     pub(super) fn linearise(&mut self, rod: &Rod, factors: Factors) -> Linear {
         let sites = self.sites.iter().map(|site| (site.place(), false));
-        let candidates = self.candidates.iter().map(|at| ((at.element, at.x), at.follows_gap));
+        let candidates = self
+            .candidates
+            .iter()
+            .map(|at| ((at.element, at.x), at.follows_gap));
         let places: Vec<_> = sites.chain(candidates).collect();
         let mut response = LinearResponse::of(&mut *self.body, rod, &places, &self.boosts);
         let first = 3 * self.sites.len();
@@ -56,24 +72,38 @@ impl HeldSearch<'_> {
         let system = self.body.system();
         let base = system.joints.free_base;
         let remains = base.map_or(0.0, |base| {
-            (system.base_force.norm() / (base.reach * base.stiffness)).clamp(base.least, LARGEST_SHARE)
+            (system.base_force.norm() / (base.reach * base.stiffness))
+                .clamp(base.least, LARGEST_SHARE)
         });
         let stiffness = self.boosts.iter().map(|(_, increase)| *increase);
-        for (k, increase) in stiffness.chain(base.iter().flat_map(|base| [base.stiffness; 3])).enumerate() {
+        for (k, increase) in stiffness
+            .chain(base.iter().flat_map(|base| [base.stiffness; 3]))
+            .enumerate()
+        {
             // The reaction undoes the part 1 − `remains` of the increase.
-            links.push([(first + size + k, 1.0)], 1.0 / (increase * (1.0 - remains)));
+            links.push(
+                [(first + size + k, 1.0)],
+                1.0 / (increase * (1.0 - remains)),
+            );
             roles.push(Role::Boost);
         }
         let rows = links.matrix(response.size());
         let products = &rows * &response.compliance;
         let mut matrix = &products * rows.transpose();
-        links.diagonal.iter().enumerate().for_each(|(i, d)| matrix[(i, i)] -= d);
+        links
+            .diagonal
+            .iter()
+            .enumerate()
+            .for_each(|(i, d)| matrix[(i, i)] -= d);
         let scale = DVector::from_fn(links.len(), |i, _| {
             let size = matrix[(i, i)].abs() + links.diagonal[i].abs();
             1.0 / size.max(f64::MIN_POSITIVE).sqrt()
         });
         let solver = Conditions::new(&matrix, scale);
-        let mut compliance: DMatrix<f64> = response.compliance.view((first, first), (size, size)).into_owned();
+        let mut compliance: DMatrix<f64> = response
+            .compliance
+            .view((first, first), (size, size))
+            .into_owned();
         let across = products.columns(first, size);
         for (mut own, violations) in compliance.column_iter_mut().zip(across.column_iter()) {
             own += across.tr_mul(&solver.solve(&-violations));
@@ -100,12 +130,17 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Adds the compliances of the obstacles: one that yields is displaced by the forces on all of its surfaces.
+    /// Adds the compliances of the obstacles: one that yields is displaced by the forces on all of
+    /// its surfaces.
     fn add_yielding(&self, response: &mut LinearResponse) {
         for (i, a) in self.candidates.iter().enumerate() {
-            let together = |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
+            let together =
+                |(_, b): &(usize, &Candidate)| self.obstacles.move_together(a.obstacle, b.obstacle);
             for (j, b) in self.candidates.iter().enumerate().filter(together) {
-                let at = (response.first(self.sites.len() + i), response.first(self.sites.len() + j));
+                let at = (
+                    response.first(self.sites.len() + i),
+                    response.first(self.sites.len() + j),
+                );
                 let mut block = response.compliance.fixed_view_mut::<3, 3>(at.0, at.1);
                 block += self.obstacles.compliances[b.obstacle];
             }

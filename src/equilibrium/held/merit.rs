@@ -1,7 +1,8 @@
 //! Merit and residual, which decide whether a step is accepted.
 //!
-//! The merit is the energy, plus the violated distances times a weight of at least twice the largest reaction, plus the
-//! work of friction. A fraction of a step is accepted if it decreases the merit or the residual sufficiently.
+//! The merit is the energy, plus the violated distances times a weight of at least twice the
+//! largest reaction, plus the work of friction. A fraction of a step is accepted if it decreases
+//! the merit or the residual sufficiently.
 
 use super::search::HeldSearch;
 use super::settings;
@@ -25,12 +26,23 @@ impl HeldSearch<'_> {
                 let tangential = (at.force - at.gap.normal * at.normal()) / force;
                 let trial = tangential - slip / self.length;
                 let radius = coefficient * push.max(0.0);
-                let within = if trial.norm() <= radius { trial } else { trial * (radius / trial.norm()) };
+                let within = if trial.norm() <= radius {
+                    trial
+                } else {
+                    trial * (radius / trial.norm())
+                };
                 residual = residual.max((tangential - within).norm());
             }
         }
-        residual = self.hold_violations().fold(residual, |residual, distance| residual.max(distance / self.length));
-        Merit { energy, violation: self.violation(), friction, residual }
+        residual = self.hold_violations().fold(residual, |residual, distance| {
+            residual.max(distance / self.length)
+        });
+        Merit {
+            energy,
+            violation: self.violation(),
+            friction,
+            residual,
+        }
     }
 
     /// Change of an energy (J) that is attributed to rounding, J.
@@ -38,15 +50,23 @@ impl HeldSearch<'_> {
         1e-12 * (energy.abs() + self.force_scale() * self.length)
     }
 
-    /// Takes the largest fraction of a step with which the merit or the residual decreases, and returns it; `None` if
-    /// none of those tried does.
-    pub(super) fn descend(&mut self, rod: &mut Rod, (start, trial): (&Start, &Trial), unchecked: bool) -> Option<f64> {
-        let (mut fraction, slope) =
-            (1.0, self.body.system().slope() - start.base_force.dot(&self.body.system().base_motion));
+    /// Takes the largest fraction of a step with which the merit or the residual decreases, and
+    /// returns it; `None` if none of those tried does.
+    pub(super) fn descend(
+        &mut self,
+        rod: &mut Rod,
+        (start, trial): (&Start, &Trial),
+        unchecked: bool,
+    ) -> Option<f64> {
+        let (mut fraction, slope) = (
+            1.0,
+            self.body.system().slope() - start.base_force.dot(&self.body.system().base_motion),
+        );
         let forces = trial.contacts.iter().map(|contact| contact.force.norm());
         let links = self.sites.iter().map(|site| site.force.norm());
         self.weight = (0.25 * self.weight).max(2.0 * forces.chain(links).fold(0.0, f64::max));
-        let value = |merit: &Merit, weight: f64| merit.energy + weight * merit.violation + merit.friction;
+        let value =
+            |merit: &Merit, weight: f64| merit.energy + weight * merit.violation + merit.friction;
         let before = value(&start.merit, self.weight);
         let slack = self.rounding_of(before);
         for halving in 0..=settings::HALVINGS {
@@ -59,7 +79,8 @@ impl HeldSearch<'_> {
             let after = value(&reached, self.weight);
             let predicted = (slope - self.weight * start.merit.violation).min(0.0);
             let falls = after <= before + settings::DECREASE * fraction * predicted + slack;
-            let converges = reached.residual < start.merit.residual * (1.0 - settings::RESIDUAL_DECREASE * fraction);
+            let converges = reached.residual
+                < start.merit.residual * (1.0 - settings::RESIDUAL_DECREASE * fraction);
             if after.is_finite() && (falls || converges || unchecked) {
                 self.found.energy = reached.energy;
                 return Some(fraction);

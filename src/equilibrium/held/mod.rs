@@ -1,9 +1,10 @@
 //! Equilibria of rods with supports: holds, springs, elastic joints, and contacts with obstacles.
 //!
-//! An iteration factorises the tangent of the rod with the present contact forces as dead loads. The response of this
-//! linear rod at its [candidates](candidate), the places that may touch an obstacle, is a small matrix. On it the
-//! complete problem of unilateral contact with Coulomb friction is solved ([`reduced`]), with the exact shapes of the
-//! obstacles. Which contacts are open, stick or slide is part of the solution.
+//! An iteration factorises the tangent of the rod with the present contact forces as dead loads.
+//! The response of this linear rod at its [candidates](candidate), the places that may touch an
+//! obstacle, is a small matrix. On it the complete problem of unilateral contact with Coulomb
+//! friction is solved ([`reduced`]), with the exact shapes of the obstacles. Which contacts are
+//! open, stick or slide is part of the solution.
 //!
 //! | term | meaning |
 //! |---|---|
@@ -45,9 +46,10 @@
 //!           find_inertia           number of negative directions that the supports permit      newton, inertia
 //! ```
 //!
-//! In a search for a stable equilibrium, an attempt that is not accepted has one of these outcomes. In contact,
-//! Newton's method does not test the tangent before a step, since it may be negative on the way to a stable
-//! equilibrium. In contact and with a shift it does not test the tangent, and rejects what is lost without a shift.
+//! In a search for a stable equilibrium, an attempt that is not accepted has one of these outcomes.
+//! In contact, Newton's method does not test the tangent before a step, since it may be negative on
+//! the way to a stable equilibrium. In contact and with a shift it does not test the tangent, and
+//! rejects what is lost without a shift.
 //!
 //! | what is found | Newton's method in contact, without a shift | a descent, or a rod without contact |
 //! |---|---|---|
@@ -58,11 +60,12 @@
 //! | no fraction of the step is an improvement | lost if the tangent is negative, rejected otherwise | rejected |
 //! | the steps stagnate at a saddle | – | moved; an error after four saddles without less energy |
 //!
-//! A rejected attempt is repeated with a larger shift, up to a largest one, where the iteration fails. With a shift, a
-//! step that is not finite is an error. A lost attempt makes the iteration fail. The next way of [`trial::Reach`], if
-//! there is one, begins again from the initial guess; a search for a stable equilibrium without obstacles has only
-//! Newton's method. A search for an unstable equilibrium rejects no tangent and no long step. It is lost where the
-//! number of negative directions is larger by more than `settings::PASSED` than at first.
+//! A rejected attempt is repeated with a larger shift, up to a largest one, where the iteration
+//! fails. With a shift, a step that is not finite is an error. A lost attempt makes the iteration
+//! fail. The next way of [`trial::Reach`], if there is one, begins again from the initial guess; a
+//! search for a stable equilibrium without obstacles has only Newton's method. A search for an
+//! unstable equilibrium rejects no tangent and no long step. It is lost where the number of
+//! negative directions is larger by more than `settings::PASSED` than at first.
 
 mod attempt;
 mod candidate;

@@ -30,16 +30,23 @@ impl<'a> HeldSearch<'a> {
         self.locate(rod);
         self.apply(rod);
         let linear = self.linear_rod(rod)?;
-        let (name, neutral) = ("neutral directions of the held rod", self.inertia_of(&linear).neutral);
+        let (name, neutral) = (
+            "neutral directions of the held rod",
+            self.inertia_of(&linear).neutral,
+        );
         let requirement = "zero: shape and reactions must be determined to first order, unlike those of a straight \
             rod whose ends are held";
         ParameterError::unless(neutral == 0, name, neutral as f64, requirement)?;
         let sites = self.sites.clone();
-        Ok(HeldTangent { search: self, linear, sites })
+        Ok(HeldTangent {
+            search: self,
+            linear,
+            sites,
+        })
     }
 
-    /// Evaluates the unbalanced couples and those of held frames for the present shape and reactions. Returns the
-    /// energy of the rod with its loads, J.
+    /// Evaluates the unbalanced couples and those of held frames for the present shape and
+    /// reactions. Returns the energy of the rod with its loads, J.
     pub(super) fn balance(&mut self, rod: &Rod) -> f64 {
         let energy = self.body.evaluate(rod);
         self.found.evaluations += 1;
@@ -51,7 +58,11 @@ impl<'a> HeldSearch<'a> {
 
 impl NearbyEquilibria for HeldTangent<'_> {
     fn follow(&mut self, rod: &mut Rod) {
-        let Self { search, linear, sites } = self;
+        let Self {
+            search,
+            linear,
+            sites,
+        } = self;
         search.sites.clone_from(sites);
         search.apply(rod);
         search.balance(rod);

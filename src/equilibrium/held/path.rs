@@ -1,9 +1,10 @@
-//! The load path of a search. Holds move in increments from their present places to the requested ones. If a part of
-//! the rod could pass an obstacle in a time step, the base and the obstacles also move in increments, from the shape
-//! at the start of the step. Increments become shorter, down to a smallest one, until neither the base nor a held
-//! frame moves the rod past an obstacle. An increment is halved after a search in which Newton's method and the
-//! descents fail, and does not grow again. Where a branch of equilibria ends, the rod therefore jumps, or, if the
-//! descent to any equilibrium is omitted, approaches the end until the smallest increment fails.
+//! The load path of a search. Holds move in increments from their present places to the requested
+//! ones. If a part of the rod could pass an obstacle in a time step, the base and the obstacles
+//! also move in increments, from the shape at the start of the step. Increments become shorter,
+//! down to a smallest one, until neither the base nor a held frame moves the rod past an obstacle.
+//! An increment is halved after a search in which Newton's method and the descents fail, and does
+//! not grow again. Where a branch of equilibria ends, the rod therefore jumps, or, if the descent
+//! to any equilibrium is omitted, approaches the end until the smallest increment fails.
 
 use nalgebra::Vector3;
 
@@ -19,11 +20,16 @@ use crate::equilibrium::{EquilibriumError, Held, IncrementStart};
 use crate::rod::Rod;
 
 impl HeldSearch<'_> {
-    /// Finds the equilibrium. Returns an error for laws of supports that are invalid where the search ends.
+    /// Finds the equilibrium. Returns an error for laws of supports that are invalid where the
+    /// search ends.
     pub fn run(mut self, mut shape: Rod, bound: usize) -> Result<Held, EquilibriumError> {
         let rod = &mut shape;
         let moved = self.move_holds(rod, bound);
-        if moved.as_ref().err().is_none_or(EquilibriumError::is_recoverable) {
+        if moved
+            .as_ref()
+            .err()
+            .is_none_or(EquilibriumError::is_recoverable)
+        {
             self.check_end(rod)?;
         }
         moved?;
@@ -33,12 +39,19 @@ impl HeldSearch<'_> {
         }
         let (mut reactions, mut patches) = (self.reactions(rod), self.patches(rod, 0.0));
         self.obstacles.name(&mut reactions, &mut patches);
-        Ok(Held { equilibrium: self.found, increments: self.increments, reactions, patches, rod: shape })
+        Ok(Held {
+            equilibrium: self.found,
+            increments: self.increments,
+            reactions,
+            patches,
+            rod: shape,
+        })
     }
 
-    /// Moves the holds from their present places to the requested ones in increments, each of which ends in equilibrium
-    /// after at most `bound` iterations. The progress on the load path determines the targets of the holds. If the rod
-    /// could pass an obstacle in the time step, it also determines the base and the time of the obstacles.
+    /// Moves the holds from their present places to the requested ones in increments, each of which
+    /// ends in equilibrium after at most `bound` iterations. The progress on the load path
+    /// determines the targets of the holds. If the rod could pass an obstacle in the time step, it
+    /// also determines the base and the time of the obstacles.
     fn move_holds(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
@@ -47,19 +60,42 @@ impl HeldSearch<'_> {
         self.lay(rod);
         let moves_base = self.rewind(rod);
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
-        let starts: Vec<Vector3<f64>> =
-            self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
-        let far = goals.iter().zip(&starts).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / self.length;
-        let turned = self.frames.iter().map(|frame| frame.missing(rod).norm()).fold(0.0, f64::max);
+        let starts: Vec<Vector3<f64>> = self
+            .sites
+            .iter()
+            .map(|site| site.target + project(&site.fixed, &(site.position - site.target)))
+            .collect();
+        let far = goals
+            .iter()
+            .zip(&starts)
+            .map(|(a, b)| (a - b).norm())
+            .fold(0.0, f64::max)
+            / self.length;
+        let turned = self
+            .frames
+            .iter()
+            .map(|frame| frame.missing(rod).norm())
+            .fold(0.0, f64::max);
         let (turn, way) = self.motion.as_ref().map(Motion::size).unwrap_or_default();
         let (far, turned) = (far.max(way / self.length), turned.max(turn));
-        let number = (far / settings::INCREMENT_MOTION).max(turned / settings::INCREMENT_TURN).ceil().max(1.0);
+        let number = (far / settings::INCREMENT_MOTION)
+            .max(turned / settings::INCREMENT_TURN)
+            .ceil()
+            .max(1.0);
         let (mut done, mut increment) = (0.0, 1.0 / number);
         let moves = number > 1.0 || far > 0.0 || turned > 0.0 || self.obstacles_move();
         while done < 1.0 {
-            let next = if done + increment > 1.0 - 1e-9 { 1.0 } else { done + increment };
+            let next = if done + increment > 1.0 - 1e-9 {
+                1.0
+            } else {
+                done + increment
+            };
             let checked = moves_base || turned > 0.0 && !self.obstacles.contacts.is_empty();
-            let next = if checked { self.safe_end(rod, done, next) } else { next };
+            let next = if checked {
+                self.safe_end(rod, done, next)
+            } else {
+                next
+            };
             let before = self.snapshot(rod);
             self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
@@ -68,14 +104,16 @@ impl HeldSearch<'_> {
             self.turn_held(rod, (next - done) / (1.0 - done));
             self.increments += 1;
             self.bound = self.found.iterations.saturating_add(bound);
-            let smallest = !moves || increment <= settings::SMALLEST_INCREMENT || done + increment <= done;
+            let smallest =
+                !moves || increment <= settings::SMALLEST_INCREMENT || done + increment <= done;
             match self.settle(rod) {
                 Ok(()) => {
                     done = next;
                     if moves_base {
-                        // Slip counts from the end of this increment. If only holds move, it counts from the start of
-                        // the time step.
-                        self.before = Before::new(rod, self.obstacles.time, self.obstacles.yielded.clone());
+                        // Slip counts from the end of this increment. If only holds move, it counts
+                        // from the start of the time step.
+                        self.before =
+                            Before::new(rod, self.obstacles.time, self.obstacles.yielded.clone());
                     }
                 }
                 Err(error) if error.is_recoverable() && !smallest => {
@@ -88,10 +126,13 @@ impl HeldSearch<'_> {
         Ok(())
     }
 
-    /// Returns to the shape, the base and the time at the start of the increment if a part of the rod could pass an
-    /// obstacle from there to the initial guess. Returns whether it could.
+    /// Returns to the shape, the base and the time at the start of the increment if a part of the
+    /// rod could pass an obstacle from there to the initial guess. Returns whether it could.
     fn rewind(&mut self, rod: &mut Rod) -> bool {
-        let Some(IncrementStart { reactions, patches, .. }) = self.start.filter(|_| self.could_pass(rod)) else {
+        let Some(IncrementStart {
+            reactions, patches, ..
+        }) = self.start.filter(|_| self.could_pass(rod))
+        else {
             // Base and obstacles stay where they are at the end of the increment.
             self.motion = None;
             return false;
@@ -107,18 +148,24 @@ impl HeldSearch<'_> {
         true
     }
 
-    /// Whether the rod touches no obstacle in a shape, and no part of it could pass one on the way there from the start
-    /// of the increment.
+    /// Whether the rod touches no obstacle in a shape, and no part of it could pass one on the way
+    /// there from the start of the increment.
     pub fn stays_clear(&mut self, shape: &Rod) -> Result<bool, EquilibriumError> {
         self.locate(shape);
         self.check_obstacles()?;
         self.check_start(shape)?;
-        Ok(!self.add_candidates(shape, -settings::ROUNDING * self.length) && !self.could_pass(shape))
+        Ok(
+            !self.add_candidates(shape, -settings::ROUNDING * self.length)
+                && !self.could_pass(shape),
+        )
     }
 
-    /// Whether a part of the rod could pass an obstacle on the way from the start of the increment to a shape.
+    /// Whether a part of the rod could pass an obstacle on the way from the start of the increment
+    /// to a shape.
     fn could_pass(&mut self, shape: &Rod) -> bool {
-        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else { return false };
+        let Some(time) = self.motion.as_ref().map(|motion| motion.time(1.0)) else {
+            return false;
+        };
         let mut start = shape.clone();
         start.sample_shape(&self.before.rod);
         self.set_progress(0.0);
@@ -127,8 +174,8 @@ impl HeldSearch<'_> {
         largest < 1.0
     }
 
-    /// The progress on the load path, at most `next`, up to which no part of the rod can pass an obstacle. The present
-    /// one is `done`.
+    /// The progress on the load path, at most `next`, up to which no part of the rod can pass an
+    /// obstacle. The present one is `done`.
     fn safe_end(&mut self, rod: &Rod, done: f64, mut next: f64) -> f64 {
         while next - done > settings::SMALLEST_INCREMENT {
             let mut moved = rod.clone();
@@ -146,24 +193,43 @@ impl HeldSearch<'_> {
         next
     }
 
-    /// The factor by which a motion of the rod from its present shape to another one, and of the obstacles to a time
-    /// (s), may be longer, so that no part of the rod passes an obstacle. The rods have the same nodes.
+    /// The factor by which a motion of the rod from its present shape to another one, and of the
+    /// obstacles to a time (s), may be longer, so that no part of the rod passes an obstacle. The
+    /// rods have the same nodes.
     fn safe_motion_factor(&self, from: &Rod, to: &Rod, time: f64) -> f64 {
         let [a, b] = [from, to].map(|rod| self.line_of(rod));
         let moved = |obstacle: usize, from: &Vector3<f64>, to: &Vector3<f64>| {
             (to - from).norm() + self.obstacles.motion(obstacle, from, time)
         };
         let before = |at: &Candidate| {
-            let gap = self.obstacles.gap_at(at.obstacle, &a.place(from, (at.element, at.x)).position);
+            let gap = self
+                .obstacles
+                .gap_at(at.obstacle, &a.place(from, (at.element, at.x)).position);
             let tangent = from.frame_within(at.element, at.x) * Vector3::z();
-            Candidate { gap, tangent, ..at.clone() }
+            Candidate {
+                gap,
+                tangent,
+                ..at.clone()
+            }
         };
-        let contacts: Vec<Candidate> = self.candidates.iter().map(before).filter(|at| self.is_contact(at)).collect();
-        let mut factor = safe_factor(&self.obstacles, contacts.iter(), (from, &a), |obstacle, i| {
-            moved(obstacle, &a.places[i].position, &b.places[i].position)
-        });
+        let contacts: Vec<Candidate> = self
+            .candidates
+            .iter()
+            .map(before)
+            .filter(|at| self.is_contact(at))
+            .collect();
+        let mut factor = safe_factor(
+            &self.obstacles,
+            contacts.iter(),
+            (from, &a),
+            |obstacle, i| moved(obstacle, &a.places[i].position, &b.places[i].position),
+        );
         for at in &contacts {
-            let after = self.obstacles.gap_then(at.obstacle, &b.place(to, (at.element, at.x)).position, time);
+            let after = self.obstacles.gap_then(
+                at.obstacle,
+                &b.place(to, (at.element, at.x)).position,
+                time,
+            );
             factor = factor.min(contact_factor(&at.gap.normal, &after.normal));
             // The next search removes a penetration by a part of the radius.
             let deepest = settings::APPROACH * Obstacles::radius(&at.gap);
@@ -176,9 +242,16 @@ impl HeldSearch<'_> {
 
     /// Whether an obstacle moves until the end of the increment.
     fn obstacles_move(&self) -> bool {
-        let Some(motion) = &self.motion else { return false };
-        let moves = |i: usize, place: &LinePlace| self.obstacles.motion(i, &place.position, motion.time(1.0)) > 0.0;
-        self.line.places.iter().any(|place| (0..self.obstacles.contacts.len()).any(|i| moves(i, place)))
+        let Some(motion) = &self.motion else {
+            return false;
+        };
+        let moves = |i: usize, place: &LinePlace| {
+            self.obstacles.motion(i, &place.position, motion.time(1.0)) > 0.0
+        };
+        self.line
+            .places
+            .iter()
+            .any(|place| (0..self.obstacles.contacts.len()).any(|i| moves(i, place)))
     }
 
     /// Sets the progress on the load path, and the time of the obstacles.
@@ -191,7 +264,9 @@ impl HeldSearch<'_> {
 
     /// Moves rod, base and obstacles rigidly to the progress `next` on the load path.
     fn carry(&mut self, rod: &mut Rod, next: f64) {
-        let Some(motion) = self.motion.clone().filter(|motion| motion.progress != next) else { return };
+        let Some(motion) = self.motion.clone().filter(|motion| motion.progress != next) else {
+            return;
+        };
         motion.carry(rod, motion.progress, next);
         self.turn_hinge(motion.progress, next);
         self.set_progress(next);
@@ -206,8 +281,9 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Finds the equilibrium of an increment: by Newton's method, by a descent to an equilibrium next to the initial
-    /// guess, or by a descent to any. In a descent the tangent is positive on the permitted directions.
+    /// Finds the equilibrium of an increment: by Newton's method, by a descent to an equilibrium
+    /// next to the initial guess, or by a descent to any. In a descent the tangent is positive on
+    /// the permitted directions.
     fn settle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         let guess = self.snapshot(rod);
         let descends = !self.obstacles.contacts.is_empty() || !self.stable;
@@ -225,7 +301,12 @@ impl HeldSearch<'_> {
     }
 
     /// Finds a stable equilibrium from a guess, also in a search that accepts unstable ones.
-    fn find_stable(&mut self, rod: &mut Rod, guess: &Snapshot, reach: Reach) -> Result<(), EquilibriumError> {
+    fn find_stable(
+        &mut self,
+        rod: &mut Rod,
+        guess: &Snapshot,
+        reach: Reach,
+    ) -> Result<(), EquilibriumError> {
         self.restore(rod, guess);
         let stable = std::mem::replace(&mut self.stable, true);
         let result = self.find(rod, reach);
@@ -240,7 +321,13 @@ impl HeldSearch<'_> {
             if turn.norm() > 0.0 {
                 let at = self.frames[i].node;
                 let from = if i > 0 { self.frames[i - 1].node } else { 0 };
-                turn_frames(rod, &turn, from, at, self.frames.get(i + 1).map(|next| next.node));
+                turn_frames(
+                    rod,
+                    &turn,
+                    from,
+                    at,
+                    self.frames.get(i + 1).map(|next| next.node),
+                );
             }
         }
     }

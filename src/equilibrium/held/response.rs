@@ -1,7 +1,8 @@
-//! The response of a rod to forces at places: displacements of the places, and the step of the whole rod.
+//! The response of a rod to forces at places: displacements of the places, and the step of the
+//! whole rod.
 //!
-//! The coordinates of a place are the three components of its position and, if required, of its tangent. A reaction is
-//! the force (N) and the couple that are conjugate to them.
+//! The coordinates of a place are the three components of its position and, if required, of its
+//! tangent. A reaction is the force (N) and the couple that are conjugate to them.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -11,8 +12,8 @@ use crate::equilibrium::system::System;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 
-/// Three coordinates of a place as linear functions of the unknowns of its element: the position relative to the start
-/// of the element, or the tangent.
+/// Three coordinates of a place as linear functions of the unknowns of its element: the position
+/// relative to the start of the element, or the tangent.
 #[derive(Debug, Clone)]
 struct Coordinates {
     /// The element of the place.
@@ -22,7 +23,8 @@ struct Coordinates {
     /// Derivatives by the rotations of the last and of the first frame of the element.
     last: Matrix3<f64>,
     first: Matrix3<f64>,
-    /// Weights (m) of the Gauss points up to the place; `None` for a tangent, to which elements before add nothing.
+    /// Weights (m) of the Gauss points up to the place; `None` for a tangent, to which elements
+    /// before add nothing.
     weights: Option<[f64; MAX_POINTS]>,
 }
 
@@ -33,7 +35,8 @@ struct Chord {
     end: Coordinates,
     /// Compliance (m/N) of the interiors and of the centre line of all elements before.
     before: Matrix3<f64>,
-    /// Compliance of the centre line at each Gauss point over its weight, 1/(N m); empty without shear and stretch.
+    /// Compliance of the centre line at each Gauss point over its weight, 1/(N m); empty without
+    /// shear and stretch.
     line: Vec<Matrix3<f64>>,
 }
 
@@ -48,7 +51,8 @@ pub(super) struct LinearResponse {
     places: Vec<(usize, bool)>,
     /// Unknowns whose diagonal entry was increased; their coordinates follow those of the places.
     boosts: Vec<usize>,
-    /// Displacement of a free base per force, m/N, with its three coordinates after those of the boosts.
+    /// Displacement of a free base per force, m/N, with its three coordinates after those of the
+    /// boosts.
     base: Option<f64>,
     /// Displacements of the coordinates per reaction; symmetric.
     pub compliance: DMatrix<f64>,
@@ -57,15 +61,28 @@ pub(super) struct LinearResponse {
 }
 
 impl Coordinates {
-    /// The coordinates with given derivatives by the unknowns of an element of `points` Gauss points.
-    fn new(system: &System, element: usize, points: usize, rows: [Row; 3], weights: Option<[f64; MAX_POINTS]>) -> Self {
+    /// The coordinates with given derivatives by the unknowns of an element of `points` Gauss
+    /// points.
+    fn new(
+        system: &System,
+        element: usize,
+        points: usize,
+        rows: [Row; 3],
+        weights: Option<[f64; MAX_POINTS]>,
+    ) -> Self {
         let (mut last, mut first) = (Matrix3::zeros(), Matrix3::zeros());
         for (k, row) in rows.iter().enumerate() {
             let (by_last, by_first) = system.elements[element].outer(row, points);
             last.set_row(k, &by_last.transpose());
             first.set_row(k, &by_first.transpose());
         }
-        Self { element, rows, last, first, weights }
+        Self {
+            element,
+            rows,
+            last,
+            first,
+            weights,
+        }
     }
 
     /// Adds the couples on the frames by a force.
@@ -81,25 +98,48 @@ impl Coordinates {
 }
 
 impl LinearResponse {
-    /// The response of a rod whose tangent is factorised, at places and in the unknowns `boosts`. A place is an element
-    /// and a coordinate in it, with whether the change of its tangent is required.
-    pub fn of(body: &mut dyn Mechanics, rod: &Rod, places: &[((usize, f64), bool)], boosts: &[(usize, f64)]) -> Self {
+    /// The response of a rod whose tangent is factorised, at places and in the unknowns `boosts`. A
+    /// place is an element and a coordinate in it, with whether the change of its tangent is
+    /// required.
+    pub fn of(
+        body: &mut dyn Mechanics,
+        rod: &Rod,
+        places: &[((usize, f64), bool)],
+        boosts: &[(usize, f64)],
+    ) -> Self {
         let points = rod.order().points();
-        let mut response =
-            Self { points, boosts: boosts.iter().map(|(unknown, _)| *unknown).collect(), ..Self::default() };
-        let reach = places.iter().map(|((element, _), _)| element + 1).max().unwrap_or(0);
-        response.base = body.system().joints.free_base.map(|base| 1.0 / base.stiffness);
+        let mut response = Self {
+            points,
+            boosts: boosts.iter().map(|(unknown, _)| *unknown).collect(),
+            ..Self::default()
+        };
+        let reach = places
+            .iter()
+            .map(|((element, _), _)| element + 1)
+            .max()
+            .unwrap_or(0);
+        response.base = body
+            .system()
+            .joints
+            .free_base
+            .map(|base| 1.0 / base.stiffness);
         response.add_chords(body, rod, reach);
         for &((element, x), with_tangent) in places {
             response.places.push((response.added(), with_tangent));
-            let coordinates = |rows, weights| Coordinates::new(body.system(), element, points, rows, weights);
+            let coordinates =
+                |rows, weights| Coordinates::new(body.system(), element, points, rows, weights);
             let position = match x < 1.0 {
-                true => coordinates(body.chord_rows(rod, element, x), Some(upto_parts(rod, element, x))),
+                true => coordinates(
+                    body.chord_rows(rod, element, x),
+                    Some(upto_parts(rod, element, x)),
+                ),
                 false => response.chords[element].end.clone(),
             };
             response.triples.push(position);
             if with_tangent {
-                response.triples.push(coordinates(body.tangent_rows(rod, element, x), None));
+                response
+                    .triples
+                    .push(coordinates(body.tangent_rows(rod, element, x), None));
             }
         }
         response.compute(body.system_mut());
@@ -111,11 +151,26 @@ impl LinearResponse {
         let mut before = Matrix3::zeros();
         for e in 0..reach {
             let weights = upto_parts(rod, e, 1.0);
-            let end = Coordinates::new(body.system(), e, p, body.chord_rows(rod, e, 1.0), Some(weights));
-            let line: Option<Vec<_>> =
-                (0..p).map(|g| body.line_compliance(rod, e, g).map(|compliance| compliance / weights[g])).collect();
-            let chord = Chord { end, before, line: line.unwrap_or_default() };
-            before += self.interior(body.system(), &chord.end, &chord.end) + chord.yields(&weights, &weights);
+            let end = Coordinates::new(
+                body.system(),
+                e,
+                p,
+                body.chord_rows(rod, e, 1.0),
+                Some(weights),
+            );
+            let line: Option<Vec<_>> = (0..p)
+                .map(|g| {
+                    body.line_compliance(rod, e, g)
+                        .map(|compliance| compliance / weights[g])
+                })
+                .collect();
+            let chord = Chord {
+                end,
+                before,
+                line: line.unwrap_or_default(),
+            };
+            before += self.interior(body.system(), &chord.end, &chord.end)
+                + chord.yields(&weights, &weights);
             self.chords.push(chord);
         }
     }
@@ -147,21 +202,36 @@ impl LinearResponse {
 
     /// The product of two eliminated rows with the inverse of the interior of an element.
     fn product(&self, system: &System, element: usize, a: &Row, b: &Row) -> f64 {
-        let each = a.as_flattened().iter().zip(b.as_flattened()).zip(&system.elements[element].hessian.inverse);
-        each.take(3 * (self.points - 1)).map(|((a, b), inverse)| a * b * inverse).sum()
+        let each = a
+            .as_flattened()
+            .iter()
+            .zip(b.as_flattened())
+            .zip(&system.elements[element].hessian.inverse);
+        each.take(3 * (self.points - 1))
+            .map(|((a, b), inverse)| a * b * inverse)
+            .sum()
     }
 
-    /// The coordinates that an element adds to those of a place in or beyond it; `None` for a tangent beyond it.
+    /// The coordinates that an element adds to those of a place in or beyond it; `None` for a
+    /// tangent beyond it.
     fn in_element<'a>(&'a self, at: &'a Coordinates, e: usize) -> Option<&'a Coordinates> {
-        if at.element == e { Some(at) } else { at.weights.is_some().then(|| &self.chords[e].end) }
+        if at.element == e {
+            Some(at)
+        } else {
+            at.weights.is_some().then(|| &self.chords[e].end)
+        }
     }
 
     /// The compliance by the interiors and the centre line between two positions or tangents.
     fn inside(&self, system: &System, a: &Coordinates, b: &Coordinates) -> Matrix3<f64> {
         let e = a.element.min(b.element);
-        let (Some(a), Some(b)) = (self.in_element(a, e), self.in_element(b, e)) else { return Matrix3::zeros() };
+        let (Some(a), Some(b)) = (self.in_element(a, e), self.in_element(b, e)) else {
+            return Matrix3::zeros();
+        };
         let (interior, chord) = (self.interior(system, a, b), &self.chords[e]);
-        let (Some(weights_a), Some(weights_b)) = (&a.weights, &b.weights) else { return interior };
+        let (Some(weights_a), Some(weights_b)) = (&a.weights, &b.weights) else {
+            return interior;
+        };
         chord.before + interior + chord.yields(weights_a, weights_b)
     }
 
@@ -171,10 +241,16 @@ impl LinearResponse {
         self.compliance = DMatrix::zeros(size, size);
         for j in 0..self.triples.len() {
             for c in 0..3 {
-                let (mut couples, unit) = (vec![Vector3::zeros(); system.elements.len() + 1], Vector3::ith(c, 1.0));
+                let (mut couples, unit) = (
+                    vec![Vector3::zeros(); system.elements.len() + 1],
+                    Vector3::ith(c, 1.0),
+                );
                 let at = &self.triples[j];
                 let before = if at.weights.is_some() { at.element } else { 0 };
-                let each = self.chords[..before].iter().map(|chord| &chord.end).chain([at]);
+                let each = self.chords[..before]
+                    .iter()
+                    .map(|chord| &chord.end)
+                    .chain([at]);
                 each.for_each(|part| part.add_to(&mut couples, &unit));
                 self.add_column(system, couples);
             }
@@ -190,7 +266,8 @@ impl LinearResponse {
             self.add_column(system, couples);
         }
         self.add_base(system);
-        // The matrix is symmetric except for rounding. Its lower triangle makes it exactly symmetric.
+        // The matrix is symmetric except for rounding. Its lower triangle makes it exactly
+        // symmetric.
         self.compliance.fill_upper_triangle_with_lower_triangle();
     }
 
@@ -198,28 +275,37 @@ impl LinearResponse {
     fn add_column(&mut self, system: &mut System, couples: Vec<Vector3<f64>>) {
         let mut turns = couples.clone();
         let moved = self.outer(system, &mut turns);
-        self.compliance.column_mut(self.columns.len()).copy_from(&moved);
+        self.compliance
+            .column_mut(self.columns.len())
+            .copy_from(&moved);
         self.columns.push([couples, turns]);
     }
 
-    /// Sum of the absolute terms in the displacement of a combination of coordinates by its own reaction, which is
-    /// `total`. Rounding of a sum that cancels is relative to it.
+    /// Sum of the absolute terms in the displacement of a combination of coordinates by its own
+    /// reaction, which is `total`. Rounding of a sum that cancels is relative to it.
     pub fn terms(&self, factors: &[(usize, f64)], total: f64) -> f64 {
         let [couples, turns] = [0, 1].map(|k| {
-            let mut sum = vec![Vector3::<f64>::zeros(); self.columns.first().map_or(0, |[couples, _]| couples.len())];
+            let mut sum = vec![
+                Vector3::<f64>::zeros();
+                self.columns.first().map_or(0, |[couples, _]| couples.len())
+            ];
             for (coordinate, factor) in factors {
                 let each = sum.iter_mut().zip(&self.columns[*coordinate][k]);
                 each.for_each(|(sum, value)| *sum += value * *factor);
             }
             sum
         });
-        let products = couples.iter().zip(&turns).map(|(a, b)| a.dot(b)).collect::<Vec<f64>>();
+        let products = couples
+            .iter()
+            .zip(&turns)
+            .map(|(a, b)| a.dot(b))
+            .collect::<Vec<f64>>();
         let outer: f64 = products.iter().sum();
         products.iter().map(|product| product.abs()).sum::<f64>() + (total - outer).abs()
     }
 
-    /// Solves for the rotations of the frames by couples on them, and returns the displacements of the coordinates by
-    /// these rotations.
+    /// Solves for the rotations of the frames by couples on them, and returns the displacements of
+    /// the coordinates by these rotations.
     fn outer(&self, system: &mut System, turns: &mut [Vector3<f64>]) -> DVector<f64> {
         let first = system.joints.first_free();
         system.joints.confine(turns);
@@ -236,15 +322,25 @@ impl LinearResponse {
     }
 
     /// The sums of a function over the elements before each place and the part of its own element.
-    fn gathered(&self, of: impl Fn(&Coordinates) -> Vector3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+    fn gathered(
+        &self,
+        of: impl Fn(&Coordinates) -> Vector3<f64>,
+    ) -> impl Iterator<Item = Vector3<f64>> {
         let mut before = vec![Vector3::zeros()];
         for (e, chord) in self.chords.iter().enumerate() {
             before.push(before[e] + of(&chord.end));
         }
-        self.triples.iter().map(move |at| if at.weights.is_some() { before[at.element] + of(at) } else { of(at) })
+        self.triples.iter().map(move |at| {
+            if at.weights.is_some() {
+                before[at.element] + of(at)
+            } else {
+                of(at)
+            }
+        })
     }
 
-    /// The displacements of the coordinates by the unbalanced couples of a system, without changes of the reactions.
+    /// The displacements of the coordinates by the unbalanced couples of a system, without changes
+    /// of the reactions.
     pub fn free(&self, system: &mut System) -> DVector<f64> {
         let mut turns = system.couples.clone();
         let mut moved = self.outer(system, &mut turns);
@@ -273,40 +369,58 @@ impl LinearResponse {
         for (k, at) in self.triples.iter().enumerate() {
             let force: Vector3<f64> = reactions.fixed_rows::<3>(3 * k).into_owned();
             if at.weights.is_some() {
-                beyond[..at.element].iter_mut().for_each(|sum| *sum += force);
+                beyond[..at.element]
+                    .iter_mut()
+                    .for_each(|sum| *sum += force);
                 sum += force;
             }
             add(at, &force);
         }
-        self.chords.iter().zip(&beyond).for_each(|(chord, force)| add(&chord.end, force));
+        self.chords
+            .iter()
+            .zip(&beyond)
+            .for_each(|(chord, force)| add(&chord.end, force));
         let first = system.joints.first_free();
         system.joints.confine(&mut couples);
         let last = self.added();
         for (k, unknown) in self.boosts.iter().enumerate() {
             couples[first + unknown / 3][unknown % 3] += reactions[last + k];
         }
-        system.couples.iter_mut().zip(&couples).for_each(|(to, couple)| *to += couple);
+        system
+            .couples
+            .iter_mut()
+            .zip(&couples)
+            .for_each(|(to, couple)| *to += couple);
         if self.base.is_some() {
             system.base_force += sum + reactions.fixed_rows::<3>(self.size() - 3);
         }
     }
 
-    /// The first coordinates of all places and of a free base, whose displacement moves all places alike.
+    /// The first coordinates of all places and of a free base, whose displacement moves all places
+    /// alike.
     fn displaced(&self) -> Vec<usize> {
-        self.places.iter().map(|(first, _)| *first).chain([self.size() - 3]).collect()
+        self.places
+            .iter()
+            .map(|(first, _)| *first)
+            .chain([self.size() - 3])
+            .collect()
     }
 
     /// Adds the displacements of all places by that of a free base to the compliance.
     fn add_base(&mut self, system: &System) {
         let Some(compliance) = self.base else { return };
         let firsts = self.displaced();
-        for (a, b) in firsts.iter().flat_map(|a| firsts.iter().map(move |b| (*a, *b))) {
+        for (a, b) in firsts
+            .iter()
+            .flat_map(|a| firsts.iter().map(move |b| (*a, *b)))
+        {
             let mut block = self.compliance.fixed_view_mut::<3, 3>(a, b);
             block += Matrix3::from_diagonal_element(compliance);
         }
         // Reactions do not exert couples on the frames in this displacement.
         let zero = vec![Vector3::zeros(); system.elements.len() + 1];
-        self.columns.extend((0..3).map(|_| [zero.clone(), zero.clone()]));
+        self.columns
+            .extend((0..3).map(|_| [zero.clone(), zero.clone()]));
     }
 
     /// Adds the displacement of a free base by the unbalanced force.
@@ -323,11 +437,16 @@ impl LinearResponse {
 impl Chord {
     /// The compliance of the centre line of the element between two places with the given weights.
     fn yields(&self, a: &[f64; MAX_POINTS], b: &[f64; MAX_POINTS]) -> Matrix3<f64> {
-        self.line.iter().zip(a.iter().zip(b)).map(|(compliance, (a, b))| compliance * (a * b)).sum()
+        self.line
+            .iter()
+            .zip(a.iter().zip(b))
+            .map(|(compliance, (a, b))| compliance * (a * b))
+            .sum()
     }
 }
 
-/// The weights (m) that integrate a polynomial through the material points from the start of an element to `x`.
+/// The weights (m) that integrate a polynomial through the material points from the start of an
+/// element to `x`.
 pub(super) fn upto_parts(rod: &Rod, e: usize, x: f64) -> [f64; MAX_POINTS] {
     let mut parts = rod.reference().within(x);
     for (part, point) in parts.iter_mut().zip(rod.element_points(e)) {

@@ -16,13 +16,13 @@ use crate::so3;
 
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
 const STRAIGHT: f64 = 1e-6;
-/// Smallest rotation by which the rod leaves a saddle, relative to the largest one. Where a tip is about to slip off a
-/// pole, the energy decreases only within about a hundredth of it.
+/// Smallest rotation by which the rod leaves a saddle, relative to the largest one. Where a tip is
+/// about to slip off a pole, the energy decreases only within about a hundredth of it.
 const LEAST_LEAVING: f64 = 1e-3;
 
 impl HeldSearch<'_> {
-    /// The distance (m) by which a hold or a contact is violated along a rod that is too straight to move there: a
-    /// straight rod between two holds, or one that grows against an obstacle.
+    /// The distance (m) by which a hold or a contact is violated along a rod that is too straight
+    /// to move there: a straight rod between two holds, or one that grows against an obstacle.
     pub(super) fn missing_along_straight(&self, linear: &Linear) -> Option<f64> {
         let contacts = self.candidates.iter().enumerate().filter_map(|(i, at)| {
             let missing = -at.gap.value;
@@ -30,14 +30,26 @@ impl HeldSearch<'_> {
                 return None;
             }
             let first = linear.response.first(self.sites.len() + i) - linear.first;
-            let compliance = linear.compliance.fixed_view::<3, 3>(first, first).into_owned();
+            let compliance = linear
+                .compliance
+                .fixed_view::<3, 3>(first, first)
+                .into_owned();
             let (n, eigen) = (at.gap.normal, compliance.symmetric_eigen());
-            // A rod that only its contacts hold has negative eigenvalues, and is not rigid in these directions.
-            let stiffest = eigen.eigenvectors.column(eigen.eigenvalues.iamin()).into_owned();
-            // With friction the force may act along the rod although the obstacle is inclined to it.
-            let jams =
-                stiffest.cross(&n).norm() <= self.obstacles.contacts[at.obstacle].friction * stiffest.dot(&n).abs();
-            let along = if jams { eigen.eigenvalues.amin() } else { n.dot(&(compliance * n)).abs() };
+            // A rod that only its contacts hold has negative eigenvalues, and is not rigid in these
+            // directions.
+            let stiffest = eigen
+                .eigenvectors
+                .column(eigen.eigenvalues.iamin())
+                .into_owned();
+            // With friction the force may act along the rod although the obstacle is inclined to
+            // it.
+            let jams = stiffest.cross(&n).norm()
+                <= self.obstacles.contacts[at.obstacle].friction * stiffest.dot(&n).abs();
+            let along = if jams {
+                eigen.eigenvalues.amin()
+            } else {
+                n.dot(&(compliance * n)).abs()
+            };
             // A rod that is bent by a small angle yields along itself by the square of the angle.
             (along * self.length < missing * compliance.trace()).then_some(missing)
         });
@@ -45,12 +57,16 @@ impl HeldSearch<'_> {
         contacts.chain(holds).reduce(f64::max)
     }
 
-    /// Whether the rod cannot move in a direction in which a hold has to move, to first order: a straight rod between
-    /// two holds.
+    /// Whether the rod cannot move in a direction in which a hold has to move, to first order: a
+    /// straight rod between two holds.
     fn is_straight(&self, linear: &Linear) -> bool {
         // A free base does not count as flexible if it is held.
         let free = self.body.system().joints.free_base;
-        let anchor = free.and_then(|_| self.sites.iter().find(|site| site.node == 0 && !site.fixed.is_empty()));
+        let anchor = free.and_then(|_| {
+            self.sites
+                .iter()
+                .find(|site| site.node == 0 && !site.fixed.is_empty())
+        });
         if free.is_some() && anchor.is_none() {
             return false;
         }
@@ -60,7 +76,9 @@ impl HeldSearch<'_> {
         let largest = (0..linear.roles.len()).map(flexible).fold(0.0, f64::max);
         let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
-            let Role::Hold(site, direction) = role else { return false };
+            let Role::Hold(site, direction) = role else {
+                return false;
+            };
             let missing = missing - direction.dot(&moves);
             self.sites[*site].node > 0
                 && missing.abs() > settings::ROUNDING * self.length
@@ -69,7 +87,8 @@ impl HeldSearch<'_> {
         each.into_iter().any(rigid)
     }
 
-    /// Bends a straight rod at the start of a step by up to `angle` (rad), so that no part of it passes an obstacle.
+    /// Bends a straight rod at the start of a step by up to `angle` (rad), so that no part of it
+    /// passes an obstacle.
     pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, angle: f64) {
         self.bow(rod, angle);
         self.locate(rod);
@@ -84,10 +103,14 @@ impl HeldSearch<'_> {
     /// Bends a straight rod by up to `angle` (rad) towards its load, or towards d1 without one.
     fn bow(&mut self, rod: &mut Rod, angle: f64) {
         let chord = (rod.tip() - rod.base_position()) / self.length;
-        let tangent = chord.try_normalize(1e-6).unwrap_or_else(|| rod.frames()[0] * Vector3::z());
+        let tangent = chord
+            .try_normalize(1e-6)
+            .unwrap_or_else(|| rod.frames()[0] * Vector3::z());
         let load = self.body.force().load_at_base();
         let side = load - tangent * tangent.dot(&load);
-        let side = side.try_normalize(1e-9 * load.norm()).unwrap_or_else(|| rod.frames()[0] * Vector3::x());
+        let side = side
+            .try_normalize(1e-9 * load.norm())
+            .unwrap_or_else(|| rod.frames()[0] * Vector3::x());
         let axis = tangent.cross(&side);
         let (old, places) = (rod.clone(), rod.ends());
         bend(rod, |e, x| {
@@ -96,19 +119,36 @@ impl HeldSearch<'_> {
         });
     }
 
-    /// Moves the rod from the start of a step along the softest direction that the supports permit, so far that no part
-    /// of it passes an obstacle.
-    pub(super) fn leave_saddle(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, number: usize) {
-        // Inverse iteration with the shifted tangent and the conditions of supports, from rotations about an axis.
-        let Bordered { rows, matrix, scale, .. } = self.bordered(linear);
+    /// Moves the rod from the start of a step along the softest direction that the supports permit,
+    /// so far that no part of it passes an obstacle.
+    pub(super) fn leave_saddle(
+        &mut self,
+        rod: &mut Rod,
+        start: &Start,
+        linear: &Linear,
+        number: usize,
+    ) {
+        // Inverse iteration with the shifted tangent and the conditions of supports, from rotations
+        // about an axis.
+        let Bordered {
+            rows,
+            matrix,
+            scale,
+            ..
+        } = self.bordered(linear);
         let conditions = Conditions::new(&matrix, scale);
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
         let count = self.body.system().turns.len();
-        let mut turns: Vec<Vector3<f64>> = (0..count).map(|i| axis * (i as f64 / count as f64 + 0.3).sin()).collect();
+        let mut turns: Vec<Vector3<f64>> = (0..count)
+            .map(|i| axis * (i as f64 / count as f64 + 0.3).sin())
+            .collect();
         for _ in 0..settings::SOFTENINGS {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             let system = self.body.system_mut();
-            system.elements.iter_mut().for_each(|element| element.condensed = Row::default());
+            system
+                .elements
+                .iter_mut()
+                .for_each(|element| element.condensed = Row::default());
             system.base_force = Vector3::zeros();
             for (e, (to, turn)) in system.couples.iter_mut().zip(&turns).enumerate() {
                 let length = if e > 0 { rod.length_of(e - 1) } else { 0.0 };
@@ -135,10 +175,10 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// Returns the first fraction of the step of the system with which the sum of energy and weighted violations
-    /// decreases. Each fraction is tried with both signs, and the next one is a quarter of it. If the sum decreases
-    /// with no fraction, the longest one is returned, with the sign of the smaller sum: an obstacle may be on the other
-    /// side of the saddle.
+    /// Returns the first fraction of the step of the system with which the sum of energy and
+    /// weighted violations decreases. Each fraction is tried with both signs, and the next one is a
+    /// quarter of it. If the sum decreases with no fraction, the longest one is returned, with the
+    /// sign of the smaller sum: an obstacle may be on the other side of the saddle.
     fn descending(&mut self, rod: &mut Rod, start: &Start, longest: f64) -> f64 {
         let weight = self.weight.max(self.force_scale());
         let mut value = |search: &mut Self, fraction: f64| {
@@ -148,12 +188,18 @@ impl HeldSearch<'_> {
             let value = search.potential(rod, energy) + weight * search.violation();
             if value.is_nan() { f64::INFINITY } else { value }
         };
-        let Merit { energy, violation, .. } = start.merit;
+        let Merit {
+            energy, violation, ..
+        } = start.merit;
         let slack = self.rounding_of(energy);
         let (before, mut fraction, mut first) = (energy + weight * violation, longest, None);
         while fraction.abs() > LEAST_LEAVING * longest.abs() {
             let [ahead, behind] = [fraction, -fraction].map(|fraction| value(self, fraction));
-            let signed = if behind < ahead - slack { -fraction } else { fraction };
+            let signed = if behind < ahead - slack {
+                -fraction
+            } else {
+                fraction
+            };
             if ahead.min(behind) < before - slack {
                 return signed;
             }

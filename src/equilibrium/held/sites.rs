@@ -8,14 +8,16 @@ use crate::equilibrium::joints::{ElasticJoint, FreeBase, Joints};
 use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::so3;
-use crate::support::{Argument, Elastic, Hold, Joint, Orientation, Position, Support, closest_about};
+use crate::support::{
+    Argument, Elastic, Hold, Joint, Orientation, Position, Support, closest_about,
+};
 
-/// Largest distance of a held place from a node at t = 0, relative to the length then. It must not be relative to the
-/// element, which may be short at the boundary of the growth zone.
+/// Largest distance of a held place from a node at t = 0, relative to the length then. It must not
+/// be relative to the element, which may be short at the boundary of the growth zone.
 const AT_NODE: f64 = 1e-9;
-/// As [`AT_NODE`], for a node that is protected from merging: merged elements beside it interpolate the distances at
-/// t = 0 with an error. It was up to 1e-7 of the length in shoots of order eight that had doubled their
-/// length.
+/// As [`AT_NODE`], for a node that is protected from merging: merged elements beside it interpolate
+/// the distances at t = 0 with an error. It was up to 1e-7 of the length in shoots of order eight
+/// that had doubled their length.
 const AT_KEPT_NODE: f64 = 1e-5;
 
 /// A place at which a support acts.
@@ -37,7 +39,14 @@ impl HeldSite {
     /// A site at a node, without condition yet.
     fn at_node(node: usize, spring: Option<Spring>) -> Self {
         let zero = Vector3::zeros();
-        Self { node, fixed: Vec::new(), target: zero, spring, force: zero, position: zero }
+        Self {
+            node,
+            fixed: Vec::new(),
+            target: zero,
+            spring,
+            force: zero,
+            position: zero,
+        }
     }
 
     /// Element and coordinate of the site.
@@ -59,7 +68,8 @@ impl HeldSite {
 
 /// The place of a node: the end of an element, or the base.
 pub(super) fn place_of(node: usize) -> (usize, f64) {
-    node.checked_sub(1).map_or((0, 0.0), |element| (element, 1.0))
+    node.checked_sub(1)
+        .map_or((0, 0.0), |element| (element, 1.0))
 }
 
 /// The node at a distance from the apex at t = 0 (m).
@@ -69,11 +79,20 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
     ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
     let node = rod.locate_initial(distance).and_then(|(e, _)| {
         let [first, last] = [0.0, 1.0].map(|x| (rod.initial_apex_distance(e, x) - distance).abs());
-        let (node, off) = if first <= last { (e, first) } else { (e + 1, last) };
-        let permitted = if rod.kept[node] { AT_KEPT_NODE } else { AT_NODE };
+        let (node, off) = if first <= last {
+            (e, first)
+        } else {
+            (e + 1, last)
+        };
+        let permitted = if rod.kept[node] {
+            AT_KEPT_NODE
+        } else {
+            AT_NODE
+        };
         (off <= permitted * length).then_some(node)
     });
-    let requirement = "that of an end of an element, as at holds that exist when the shoot is built (m)";
+    let requirement =
+        "that of an end of an element, as at holds that exist when the shoot is built (m)";
     node.ok_or_else(|| ParameterError::refused(name, distance, requirement))
 }
 
@@ -88,9 +107,15 @@ fn site_of(hold: &Hold, node: usize, laws: &mut ElasticLaws) -> Option<HeldSite>
     let mut site = HeldSite::at_node(node, None);
     match hold.position {
         Position::Free => return None,
-        Position::At(point) => (site.fixed, site.target) = (vec![Vector3::x(), Vector3::y(), Vector3::z()], point),
-        Position::OnLine { through, along } => (site.fixed, site.target) = (across(&along).to_vec(), through),
-        Position::OnPlane { through, normal } => (site.fixed, site.target) = (vec![normal.into_inner()], through),
+        Position::At(point) => {
+            (site.fixed, site.target) = (vec![Vector3::x(), Vector3::y(), Vector3::z()], point)
+        }
+        Position::OnLine { through, along } => {
+            (site.fixed, site.target) = (across(&along).to_vec(), through)
+        }
+        Position::OnPlane { through, normal } => {
+            (site.fixed, site.target) = (vec![normal.into_inner()], through)
+        }
         Position::Spring { anchor, stiffness } => {
             site.spring = Some(Spring::new(laws.springs.len()));
             laws.springs.push(ElasticLaw::Linear(stiffness, anchor));
@@ -109,7 +134,8 @@ pub(super) struct HeldFrame {
 }
 
 impl HeldFrame {
-    /// The rotation, along the directors, from the present frame to the closest one that is permitted, rad.
+    /// The rotation, along the directors, from the present frame to the closest one that is
+    /// permitted, rad.
     pub fn missing(&self, rod: &Rod) -> Vector3<f64> {
         let present = rod.frames()[self.node];
         let permitted = match self.axis {
@@ -121,12 +147,13 @@ impl HeldFrame {
 
     /// The projection to the free directions, along the directors.
     pub fn projection(&self) -> Matrix3<f64> {
-        self.axis.map_or(Matrix3::zeros(), |axis| axis * axis.transpose())
+        self.axis
+            .map_or(Matrix3::zeros(), |axis| axis * axis.transpose())
     }
 }
 
-/// Sorts the supports of a rod at a time (s), besides contacts, into sites, held frames, and the laws of springs and
-/// elastic joints.
+/// Sorts the supports of a rod at a time (s), besides contacts, into sites, held frames, and the
+/// laws of springs and elastic joints.
 pub(super) fn sort<'a>(
     rod: &Rod,
     support: &'a dyn Support,
@@ -134,35 +161,69 @@ pub(super) fn sort<'a>(
     joints: &mut Joints,
 ) -> Result<(Vec<HeldSite>, Vec<HeldFrame>, ElasticLaws<'a>), EquilibriumError> {
     joints.base_rotates = support.base().is_some();
-    let free = FreeBase { length: rod.length(), reach: rod.length(), stiffness: 1.0, least: 0.0, exact: false };
+    let free = FreeBase {
+        length: rod.length(),
+        reach: rod.length(),
+        stiffness: 1.0,
+        least: 0.0,
+        exact: false,
+    };
     joints.free_base = (support.base() == Some(Joint::Free)).then_some(free);
-    let (mut sites, mut frames, mut laws) = (Vec::new(), Vec::<HeldFrame>::new(), ElasticLaws::default());
+    let (mut sites, mut frames, mut laws) =
+        (Vec::new(), Vec::<HeldFrame>::new(), ElasticLaws::default());
     if let Some(Joint::Hinge(axis)) = support.base() {
-        frames.push(HeldFrame { node: 0, frame: rod.frames()[0], axis: Some(axis.into_inner()) });
+        frames.push(HeldFrame {
+            node: 0,
+            frame: rod.frames()[0],
+            axis: Some(axis.into_inner()),
+        });
     }
     let mut held = Vec::new();
     for hold in support.holds(time) {
         let node = node_at(rod, hold.initial_apex_distance)?;
-        let (name, place) = ("number of holds of one place", rod.initial_length - hold.initial_apex_distance);
+        let (name, place) = (
+            "number of holds of one place",
+            rod.initial_length - hold.initial_apex_distance,
+        );
         // A hold that moves is checked at the present time.
         hold.check().map_err(|error| error.at(place))?;
-        ParameterError::unless(!held.contains(&node), name, 2.0, "one").map_err(|error| error.at(place))?;
+        ParameterError::unless(!held.contains(&node), name, 2.0, "one")
+            .map_err(|error| error.at(place))?;
         held.push(node);
         check_base(node, hold.position == Position::Free, joints)?;
         sites.extend(site_of(&hold, node, &mut laws));
         match hold.orientation {
             Orientation::Free => {}
-            Orientation::Held(frame) => frames.push(HeldFrame { node, frame, axis: None }),
+            Orientation::Held(frame) => frames.push(HeldFrame {
+                node,
+                frame,
+                axis: None,
+            }),
             Orientation::Hinge { frame, axis } => {
-                frames.push(HeldFrame { node, frame, axis: Some(axis.into_inner()) });
+                frames.push(HeldFrame {
+                    node,
+                    frame,
+                    axis: Some(axis.into_inner()),
+                });
             }
             Orientation::Spring { frame, stiffness } => {
-                joints.elastic.push(ElasticJoint { node, ..ElasticJoint::default() });
-                laws.joints.push((frame, ElasticLaw::Linear(Matrix3::identity() * stiffness, Vector3::zeros())));
+                joints.elastic.push(ElasticJoint {
+                    node,
+                    ..ElasticJoint::default()
+                });
+                laws.joints.push((
+                    frame,
+                    ElasticLaw::Linear(Matrix3::identity() * stiffness, Vector3::zeros()),
+                ));
             }
         }
     }
-    for Elastic { initial_apex_distance, argument, potential } in support.potentials() {
+    for Elastic {
+        initial_apex_distance,
+        argument,
+        potential,
+    } in support.potentials()
+    {
         let node = node_at(rod, initial_apex_distance)?;
         check_base(node, argument != Argument::Position, joints)?;
         match argument {
@@ -172,17 +233,23 @@ pub(super) fn sort<'a>(
                 laws.springs.push(ElasticLaw::User(potential));
             }
             Argument::Rotation { frame } => {
-                joints.elastic.push(ElasticJoint { node, ..ElasticJoint::default() });
+                joints.elastic.push(ElasticJoint {
+                    node,
+                    ..ElasticJoint::default()
+                });
                 laws.joints.push((frame, ElasticLaw::User(potential)));
             }
         }
     }
     frames.sort_by_key(|frame| frame.node);
-    joints.confined.extend(frames.iter().map(|frame| (frame.node, frame.projection())));
+    joints
+        .confined
+        .extend(frames.iter().map(|frame| (frame.node, frame.projection())));
     Ok((sites, frames, laws))
 }
 
-/// Returns an error for a support at the base, unless it acts on the frame of a base that rotates, or on a free base.
+/// Returns an error for a support at the base, unless it acts on the frame of a base that rotates,
+/// or on a free base.
 fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), ParameterError> {
     let requirement = "positive (m): the base is clamped; a hold or spring there requires `Joint::Free`, a frame or an \
                        elastic joint `Joint::Ball` or `Joint::Hinge`";
@@ -190,10 +257,16 @@ fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), Parame
     ParameterError::unless(ok, "distance of a hold from the base", 0.0, requirement)
 }
 
-/// Rotates frames by shares of a rotation vector along their directors, which increases linearly with the node
-/// from `from` to `at`. Frames beyond follow: they keep their position relative to `at`, or rotate by shares that
-/// decrease to zero at `to`.
-pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: usize, to: Option<usize>) {
+/// Rotates frames by shares of a rotation vector along their directors, which increases linearly
+/// with the node from `from` to `at`. Frames beyond follow: they keep their position relative to
+/// `at`, or rotate by shares that decrease to zero at `to`.
+pub(super) fn turn_frames(
+    rod: &mut Rod,
+    turn: &Vector3<f64>,
+    from: usize,
+    at: usize,
+    to: Option<usize>,
+) {
     let lengths: Vec<f64> = (0..rod.elements()).map(|e| rod.length_of(e)).collect();
     let part = |a: usize, b: usize| lengths[a..b].iter().sum::<f64>();
     let share = |e: usize, x: f64| match to {
@@ -206,7 +279,11 @@ pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: u
     let rigid = old.frames()[at] * so3::exp(turn) * old.frames()[at].inverse();
     let moved = |e: usize, x: f64| {
         let frame = old.frame_within(e, x);
-        if e >= at && to.is_none() { rigid * frame } else { frame * so3::exp(&(turn * share(e, x))) }
+        if e >= at && to.is_none() {
+            rigid * frame
+        } else {
+            frame * so3::exp(&(turn * share(e, x)))
+        }
     };
     if at == 0 {
         rod.frames[0] = moved(0, 0.0);
@@ -214,8 +291,8 @@ pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: u
     bend(rod, moved);
 }
 
-/// Gives a rod the shape in which the frames relative to the first one are a function of element and coordinate. The
-/// frame of the base does not change.
+/// Gives a rod the shape in which the frames relative to the first one are a function of element
+/// and coordinate. The frame of the base does not change.
 pub(super) fn bend(rod: &mut Rod, frame: impl Fn(usize, f64) -> UnitQuaternion<f64>) {
     let (p, reference) = (rod.order().points(), rod.reference());
     for (e, rotations) in rod.rotations.chunks_mut(p).enumerate() {

@@ -15,21 +15,23 @@ use crate::equilibrium::system::Configuration;
 /// Method of a search.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Newton's method, at any distance from the initial guess. It fails where three steps in succession stall; in
-    /// contact also where a step without a shift has no share in range, and where the line search shortens such a step
-    /// while the rod is unstable.
+    /// Newton's method, at any distance from the initial guess. It fails where three steps in
+    /// succession stall; in contact also where a step without a shift has no share in range, and
+    /// where the line search shortens such a step while the rod is unstable.
     Newton,
-    /// A descent that ends where it leaves the neighbourhood of the initial guess. Friction acts on the displacement
-    /// since the start of the increment.
+    /// A descent that ends where it leaves the neighbourhood of the initial guess. Friction acts on
+    /// the displacement since the start of the increment.
     Near,
-    /// A descent to any equilibrium. Friction dissipates energy in every step, and acts on the displacement in it.
+    /// A descent to any equilibrium. Friction dissipates energy in every step, and acts on the
+    /// displacement in it.
     Far,
 }
 
 /// Data that one iteration passes to the next.
 pub(super) struct Course {
     pub reach: Reach,
-    /// Places of the centre line at the initial guess, m; empty in Newton's method, which does not use them.
+    /// Places of the centre line at the initial guess, m; empty in Newton's method, which does not
+    /// use them.
     pub line: Vec<Vector3<f64>>,
     /// Largest rotation in the last step, rad; infinite if the next step does not continue it.
     pub last_turn: f64,
@@ -37,11 +39,12 @@ pub(super) struct Course {
     pub shift: f64,
     /// Shift that is tried first in the next step, N.
     pub next_shift: f64,
-    /// The least energy of the saddles that were left, J, and the number of saddles that were left since then,
-    /// including this one.
+    /// The least energy of the saddles that were left, J, and the number of saddles that were left
+    /// since then, including this one.
     pub lowest: f64,
     pub saddles: usize,
-    /// Number of permitted negative directions at the first tangent, in a search for an unstable equilibrium.
+    /// Number of permitted negative directions at the first tangent, in a search for an unstable
+    /// equilibrium.
     pub negative: Option<usize>,
     /// Whether a straight rod was bent.
     pub bowed: bool,
@@ -56,7 +59,8 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Whether the iteration is a descent. Its tangent has to be positive on the permitted directions, also in contact.
+    /// Whether the iteration is a descent. Its tangent has to be positive on the permitted
+    /// directions, also in contact.
     pub fn is_descent(&self) -> bool {
         self.reach != Reach::Newton
     }
@@ -80,14 +84,15 @@ pub(super) struct Start {
 pub(super) struct Step {
     /// The step on the linear rod, of which the rod has moved by a fraction.
     pub trial: Trial,
-    /// Part of the residual that the step has removed: share times fraction. It is one after a whole step.
+    /// Part of the residual that the step has removed: share times fraction. It is one after a
+    /// whole step.
     pub removed: f64,
     /// Whether the state of a contact has changed.
     pub changed: bool,
     /// Largest displacement of a hold or spring of a rod that stretches, m; zero without stretch.
     pub stretch: f64,
-    /// Distance from the shape of the tangent: the sum of the rotations (rad) and of the changes of the reactions,
-    /// relative to the largest one, since then.
+    /// Distance from the shape of the tangent: the sum of the rotations (rad) and of the changes of
+    /// the reactions, relative to the largest one, since then.
     pub drift: f64,
 }
 
@@ -98,9 +103,9 @@ pub(super) enum Attempt {
     Moved,
     /// A larger shift is needed.
     Rejected,
-    /// The iteration fails. In contact and without a shift, no share of the step is in range, or the rod is unstable
-    /// and the step is not taken as a whole. In a search for an unstable equilibrium there are too many negative
-    /// directions.
+    /// The iteration fails. In contact and without a shift, no share of the step is in range, or
+    /// the rod is unstable and the step is not taken as a whole. In a search for an unstable
+    /// equilibrium there are too many negative directions.
     Lost,
 }
 
@@ -122,7 +127,14 @@ impl Trial {
     /// A trial whose contact problem is not solved yet.
     pub fn new(linear: Linear) -> Self {
         let offset = DVector::zeros(linear.response.size());
-        Self { linear, offset, contacts: Vec::new(), links: DVector::zeros(0), turn: 0.0, solved: false }
+        Self {
+            linear,
+            offset,
+            contacts: Vec::new(),
+            links: DVector::zeros(0),
+            turn: 0.0,
+            solved: false,
+        }
     }
 }
 

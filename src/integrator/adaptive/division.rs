@@ -9,21 +9,30 @@ use crate::state::State;
 
 /// Merge tolerance at which the loss is only the rounding of the projection, rad.
 pub(super) const LOSSLESS: f64 = 1e-11;
-/// Number of elements above which elements are not refined for a law that is steep between the material points.
+/// Number of elements above which elements are not refined for a law that is steep between the
+/// material points.
 pub(super) const MOST_ELEMENTS: usize = 1000;
-/// Ratio of the initial length of an element to the longest element, at which growth halves elements. It is the
-/// geometric mean of 1 and 1/2, so that runs with different elements divide them after similar growth.
+/// Ratio of the initial length of an element to the longest element, at which growth halves
+/// elements. It is the geometric mean of 1 and 1/2, so that runs with different elements divide
+/// them after similar growth.
 pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Returns the length of the longest element of the growth zone, or of a shoot of constant length, m.
+/// Returns the length of the longest element of the growth zone, or of a shoot of constant length,
+/// m.
 pub(super) fn longest_element(state: &State) -> f64 {
     let rod = &state.rod;
-    (first_in_zone(rod)..rod.elements()).map(|e| rod.length_of(e)).fold(0.0, f64::max)
+    (first_in_zone(rod)..rod.elements())
+        .map(|e| rod.length_of(e))
+        .fold(0.0, f64::max)
 }
 
 /// Returns the first element of the growth zone, or of a shoot of constant length.
 pub(super) fn first_in_zone(rod: &Rod) -> usize {
-    if rod.first_growing < rod.elements() { rod.first_growing } else { 0 }
+    if rod.first_growing < rod.elements() {
+        rod.first_growing
+    } else {
+        0
+    }
 }
 
 /// Returns the length of the growth zone, or of a shoot of constant length, m.
@@ -31,15 +40,20 @@ pub(super) fn size(shoot: &Shoot<impl Model>) -> f64 {
     shoot.resolution * shoot.mesh.longest_element
 }
 
-/// Divides every element of a shoot without a history into equal parts such that the first elements are shorter than
-/// `longest`, m. The mature part has at least as many elements as the zone, since its stiffness may vary as steeply.
+/// Divides every element of a shoot without a history into equal parts such that the first elements
+/// are shorter than `longest`, m. The mature part has at least as many elements as the zone, since
+/// its stiffness may vary as steeply.
 pub(super) fn cut(shoot: &mut Shoot<impl Model>, longest: f64) {
     let longest = FIRST_LENGTH * longest;
     let rod = &shoot.state.rod;
     let mature: f64 = (0..rod.first_growing).map(|e| rod.length_of(e)).sum();
     let longest_mature = longest.min(mature * longest / size(shoot));
     cut_each(&mut shoot.state, |rod, e| {
-        let longest = if e < rod.first_growing { longest_mature } else { longest };
+        let longest = if e < rod.first_growing {
+            longest_mature
+        } else {
+            longest
+        };
         cut_to(rod, e, longest)
     });
 }

@@ -1,9 +1,11 @@
-//! Runs of a call. Each starts from the state at the beginning of the call. Its result is kept for the comparison with
-//! later runs.
+//! Runs of a call. Each starts from the state at the beginning of the call. Its result is kept for
+//! the comparison with later runs.
 
 use std::rc::Rc;
 
-use super::division::{FIRST_LENGTH, LOSSLESS, cut, cut_each, cut_to, first_in_zone, longest_element, merge_lossless};
+use super::division::{
+    FIRST_LENGTH, LOSSLESS, cut, cut_each, cut_to, first_in_zone, longest_element, merge_lossless,
+};
 use super::hidden_strain::{hidden_strain, nodes_at_steep_places};
 use super::richardson::{AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, SAFETY};
 use super::track::PositionTrack;
@@ -16,22 +18,26 @@ use crate::shoot::Shoot;
 use crate::state::{Plan, State};
 use crate::tropism::Declaration;
 
-/// Tolerance of the initial equilibrium, relative to that of the run: the same share as that of merging.
+/// Tolerance of the initial equilibrium, relative to that of the run: the same share as that of
+/// merging.
 const INITIAL: f64 = AIM_OF_MERGING;
 
 /// Largest number of times that a run is repeated with additional nodes.
 const REPETITIONS: usize = 3;
-/// Smallest distance of an additional node from other nodes, relative to its element: far above rounding.
+/// Smallest distance of an additional node from other nodes, relative to its element: far above
+/// rounding.
 const AT_NODE: f64 = 1e-6;
-/// Largest time for which a run continues after the call, in units of its longest step. It bounds the work for long
-/// delays.
+/// Largest time for which a run continues after the call, in units of its longest step. It bounds
+/// the work for long delays.
 const MOST_LATER_STEPS: f64 = 1000.0;
 
 /// Result of a run.
 pub(super) struct TrialRun {
-    /// Plan of the run. Its longest element is at most that of the initial mesh over [`FIRST_LENGTH`].
+    /// Plan of the run. Its longest element is at most that of the initial mesh over
+    /// [`FIRST_LENGTH`].
     pub plan: Plan,
-    /// Statistics of the run, without the time after the end of the call except for the loss of mergers.
+    /// Statistics of the run, without the time after the end of the call except for the loss of
+    /// mergers.
     pub statistics: Statistics,
     /// State at the end of the call.
     state: State,
@@ -43,14 +49,14 @@ pub(super) struct TrialRun {
 }
 
 impl TrialRun {
-    /// Returns the largest distances from a coarser run, relative to the length: over the time of the call,
-    /// and over this time and the delays after it.
+    /// Returns the largest distances from a coarser run, relative to the length: over the time of
+    /// the call, and over this time and the delays after it.
     pub fn differences(&self, coarser: &Self) -> [f64; 2] {
         self.track.distances(&coarser.track, self.plan.until)
     }
 
-    /// Returns the errors of equilibria and corrections, relative to the length, which the comparison with another run
-    /// does not show.
+    /// Returns the errors of equilibria and corrections, relative to the length, which the
+    /// comparison with another run does not show.
     pub fn error_of_equilibria(&self) -> f64 {
         self.statistics.equilibrium_error + tolerance_of_equilibria(self.plan.tolerance)
     }
@@ -60,8 +66,8 @@ impl TrialRun {
         self.state.rod.elements() - self.state.rod.first_growing
     }
 
-    /// Returns the ratio of the longest elements of a run to those of this run, averaged over the steps. Growing
-    /// elements are halved at different times in the two runs.
+    /// Returns the ratio of the longest elements of a run to those of this run, averaged over the
+    /// steps. Growing elements are halved at different times in the two runs.
     pub fn element_ratio(&self, coarser: &Self) -> f64 {
         coarser.track.longest_element() / self.track.longest_element()
     }
@@ -99,7 +105,17 @@ impl<'a, M: Model> Runs<'a, M> {
     pub fn new(integrator: &'a mut Adaptive, shoot: &'a mut Shoot<M>, start: &'a State) -> Self {
         let (spent, meshes, nodes) = (Statistics::default(), Vec::new(), Vec::new());
         let laws = Declaration::of(shoot.model.tropism());
-        Self { integrator, shoot, start, spent, snap: None, meshes, nodes, laws, compared_until: f64::INFINITY }
+        Self {
+            integrator,
+            shoot,
+            start,
+            spent,
+            snap: None,
+            meshes,
+            nodes,
+            laws,
+            compared_until: f64::INFINITY,
+        }
     }
 
     /// Returns whether the shoot had a history at the beginning of the call.
@@ -107,13 +123,15 @@ impl<'a, M: Model> Runs<'a, M> {
         self.start.history.levels() > 0
     }
 
-    /// Returns the length above which growth divides elements in a run with the elements of a shoot with a history, m.
+    /// Returns the length above which growth divides elements in a run with the elements of a shoot
+    /// with a history, m.
     pub fn longest_at_start(&self) -> f64 {
         let kept = self.start.plan.map(|plan| plan.longest_element);
         kept.unwrap_or_else(|| longest_element(self.start) / FIRST_LENGTH)
     }
 
-    /// Makes a run to the end of a plan. `reached` is the present error estimate, for the error message.
+    /// Makes a run to the end of a plan. `reached` is the present error estimate, for the error
+    /// message.
     pub fn run(&mut self, plan: Plan, reached: f64) -> Outcome<TrialRun> {
         // Each step needs at least one unit of work.
         if (plan.until - self.start.time) / plan.step > self.work_left() as f64 {
@@ -122,9 +140,10 @@ impl<'a, M: Model> Runs<'a, M> {
         self.run_at_most(plan, usize::MAX, reached)
     }
 
-    /// Makes a run to the end of a plan, and continues it over the longest delay, since the delayed variables at the
-    /// end of the call affect the shape until then. The plan is valid for this time, so that the losses of its mergers
-    /// count. The continuation ends early where it fails or snaps, which is not a failure of the call.
+    /// Makes a run to the end of a plan, and continues it over the longest delay, since the delayed
+    /// variables at the end of the call affect the shape until then. The plan is valid for this
+    /// time, so that the losses of its mergers count. The continuation ends early where it fails or
+    /// snaps, which is not a failure of the call.
     pub fn run_over_delays(&mut self, plan: Plan) -> Outcome<Rc<TrialRun>> {
         let mut run = self.run(plan, f64::INFINITY)?;
         let (plan, longest_delay) = (run.plan, self.laws.longest_delay());
@@ -147,16 +166,19 @@ impl<'a, M: Model> Runs<'a, M> {
         Ok(Rc::new(run))
     }
 
-    /// Makes the first steps of a plan, by at most `max_steps`. A run whose elements do not resolve the intrinsic
-    /// strain is repeated with additional nodes. `reached` is the present error estimate, for the error message.
+    /// Makes the first steps of a plan, by at most `max_steps`. A run whose elements do not resolve
+    /// the intrinsic strain is repeated with additional nodes. `reached` is the present error
+    /// estimate, for the error message.
     pub fn run_at_most(&mut self, plan: Plan, max_steps: usize, reached: f64) -> Outcome<TrialRun> {
         let enough = AIM_IN_SPACE * self.integrator.tolerance;
         let mut repetition = 0;
         loop {
-            let mut run = self.run_once(plan, max_steps).map_err(|error| match error {
-                IntegrationError::WorkLimit { .. } => self.not_met(reached),
-                error => error,
-            })?;
+            let mut run = self
+                .run_once(plan, max_steps)
+                .map_err(|error| match error {
+                    IntegrationError::WorkLimit { .. } => self.not_met(reached),
+                    error => error,
+                })?;
             let duration = self.shoot.time() - self.start.time;
             run.hidden = hidden_strain(self.shoot, duration)?;
             if run.hidden <= enough || repetition == REPETITIONS {
@@ -179,7 +201,14 @@ impl<'a, M: Model> Runs<'a, M> {
         let record = |shoot: &Shoot<M>, end| track.record(shoot, end);
         let statistics = self.advance_by(&plan, plan.until, max_steps, known, record)?;
         let (state, initial) = (self.shoot.state.clone(), initial.unwrap_or(0.0));
-        Ok(TrialRun { plan, statistics, state, track, initial, hidden: 0.0 })
+        Ok(TrialRun {
+            plan,
+            statistics,
+            state,
+            track,
+            initial,
+            hidden: 0.0,
+        })
     }
 
     /// Advances the shoot by a plan. The work of a run that fails counts, too.
@@ -197,7 +226,10 @@ impl<'a, M: Model> Runs<'a, M> {
         let result = workspace.run(self.shoot).advance(options, observe);
         let statistics = workspace.stepper.statistics;
         self.spent += statistics.as_trial();
-        self.snap = statistics.last_snap.filter(|time| *time <= plan.until).or(self.snap);
+        self.snap = statistics
+            .last_snap
+            .filter(|time| *time <= plan.until)
+            .or(self.snap);
         result
     }
 
@@ -206,53 +238,85 @@ impl<'a, M: Model> Runs<'a, M> {
         self.integrator.max_work.saturating_sub(self.spent.work())
     }
 
-    /// Makes a run the result of the call, whose steps and elements have an `error`. Returns its resolution and the
-    /// statistics of the call.
+    /// Makes a run the result of the call, whose steps and elements have an `error`. Returns its
+    /// resolution and the statistics of the call.
     pub fn accept(&mut self, run: &TrialRun, error: f64) -> (Plan, Statistics) {
         self.shoot.state.copy_from(&run.state);
-        let error = self.start.plan.map_or(0.0, |plan| plan.error) + error + run.error_of_equilibria();
+        let error =
+            self.start.plan.map_or(0.0, |plan| plan.error) + error + run.error_of_equilibria();
         let trial_steps = self.spent.trial_steps - run.statistics.steps;
-        let statistics = Statistics { trial_steps, ..self.spent.undone_since(run.statistics) };
+        let statistics = Statistics {
+            trial_steps,
+            ..self.spent.undone_since(run.statistics)
+        };
         // The plan is valid up to the time to which the runs were compared.
         let until = self.compared_until.max(run.plan.until);
-        (Plan { until, error, ..run.plan }, statistics)
+        (
+            Plan {
+                until,
+                error,
+                ..run.plan
+            },
+            statistics,
+        )
     }
 
-    /// Restores the state at the beginning of the call, and divides the shoot into elements for a run. For a shoot
-    /// without a history, refines the mesh of the initial equilibrium, whose error is a part of the error in space, and
-    /// reduces the longest element of the plan to that of this mesh. Returns this equilibrium with its error, relative
-    /// to the length.
+    /// Restores the state at the beginning of the call, and divides the shoot into elements for a
+    /// run. For a shoot without a history, refines the mesh of the initial equilibrium, whose error
+    /// is a part of the error in space, and reduces the longest element of the plan to that of this
+    /// mesh. Returns this equilibrium with its error, relative to the length.
     fn divide(&mut self, plan: &mut Plan) -> Outcome<Option<(Equilibrium, f64)>> {
-        if let Some(mesh) = self.meshes.iter().find(|mesh| mesh.longest_element == plan.longest_element) {
+        if let Some(mesh) = self
+            .meshes
+            .iter()
+            .find(|mesh| mesh.longest_element == plan.longest_element)
+        {
             self.shoot.state.copy_from(&mesh.state);
             return Ok(Some(mesh.found));
         }
         self.shoot.state.copy_from(self.start);
         if self.has_started() {
-            // Elements may have different lengths. Those of the zone are divided alike, so that the difference of two
-            // runs shows the errors of all.
-            let parts = (self.longest_at_start() / plan.longest_element * (1.0 - ROUNDING)).ceil().max(1.0);
+            // Elements may have different lengths. Those of the zone are divided alike, so that the
+            // difference of two runs shows the errors of all.
+            let parts = (self.longest_at_start() / plan.longest_element * (1.0 - ROUNDING))
+                .ceil()
+                .max(1.0);
             plan.longest_element = self.longest_at_start() / parts;
             let (longest, first) = (plan.longest_element, first_in_zone(&self.start.rod));
-            cut_each(&mut self.shoot.state, |rod, e| if e < first { cut_to(rod, e, longest) } else { parts as usize });
+            cut_each(&mut self.shoot.state, |rod, e| {
+                if e < first {
+                    cut_to(rod, e, longest)
+                } else {
+                    parts as usize
+                }
+            });
             self.add_nodes();
             return Ok(None);
         }
         merge_lossless(self.shoot);
         cut(self.shoot, plan.longest_element);
         self.add_nodes();
-        // The comparison of runs shows the error of the shape as well, except near buckling and where the stiffness
-        // is discontinuous. With this weight the difference of the two meshes need only be below `ASYMPTOTIC`.
+        // The comparison of runs shows the error of the shape as well, except near buckling and
+        // where the stiffness is discontinuous. With this weight the difference of the two meshes
+        // need only be below `ASYMPTOTIC`.
         let tolerance = INITIAL * self.integrator.tolerance;
         let weight = (tolerance / ASYMPTOTIC).min(1.0);
         let (error, equilibrium) =
-            self.integrator.refine_equilibrium(self.shoot, tolerance, weight, &mut self.spent)?;
+            self.integrator
+                .refine_equilibrium(self.shoot, tolerance, weight, &mut self.spent)?;
         let found = (equilibrium, error / SAFETY);
         // Longer elements than these would not change the initial mesh.
-        plan.longest_element = plan.longest_element.min(longest_element(&self.shoot.state) / FIRST_LENGTH);
+        plan.longest_element = plan
+            .longest_element
+            .min(longest_element(&self.shoot.state) / FIRST_LENGTH);
         let state = self.shoot.state.clone();
-        self.meshes.retain(|mesh| mesh.longest_element != plan.longest_element);
-        self.meshes.push(FirstMesh { longest_element: plan.longest_element, state, found });
+        self.meshes
+            .retain(|mesh| mesh.longest_element != plan.longest_element);
+        self.meshes.push(FirstMesh {
+            longest_element: plan.longest_element,
+            state,
+            found,
+        });
         Ok(Some(found))
     }
 
@@ -267,8 +331,8 @@ impl<'a, M: Model> Runs<'a, M> {
         }
     }
 
-    /// Returns whether the tissue in a run is likely to be smooth. Merged tissue and tissue with a history often are
-    /// not, nor is tissue that has required additional nodes.
+    /// Returns whether the tissue in a run is likely to be smooth. Merged tissue and tissue with a
+    /// history often are not, nor is tissue that has required additional nodes.
     pub fn is_smooth(&self, run: &TrialRun) -> bool {
         !self.has_started() && self.nodes.is_empty() && run.statistics.merge_loss <= LOSSLESS
     }
@@ -276,6 +340,11 @@ impl<'a, M: Model> Runs<'a, M> {
     /// Returns the error for a tolerance that is not met.
     pub fn not_met(&self, reached: f64) -> IntegrationError {
         let (tolerance, work, snap) = (self.integrator.tolerance, self.spent.work(), self.snap);
-        IntegrationError::ToleranceNotMet { tolerance, reached, work, snap }
+        IntegrationError::ToleranceNotMet {
+            tolerance,
+            reached,
+            work,
+            snap,
+        }
     }
 }

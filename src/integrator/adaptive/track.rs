@@ -9,10 +9,11 @@ use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::shoot::Shoot;
 
-/// Number of compared places, at equal distances along the shoot, the last of which is the apex. The error is largest
-/// inside elements and far smaller at nodes. Since the number is prime, all places but the apex are inside the elements
-/// of a mesh of equal elements, unless their number is a multiple of it. With 17 places the error of the elements in a
-/// sharp curl at the base was three times the estimate.
+/// Number of compared places, at equal distances along the shoot, the last of which is the apex.
+/// The error is largest inside elements and far smaller at nodes. Since the number is prime, all
+/// places but the apex are inside the elements of a mesh of equal elements, unless their number is
+/// a multiple of it. With 17 places the error of the elements in a sharp curl at the base was three
+/// times the estimate.
 const PLACES: usize = 37;
 
 /// Positions of a shoot after every step.
@@ -40,9 +41,11 @@ enum Smoothness {
     Smooth,
     /// The second derivative is discontinuous. Interpolation on either side includes this sample.
     Kink,
-    /// The positions are discontinuous. Interpolation before this time does not include this sample.
+    /// The positions are discontinuous. Interpolation before this time does not include this
+    /// sample.
     Jump,
-    /// As for a jump, at a time that depends on the run. The sample is not compared with another run.
+    /// As for a jump, at a time that depends on the run. The sample is not compared with another
+    /// run.
     ContactChange,
 }
 
@@ -54,42 +57,77 @@ impl PositionTrack {
 
     /// Returns the time of the last sample, s.
     pub fn end(&self) -> f64 {
-        self.samples.last().map_or(f64::NEG_INFINITY, |sample| sample.time)
+        self.samples
+            .last()
+            .map_or(f64::NEG_INFINITY, |sample| sample.time)
     }
 
     /// Appends the present positions of the shoot, after a step or at the start.
     pub fn record(&mut self, shoot: &Shoot<impl Model>, end: Option<StepEnd>) {
         let smoothness = match end {
-            Some(StepEnd { contact_change: true, .. }) => Smoothness::ContactChange,
-            Some(StepEnd { discontinuity: false, kink: false, .. }) => Smoothness::Smooth,
-            Some(StepEnd { discontinuity: false, .. }) => Smoothness::Kink,
+            Some(StepEnd {
+                contact_change: true,
+                ..
+            }) => Smoothness::ContactChange,
+            Some(StepEnd {
+                discontinuity: false,
+                kink: false,
+                ..
+            }) => Smoothness::Smooth,
+            Some(StepEnd {
+                discontinuity: false,
+                ..
+            }) => Smoothness::Kink,
             _ => Smoothness::Jump,
         };
         let (length, longest_element) = (shoot.rod().length(), longest_element(&shoot.state));
         let in_contact = !shoot.state.contact.patches.is_empty();
         let mut places = Vec::with_capacity(PLACES);
-        shoot.rod().append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut places);
+        shoot
+            .rod()
+            .append_positions((1..=PLACES).map(|k| k as f64 / PLACES as f64), &mut places);
         // No positions are appended if the length is NaN.
         places.resize(PLACES, Vector3::repeat(f64::NAN));
-        self.samples.push(StepSample { time: shoot.time(), smoothness, length, longest_element, in_contact, places });
+        self.samples.push(StepSample {
+            time: shoot.time(),
+            smoothness,
+            length,
+            longest_element,
+            in_contact,
+            places,
+        });
     }
 
     /// Returns the longest element, averaged over the steps of the run, m.
     pub fn longest_element(&self) -> f64 {
-        self.samples.iter().map(|sample| sample.longest_element).sum::<f64>() / self.samples.len() as f64
+        self.samples
+            .iter()
+            .map(|sample| sample.longest_element)
+            .sum::<f64>()
+            / self.samples.len() as f64
     }
 
-    /// Returns the largest distances between this run and a coarser one at the steps of the coarser one, relative to
-    /// the length: up to the time `until` (s), and over all times. Times after the end of either run are not compared.
+    /// Returns the largest distances between this run and a coarser one at the steps of the coarser
+    /// one, relative to the length: up to the time `until` (s), and over all times. Times after the
+    /// end of either run are not compared.
     pub fn distances(&self, coarser: &Self, until: f64) -> [f64; 2] {
         let mut largest = [0.0_f64; 2];
-        let compared = coarser.samples.iter().take_while(|sample| sample.time <= self.end());
+        let compared = coarser
+            .samples
+            .iter()
+            .take_while(|sample| sample.time <= self.end());
         for sample in compared.filter(|sample| sample.smoothness != Smoothness::ContactChange) {
-            let Some(places) = self.at(sample.time) else { continue };
+            let Some(places) = self.at(sample.time) else {
+                continue;
+            };
             for (a, b) in places.iter().zip(&sample.places) {
                 // NaN counts as an infinite distance.
                 let distance = (a - b).norm() / sample.length;
-                largest[1] = if distance.is_nan() { f64::INFINITY } else { largest[1].max(distance) };
+                largest[1] = if distance.is_nan() {
+                    f64::INFINITY
+                } else {
+                    largest[1].max(distance)
+                };
             }
             if sample.time <= until {
                 largest[0] = largest[1];
@@ -105,14 +143,16 @@ impl PositionTrack {
             return Some(sample.places.clone());
         }
         let smoothness = |i: usize| self.samples[i].smoothness;
-        // Positions are interpolated through two more samples than the order of the method. The first sample is
-        // at the start of the run.
+        // Positions are interpolated through two more samples than the order of the method. The
+        // first sample is at the start of the run.
         const POINTS: usize = ORDER + 2;
         let (mut first, mut end) = (near.checked_sub(1)?, near);
         while end - first < POINTS {
-            let before = first.checked_sub(1).filter(|_| smoothness(first) == Smoothness::Smooth);
-            let continuous =
-                end < self.samples.len() && matches!(smoothness(end), Smoothness::Smooth | Smoothness::Kink);
+            let before = first
+                .checked_sub(1)
+                .filter(|_| smoothness(first) == Smoothness::Smooth);
+            let continuous = end < self.samples.len()
+                && matches!(smoothness(end), Smoothness::Smooth | Smoothness::Kink);
             let after = continuous && (end == near || smoothness(end - 1) == Smoothness::Smooth);
             match before {
                 // Take half of the points from either side, if there are enough.
@@ -121,11 +161,15 @@ impl PositionTrack {
                 _ => break,
             }
         }
-        let times: [f64; POINTS] = std::array::from_fn(|k| self.samples[(first + k).min(end - 1)].time);
+        let times: [f64; POINTS] =
+            std::array::from_fn(|k| self.samples[(first + k).min(end - 1)].time);
         let weights: [f64; POINTS] = lagrange(&times[..end - first], time);
         let mut places = vec![Vector3::zeros(); PLACES];
         for (other, weight) in self.samples[first..end].iter().zip(weights) {
-            places.iter_mut().zip(&other.places).for_each(|(place, at)| *place += at * weight);
+            places
+                .iter_mut()
+                .zip(&other.places)
+                .for_each(|(place, at)| *place += at * weight);
         }
         Some(places)
     }

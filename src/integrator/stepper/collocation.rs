@@ -1,10 +1,11 @@
 //! Exponential collocation: integration of the laws' variables at one material point over one step.
 //!
-//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time, or a polynomial and a
-//! transient. N is collocated at four Lobatto points. The integral of the cubic through them times exp(−t/τ) is exact
-//! for every ratio of step to τ. For a memory, N = x/τ is known, and the result is the exact response to x. If N
-//! depends on y, the collocation equations are solved by Picard iteration, node by node. If that converges slowly,
-//! the interval is halved. Memories on which no other rate depends are integrated after it.
+//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time, or a
+//! polynomial and a transient. N is collocated at four Lobatto points. The integral of the cubic
+//! through them times exp(−t/τ) is exact for every ratio of step to τ. For a memory, N = x/τ is
+//! known, and the result is the exact response to x. If N depends on y, the collocation equations
+//! are solved by Picard iteration, node by node. If that converges slowly, the interval is halved.
+//! Memories on which no other rate depends are integrated after it.
 
 use super::memories::{Memories, Parts};
 use super::picard::Picard;
@@ -15,9 +16,9 @@ use crate::numerics::quadrature::lobatto;
 use crate::state::LEVELS;
 use crate::tropism::{Declaration, TropismLaw};
 
-/// Largest number of halvings in a step, summed over all points and corrections. It permits a variable that is
-/// ten thousand times faster than the step at one point, or hundreds of times faster at all points. Laws that
-/// cannot be integrated fail within a second.
+/// Largest number of halvings in a step, summed over all points and corrections. It permits a
+/// variable that is ten thousand times faster than the step at one point, or hundreds of times
+/// faster at all points. Laws that cannot be integrated fail within a second.
 const MAX_HALVINGS_IN_STEP: usize = 20_000;
 
 /// Weights for one size of interval.
@@ -55,7 +56,8 @@ pub(super) struct ExponentialCollocation {
     budget: usize,
 }
 
-/// Times of the levels of the stimuli: in units of the step, which starts at 0 and ends at 1, or in s.
+/// Times of the levels of the stimuli: in units of the step, which starts at 0 and ends at 1, or in
+/// s.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Levels {
     pub count: usize,
@@ -85,7 +87,9 @@ impl ExponentialCollocation {
         self.levels = levels;
         for (j, c) in self.nodes.iter().enumerate() {
             self.at_nodes[j] = levels.weights(*c);
-            self.level_at[j] = levels.times[..levels.count].iter().position(|time| time == c);
+            self.level_at[j] = levels.times[..levels.count]
+                .iter()
+                .position(|time| time == c);
         }
         // The weights of the last step are kept if its size and the variables were the same.
         let same = self.parts.read(laws);
@@ -93,7 +97,8 @@ impl ExponentialCollocation {
             self.make_room(laws);
             self.fill(0, size);
         }
-        self.memories.interpolate(&self.at_nodes_memories, &self.at_nodes);
+        self.memories
+            .interpolate(&self.at_nodes_memories, &self.at_nodes);
         self.picard.begin_step();
     }
 
@@ -109,7 +114,9 @@ impl ExponentialCollocation {
         for weights in &mut self.weights {
             weights.size = 0.0;
             weights.kernels.clear();
-            weights.kernels.resize(self.parts.groups().count(), Kernel::default());
+            weights
+                .kernels
+                .resize(self.parts.groups().count(), Kernel::default());
             weights.memories.reserve(self.parts.of_variables.len());
         }
     }
@@ -120,20 +127,26 @@ impl ExponentialCollocation {
         weights.size = size;
         for (kernel, group) in weights.kernels.iter_mut().zip(self.parts.groups()) {
             for (lane, iterated) in group.iter().enumerate() {
-                match group[..lane].iter().position(|other| other.time == iterated.time) {
+                match group[..lane]
+                    .iter()
+                    .position(|other| other.time == iterated.time)
+                {
                     Some(same) => kernel.repeat(lane, same),
                     None => kernel.set(lane, &self.nodes, size, iterated.time),
                 }
             }
         }
-        weights.memories.set_of_iterated(&self.parts, &weights.kernels, &self.nodes, size);
+        weights
+            .memories
+            .set_of_iterated(&self.parts, &weights.kernels, &self.nodes, size);
         if depth == 0 {
-            self.at_nodes_memories.set(&self.parts.of_stimuli, &self.nodes, size);
+            self.at_nodes_memories
+                .set(&self.parts.of_stimuli, &self.nodes, size);
         }
     }
 
-    /// Integrates the variables `y` of a point over the step, with its stimuli at each level and the `rates` at the
-    /// start. Returns whether it succeeded.
+    /// Integrates the variables `y` of a point over the step, with its stimuli at each level and
+    /// the `rates` at the start. Returns whether it succeeded.
     #[inline]
     pub fn integrate(
         &mut self,
@@ -144,13 +157,18 @@ impl ExponentialCollocation {
     ) -> bool {
         // Levels that do not exist have the weight zero.
         let last = self.levels.count - 1;
-        self.memories.integrate(y, |source| (0.0, std::array::from_fn(|level| stimuli[level.min(last)][source])));
+        self.memories.integrate(y, |source| {
+            (
+                0.0,
+                std::array::from_fn(|level| stimuli[level.min(last)][source]),
+            )
+        });
         self.parts.iterated.is_empty() || self.advance(law, stimuli, (y, Some(rates)), 0.0, 0)
     }
 
-    /// Integrates the iterated variables among `y`, and their memories, over the part
-    /// [`start`, `start` + 2^−`depth`] of the step, with the stimuli of a point at each level, and the rates at the
-    /// start if they are known. Returns whether it succeeded.
+    /// Integrates the iterated variables among `y`, and their memories, over the part [`start`,
+    /// `start` + 2^−`depth`] of the step, with the stimuli of a point at each level, and the rates
+    /// at the start if they are known. Returns whether it succeeded.
     fn advance(
         &mut self,
         law: &impl TropismLaw,
@@ -165,8 +183,13 @@ impl ExponentialCollocation {
         }
         let (count, m) = (self.levels.count, stimuli[0].len());
         let mut sensed = [&[][..]; ORDER];
-        for (j, (sensed, to)) in sensed.iter_mut().zip(self.stimuli.chunks_exact_mut(m.max(1))).enumerate() {
-            // The weights of the whole step are the same for all points. Parts of the step are rare.
+        for (j, (sensed, to)) in sensed
+            .iter_mut()
+            .zip(self.stimuli.chunks_exact_mut(m.max(1)))
+            .enumerate()
+        {
+            // The weights of the whole step are the same for all points. Parts of the step are
+            // rare.
             let (at, level) = match depth {
                 0 => (self.at_nodes[j], self.level_at[j]),
                 _ => (self.levels.weights(start + part * self.nodes[j]), None),
@@ -176,14 +199,17 @@ impl ExponentialCollocation {
                 continue;
             }
             // Levels that do not exist have the weight zero.
-            let [first, second, third, fourth, fifth] = std::array::from_fn(|level| stimuli[level.min(count - 1)]);
+            let [first, second, third, fourth, fifth] =
+                std::array::from_fn(|level| stimuli[level.min(count - 1)]);
             let rows = first.iter().zip(second).zip(third).zip(fourth).zip(fifth);
             for (x, ((((x0, x1), x2), x3), x4)) in to.iter_mut().zip(rows) {
                 *x = at[0] * x0 + at[1] * x1 + at[2] * x2 + at[3] * x3 + at[4] * x4;
             }
             *sensed = to;
         }
-        let Weights { kernels, memories, .. } = &self.weights[depth];
+        let Weights {
+            kernels, memories, ..
+        } = &self.weights[depth];
         self.picard.begin(law, &sensed, (y, rates), kernels);
         if self.picard.sweep(law, &sensed, y, kernels) {
             memories.integrate(y, |source| self.picard.course(source));

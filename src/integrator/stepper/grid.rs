@@ -1,13 +1,14 @@
-//! Grid of a run: the ends of its steps and the changes of its elements, which another run can follow.
+//! Grid of a run: the ends of its steps and the changes of its elements, which another run can
+//! follow.
 //!
-//! The number of steps and the elements depend on the parameters of a shoot by decisions, so that the computed shape
-//! is discontinuous in the parameters. On the grid of one run it is smooth. Differences of such runs are derivatives
-//! of the computed shape.
+//! The number of steps and the elements depend on the parameters of a shoot by decisions, so that
+//! the computed shape is discontinuous in the parameters. On the grid of one run it is smooth.
+//! Differences of such runs are derivatives of the computed shape.
 
 use super::{IntegrationError, Outcome, StepEnd};
 
-/// Steps and changes of elements of a run of [`MethodOfSteps`](crate::integrator::MethodOfSteps), in the order in which
-/// they were made.
+/// Steps and changes of elements of a run of [`MethodOfSteps`](crate::integrator::MethodOfSteps),
+/// in the order in which they were made.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grid {
     steps: Vec<GridStep>,
@@ -38,7 +39,8 @@ pub(in crate::integrator) struct GridStep {
     pub merge_next: usize,
 }
 
-/// A time that steps must not pass. It depends on the parameters, and the steps before it move with it.
+/// A time that steps must not pass. It depends on the parameters, and the steps before it move with
+/// it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::integrator) enum Anchor {
     /// The end of the call of the integrator.
@@ -46,7 +48,8 @@ pub(in crate::integrator) enum Anchor {
     Until,
     /// The next discontinuity of a law or the scene.
     Discontinuity,
-    /// A breaking point: a discontinuity, counted from the last one backwards, and the index of a delay.
+    /// A breaking point: a discontinuity, counted from the last one backwards, and the index of a
+    /// delay.
     BreakingPoint([usize; 2]),
 }
 
@@ -57,7 +60,8 @@ pub(in crate::integrator) enum Change {
     Merge(usize),
     /// The element of this index is halved.
     Halve(usize),
-    /// The element of this index is divided at the boundary that the growth zone will have at the end of the step.
+    /// The element of this index is divided at the boundary that the growth zone will have at the
+    /// end of the step.
     Cut(usize),
 }
 
@@ -109,14 +113,21 @@ impl GridUse {
 
     /// The next step to follow, at a time (s).
     pub fn next(&self, time: f64) -> Outcome<Option<&GridStep>> {
-        let Self::Follow(grid, next) = self else { return Ok(None) };
+        let Self::Follow(grid, next) = self else {
+            return Ok(None);
+        };
         let problem = "it has no further step";
-        grid.steps.get(*next).map(Some).ok_or(IntegrationError::Grid { time, problem })
+        grid.steps
+            .get(*next)
+            .map(Some)
+            .ok_or(IntegrationError::Grid { time, problem })
     }
 
     /// The step that is being followed, at a time (s).
     pub fn take_next(&mut self) -> Option<GridStep> {
-        let Self::Follow(grid, next) = self else { return None };
+        let Self::Follow(grid, next) = self else {
+            return None;
+        };
         *next += 1;
         grid.steps.get(*next - 1).cloned()
     }

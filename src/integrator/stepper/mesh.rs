@@ -1,5 +1,5 @@
-//! Adaptation of the elements to growth: division of stretched elements and at the boundary of the growth zone,
-//! and merging of mature elements.
+//! Adaptation of the elements to growth: division of stretched elements and at the boundary of the
+//! growth zone, and merging of mature elements.
 
 use nalgebra::Vector3;
 
@@ -11,12 +11,13 @@ use crate::rod::{MaterialPoint, Tissue, UNEVEN};
 use crate::shoot::Mesh;
 use crate::state::State;
 
-/// Prepares the elements for a step from time `from` to time `to` (s), and returns the number of growing
-/// elements that leave the zone in it.
+/// Prepares the elements for a step from time `from` to time `to` (s), and returns the number of
+/// growing elements that leave the zone in it.
 ///
-/// The material place that will be on the boundary at the end of the step becomes a node at its start, when all
-/// fields are still smooth there. The boundary is then on a node at the end of every step, and the kinks of the
-/// intrinsic strain and of the stiffness at the boundary are never inside an element.
+/// The material place that will be on the boundary at the end of the step becomes a node at its
+/// start, when all fields are still smooth there. The boundary is then on a node at the end of
+/// every step, and the kinks of the intrinsic strain and of the stiffness at the boundary are never
+/// inside an element.
 pub(super) fn adapt(
     state: &mut State,
     (growth, constitutive): (&impl GrowthLaw, &impl Constitutive),
@@ -27,7 +28,11 @@ pub(super) fn adapt(
     if !growth.elongates() {
         return 0;
     }
-    let mut note = |change| recorded.iter_mut().for_each(|step| step.changes.push(change));
+    let mut note = |change| {
+        recorded
+            .iter_mut()
+            .for_each(|step| step.changes.push(change))
+    };
     merge_mature(state, constitutive, mesh, statistics, &mut note);
     let mut e = state.rod.first_growing;
     while e < state.rod.elements() {
@@ -53,8 +58,8 @@ pub(super) fn adapt(
         }
         if boundary > b + margin {
             let x = state.rod.coordinate_at_distance(e, boundary);
-            // The ends of elements and the lengths inside them agree up to the resolution of the mesh, so the
-            // part may be empty.
+            // The ends of elements and the lengths inside them agree up to the resolution of the
+            // mesh, so the part may be empty.
             if x <= ROUNDING {
                 return e - first;
             }
@@ -69,7 +74,8 @@ pub(super) fn adapt(
     state.rod.elements() - first
 }
 
-/// Makes the changes of elements of a recorded step, and returns the number of growing elements that leave the zone.
+/// Makes the changes of elements of a recorded step, and returns the number of growing elements
+/// that leave the zone.
 pub(super) fn follow(
     state: &mut State,
     (growth, constitutive): (&impl GrowthLaw, &impl Constitutive),
@@ -77,7 +83,12 @@ pub(super) fn follow(
     step: &GridStep,
     statistics: &mut Statistics,
 ) -> Outcome<usize> {
-    let refuse = |problem| Err(IntegrationError::Grid { time: from, problem });
+    let refuse = |problem| {
+        Err(IntegrationError::Grid {
+            time: from,
+            problem,
+        })
+    };
     for &change in &step.changes {
         let (Change::Merge(e) | Change::Halve(e) | Change::Cut(e)) = change;
         let merges = matches!(change, Change::Merge(_));
@@ -87,7 +98,9 @@ pub(super) fn follow(
         let x = match change {
             Change::Merge(e) => {
                 let merged = state.merge(e, f64::INFINITY, compliance(constitutive, state.time));
-                let Some(needed) = merged else { return refuse("elements that it merges cannot be merged") };
+                let Some(needed) = merged else {
+                    return refuse("elements that it merges cannot be merged");
+                };
                 statistics.merges += 1;
                 statistics.merge_loss = statistics.merge_loss.max(needed);
                 continue;
@@ -109,17 +122,23 @@ pub(super) fn follow(
     Ok(step.leaving)
 }
 
-/// Returns a function for the bending compliance of a material point at a time (s), up to a factor. Merging
-/// preserves the compliance.
-pub(in crate::integrator) fn compliance(constitutive: &impl Constitutive, time: f64) -> impl Fn(&MaterialPoint) -> f64 {
+/// Returns a function for the bending compliance of a material point at a time (s), up to a factor.
+/// Merging preserves the compliance.
+pub(in crate::integrator) fn compliance(
+    constitutive: &impl Constitutive,
+    time: f64,
+) -> impl Fn(&MaterialPoint) -> f64 {
     move |point| {
-        let tangent = constitutive.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
+        let tangent = constitutive
+            .respond(&Tissue::of(point, time), &Vector3::zeros())
+            .tangent;
         1.0 / (tangent[(0, 0)] + tangent[(1, 1)])
     }
 }
 
-/// Tries to merge the youngest pair of mature elements, and one other pair, the next one in each step. A pair that
-/// could not be merged when it left the zone may be merged after it has stiffened.
+/// Tries to merge the youngest pair of mature elements, and one other pair, the next one in each
+/// step. A pair that could not be merged when it left the zone may be merged after it has
+/// stiffened.
 fn merge_mature(
     state: &mut State,
     constitutive: &impl Constitutive,
@@ -160,29 +179,54 @@ mod tests {
     use crate::growth::UniformGrowth;
     use crate::shoot::Shoot;
 
-    /// Two neighbours of seven mature elements are half as long as the others. Only they may be merged, since
-    /// the sum of any other pair exceeds the longest element.
+    /// Two neighbours of seven mature elements are half as long as the others. Only they may be
+    /// merged, since the sum of any other pair exceeds the longest element.
     #[test]
     fn every_pair_of_mature_elements_is_tried_in_turn() {
-        let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+        let law = LinearElastic {
+            youngs_modulus: 1e7,
+            poissons_ratio: 0.5,
+        };
         for pair in 0..5 {
             let mut nodes = vec![0.0];
             for e in 0..8 {
-                let length = if e == pair || e == pair + 1 { 0.005 } else { 0.01 };
+                let length = if e == pair || e == pair + 1 {
+                    0.005
+                } else {
+                    0.01
+                };
                 nodes.push(nodes[e] + length);
             }
-            let growth = UniformGrowth { zone_length: 0.01, time: 72e3 };
-            let mut shoot =
-                Shoot::builder(law).length(nodes[8]).radius(5e-4).nodes(&nodes).growth(growth).build().unwrap();
+            let growth = UniformGrowth {
+                zone_length: 0.01,
+                time: 72e3,
+            };
+            let mut shoot = Shoot::builder(law)
+                .length(nodes[8])
+                .radius(5e-4)
+                .nodes(&nodes)
+                .growth(growth)
+                .build()
+                .unwrap();
             assert_eq!(shoot.rod().first_growing, 7);
             shoot.mesh.longest_element = 0.012;
             // Nodes that the user has given are never removed, unless they are released.
             shoot.state.rod.kept.fill(false);
             let mut statistics = Statistics::default();
             for _ in 0..5 {
-                merge_mature(&mut shoot.state, &law, &shoot.mesh, &mut statistics, &mut |_| ());
+                merge_mature(
+                    &mut shoot.state,
+                    &law,
+                    &shoot.mesh,
+                    &mut statistics,
+                    &mut |_| (),
+                );
             }
-            assert_eq!((statistics.merges, shoot.rod().elements()), (1, 7), "pair {pair}");
+            assert_eq!(
+                (statistics.merges, shoot.rod().elements()),
+                (1, 7),
+                "pair {pair}"
+            );
         }
     }
 }

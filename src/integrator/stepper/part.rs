@@ -16,5 +16,10 @@ pub(super) enum StepPart {
 }
 
 /// Names of the parts in messages, in the order of [`StepPart`].
-pub(super) const PART_NAMES: [&str; 5] =
-    ["growth", "intrinsic strain", "equilibrium", "stimuli", "variables of the laws"];
+pub(super) const PART_NAMES: [&str; 5] = [
+    "growth",
+    "intrinsic strain",
+    "equilibrium",
+    "stimuli",
+    "variables of the laws",
+];

@@ -8,15 +8,17 @@ use super::relaxation::{Kernel, LANES, Lanes};
 use crate::state::LEVELS;
 use crate::tropism::TropismLaw;
 
-/// Largest number of sweeps over an interval before it is halved. An interval that resolves the nonlinearity
-/// well has a contraction by 1/16 in each sweep, and reaches [`TOLERANCE`] in this number of sweeps. With twelve
-/// sweeps, avalanches of statoliths from 170° on were integrated with errors of 1.4e-4 rad instead of 5e-5 rad.
+/// Largest number of sweeps over an interval before it is halved. An interval that resolves the
+/// nonlinearity well has a contraction by 1/16 in each sweep, and reaches [`TOLERANCE`] in this
+/// number of sweeps. With twelve sweeps, avalanches of statoliths from 170° on were integrated with
+/// errors of 1.4e-4 rad instead of 5e-5 rad.
 const MAX_SWEEPS: usize = 9;
-/// Largest error of a converged variable, relative to its size and its change in the interval: far below any
-/// error in time.
+/// Largest error of a converged variable, relative to its size and its change in the interval: far
+/// below any error in time.
 pub(super) const TOLERANCE: f64 = 1e-12;
 
-/// Group of iterated variables at consecutive places among the variables of a point. Values in further lanes are NaN.
+/// Group of iterated variables at consecutive places among the variables of a point. Values in
+/// further lanes are NaN.
 #[derive(Debug, Clone, Copy, Default)]
 struct Group {
     /// Place of the first variable, and the number of variables.
@@ -32,12 +34,13 @@ struct Group {
     value: Lanes,
     /// Absolute change of the variables over the interval at the initial rate.
     motion: Lanes,
-    /// Largest effect of a change of N in this sweep on each variable, relative to its size and its motion, since
-    /// variables may have different units.
+    /// Largest effect of a change of N in this sweep on each variable, relative to its size and its
+    /// motion, since variables may have different units.
     change: Lanes,
     /// N at each node.
     forcing: [Lanes; ORDER],
-    /// x/τ at each node, with the stimulus x that the variable approaches: N if it is its linear memory.
+    /// x/τ at each node, with the stimulus x that the variable approaches: N if it is its linear
+    /// memory.
     target: [Lanes; ORDER],
 }
 
@@ -63,16 +66,24 @@ impl Group {
             let new = rate[i] + value[i] * self.inverse[i];
             let motion = kernel.reach[i] * (new - forcing[i]).abs();
             let change = motion / (value[i].abs() + self.motion[i] + f64::MIN_POSITIVE);
-            self.change[i] = if change > self.change[i] { change } else { self.change[i] };
+            self.change[i] = if change > self.change[i] {
+                change
+            } else {
+                self.change[i]
+            };
             forcing[i] = new;
         }
     }
 
-    /// Entries of the group in a list with a number for each variable. Values in further lanes are arbitrary.
+    /// Entries of the group in a list with a number for each variable. Values in further lanes are
+    /// arbitrary.
     #[inline]
     fn gather(&self, from: &[f64]) -> Lanes {
         let after = from.get(self.first..).unwrap_or_default();
-        after.first_chunk().copied().unwrap_or_else(|| from_fn(|i| after.get(i).copied().unwrap_or(0.0)))
+        after
+            .first_chunk()
+            .copied()
+            .unwrap_or_else(|| from_fn(|i| after.get(i).copied().unwrap_or(0.0)))
     }
 }
 
@@ -82,13 +93,16 @@ pub(super) struct Picard {
     /// Number of variables of a point.
     variables: usize,
     groups: Vec<Group>,
-    /// Variables at a node, and numbers for further lanes of the last group. Variables that are not iterated are NaN.
+    /// Variables at a node, and numbers for further lanes of the last group. Variables that are not
+    /// iterated are NaN.
     values: Vec<f64>,
     /// Rates, and numbers for further lanes.
     rates: Vec<f64>,
-    /// Whether the last interval of this step converged. Its N − x/τ is then the initial guess of the next one.
+    /// Whether the last interval of this step converged. Its N − x/τ is then the initial guess of
+    /// the next one.
     follows: bool,
-    /// Slowest contraction of the sweeps over the last interval of this step; infinite if it is not known.
+    /// Slowest contraction of the sweeps over the last interval of this step; infinite if it is not
+    /// known.
     contraction: f64,
 }
 
@@ -98,8 +112,14 @@ impl Picard {
         self.variables = variables;
         self.groups.clear();
         self.groups.extend(parts.groups().map(|iterated| {
-            let mut group = Group { sources: [usize::MAX; LANES], count: iterated.len(), ..Group::default() };
-            group.first = iterated.first().map_or(variables, |iterated| iterated.variable);
+            let mut group = Group {
+                sources: [usize::MAX; LANES],
+                count: iterated.len(),
+                ..Group::default()
+            };
+            group.first = iterated
+                .first()
+                .map_or(variables, |iterated| iterated.variable);
             for (i, iterated) in iterated.iter().enumerate() {
                 group.inverse[i] = 1.0 / iterated.time;
                 group.sources[i] = iterated.source;
@@ -123,16 +143,22 @@ impl Picard {
         (self.follows, self.contraction) = (false, f64::INFINITY);
     }
 
-    /// An iterated variable at the start of the interval, and its N at each node. The variable is given by its group
-    /// times [`LANES`] plus its lane.
+    /// An iterated variable at the start of the interval, and its N at each node. The variable is
+    /// given by its group times [`LANES`] plus its lane.
     #[inline]
     pub fn course(&self, place: usize) -> (f64, [f64; LEVELS]) {
         let (group, lane) = (&self.groups[place / LANES], place % LANES);
-        let value = |node| group.forcing.get(node).map_or(0.0, |forcing: &Lanes| forcing[lane]);
+        let value = |node| {
+            group
+                .forcing
+                .get(node)
+                .map_or(0.0, |forcing: &Lanes| forcing[lane])
+        };
         (group.start[lane], from_fn(value))
     }
 
-    /// Writes the values of a group to the list of all variables. The next groups overwrite further lanes.
+    /// Writes the values of a group to the list of all variables. The next groups overwrite further
+    /// lanes.
     #[inline]
     fn scatter(values: &mut [f64], group: &Group) {
         values[group.first..group.first + LANES].copy_from_slice(&group.value);
@@ -141,12 +167,16 @@ impl Picard {
     /// Evaluates the rates of the present values.
     #[inline]
     fn evaluate_rates(&mut self, law: &impl TropismLaw, stimuli: &[f64]) {
-        law.coupled_rates(&self.values[..self.variables], stimuli, &mut self.rates[..self.variables]);
+        law.coupled_rates(
+            &self.values[..self.variables],
+            stimuli,
+            &mut self.rates[..self.variables],
+        );
     }
 
-    /// Sets the initial guess of an interval that starts with variables `y`, and with their rates if these are known.
-    /// N − x/τ, with the stimulus x that a variable approaches, changes as in the last interval that converged in this
-    /// step, or is constant.
+    /// Sets the initial guess of an interval that starts with variables `y`, and with their rates
+    /// if these are known. N − x/τ, with the stimulus x that a variable approaches, changes as in
+    /// the last interval that converged in this step, or is constant.
     pub fn begin(
         &mut self,
         law: &impl TropismLaw,
@@ -174,8 +204,14 @@ impl Picard {
             let (mut rest, mut first) = ([0.0; LANES], [0.0; LANES]);
             for (j, stimuli) in stimuli.iter().enumerate() {
                 let (at, target) = (&mut group.forcing[j], &mut group.target[j]);
-                let change: Lanes = if follows { from_fn(|i| at[i] - target[i]) } else { [0.0; LANES] };
-                *target = from_fn(|i| group.inverse[i] * stimuli.get(group.sources[i]).copied().unwrap_or(0.0));
+                let change: Lanes = if follows {
+                    from_fn(|i| at[i] - target[i])
+                } else {
+                    [0.0; LANES]
+                };
+                *target = from_fn(|i| {
+                    group.inverse[i] * stimuli.get(group.sources[i]).copied().unwrap_or(0.0)
+                });
                 if j == 0 {
                     (rest, first) = (change, *target);
                 }
@@ -205,12 +241,18 @@ impl Picard {
     /// Largest relative effect of a change of N on a variable since the last call.
     #[inline]
     fn take_change(&mut self) -> f64 {
-        let changes = self.groups.iter_mut().flat_map(|group| std::mem::take(&mut group.change));
-        changes.fold(0.0, |largest, change| if change > largest { change } else { largest })
+        let changes = self
+            .groups
+            .iter_mut()
+            .flat_map(|group| std::mem::take(&mut group.change));
+        changes.fold(
+            0.0,
+            |largest, change| if change > largest { change } else { largest },
+        )
     }
 
-    /// Iterates from the initial guess of N, with the stimuli at each node. Writes the variables at the end of the
-    /// interval to `y`. Returns whether the iteration converged.
+    /// Iterates from the initial guess of N, with the stimuli at each node. Writes the variables at
+    /// the end of the interval to `y`. Returns whether the iteration converged.
     pub fn sweep(
         &mut self,
         law: &impl TropismLaw,
@@ -218,8 +260,9 @@ impl Picard {
         y: &mut [f64],
         kernels: &[Kernel],
     ) -> bool {
-        // The contraction of the sweeps may alternate between large and small if two variables depend on each other.
-        // The error estimate therefore needs that of two sweeps, or the slowest one of the last interval.
+        // The contraction of the sweeps may alternate between large and small if two variables
+        // depend on each other. The error estimate therefore needs that of two sweeps, or the
+        // slowest one of the last interval.
         let (mut last, mut last_ratio, mut slowest) = (f64::INFINITY, self.contraction, 0.0_f64);
         for sweep in 0..MAX_SWEEPS {
             // Each node uses the new values at the nodes before it (Gauss–Seidel).
@@ -239,18 +282,26 @@ impl Picard {
                 self.integrate_to(ORDER - 1, kernels);
                 let mut finite = true;
                 for group in &self.groups {
-                    for (y, value) in y.iter_mut().skip(group.first).zip(&group.value[..group.count]) {
+                    for (y, value) in y
+                        .iter_mut()
+                        .skip(group.first)
+                        .zip(&group.value[..group.count])
+                    {
                         *y = *value;
                         finite &= value.is_finite();
                     }
                 }
                 self.follows = finite;
-                self.contraction = if sweep > 1 { slowest } else { self.contraction.max(ratio) };
+                self.contraction = if sweep > 1 {
+                    slowest
+                } else {
+                    self.contraction.max(ratio)
+                };
                 return finite;
             }
             if sweep > 1 {
-                // The expected next change of the last sweep is above the tolerance, even with the faster one of the
-                // last two contractions.
+                // The expected next change of the last sweep is above the tolerance, even with the
+                // faster one of the last two contractions.
                 let remaining = (MAX_SWEEPS - sweep) as i32;
                 if change * ratio.min(last_ratio).powi(remaining) > TOLERANCE {
                     break;

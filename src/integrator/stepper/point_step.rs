@@ -2,8 +2,8 @@
 
 use crate::tropism::TropismLaw;
 
-/// A material point over a step, from which [`TimeStep::set_variables`](super::TimeStep::set_variables) computes its
-/// variables.
+/// A material point over a step, from which
+/// [`TimeStep::set_variables`](super::TimeStep::set_variables) computes its variables.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub struct PointStep<'a> {
@@ -27,9 +27,19 @@ impl PointStep<'_> {
 
 impl std::fmt::Debug for PointStep<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { point, variables, rates, stimuli, .. } = self;
+        let Self {
+            point,
+            variables,
+            rates,
+            stimuli,
+            ..
+        } = self;
         let mut of_fields = f.debug_struct("PointStep");
-        of_fields.field("point", point).field("variables", variables).field("rates", rates).field("stimuli", stimuli);
+        of_fields
+            .field("point", point)
+            .field("variables", variables)
+            .field("rates", rates)
+            .field("stimuli", stimuli);
         of_fields.finish_non_exhaustive()
     }
 }

@@ -7,7 +7,8 @@ use super::mesh_error::{MeshError, ROUNDING, check_finer};
 use crate::linearisation::{Outcome, StabilityError};
 use crate::stability::spectrum::{Linearisation, Root, SpectrumPart};
 
-/// A crossing of the imaginary axis: a root iω at a value of one parameter, or a point of a boundary in two.
+/// A crossing of the imaginary axis: a root iω at a value of one parameter, or a point of a
+/// boundary in two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
 #[non_exhaustive]
@@ -16,13 +17,15 @@ pub struct Crossing<const N: usize> {
     pub parameters: [f64; N],
     /// Angular frequency ω, 1/s; zero if the root is λ = 0, where nothing oscillates.
     pub frequency: f64,
-    /// Whether the root belongs to the essential spectrum, so that waves of every length become unstable at once.
+    /// Whether the root belongs to the essential spectrum, so that waves of every length become
+    /// unstable at once.
     pub essential: bool,
     /// Number of elements of the growth zone.
     pub elements: usize,
     /// Estimated errors of the parameters due to the mesh, from [`with_error`](Self::with_error) or
-    /// [`Refinement`](super::Refinement). In two parameters: the components of the shortest vector to the
-    /// curve, with lengths in fractions of the sides of the rectangle. `None` if they were not estimated.
+    /// [`Refinement`](super::Refinement). In two parameters: the components of the shortest vector
+    /// to the curve, with lengths in fractions of the sides of the rectangle. `None` if they were
+    /// not estimated.
     pub parameter_errors: Option<[f64; N]>,
     /// Estimated error of the frequency due to the mesh, 1/s; `None` if it was not estimated.
     pub frequency_error: Option<f64>,
@@ -49,7 +52,11 @@ impl<const N: usize> Crossing<N> {
     /// The same crossing with an estimate of its error.
     pub(super) fn estimated(self, error: &MeshError<N>) -> Self {
         let parameter_errors = Some(error.parameters.component_mul(&self.sides).into());
-        Self { parameter_errors, frequency_error: Some(error.frequency), ..self }
+        Self {
+            parameter_errors,
+            frequency_error: Some(error.frequency),
+            ..self
+        }
     }
 
     /// The period, s; infinite if the root is λ = 0.
@@ -58,11 +65,11 @@ impl<const N: usize> Crossing<N> {
         std::f64::consts::TAU / self.frequency
     }
 
-    /// The crossing with an estimate of the error due to its mesh: the distance from the crossing of `finer`,
-    /// the same family on a finer mesh, which is evaluated once, at the parameters of this crossing. The
-    /// relative error of the estimate is the ratio of the errors of the two meshes: 1/200 for elements of order
-    /// eight and half the length that resolve the waves. In two parameters it is a tenth, the error of the
-    /// derivatives of the root along the curve.
+    /// The crossing with an estimate of the error due to its mesh: the distance from the crossing
+    /// of `finer`, the same family on a finer mesh, which is evaluated once, at the parameters of
+    /// this crossing. The relative error of the estimate is the ratio of the errors of the two
+    /// meshes: 1/200 for elements of order eight and half the length that resolve the waves. In two
+    /// parameters it is a tenth, the error of the derivatives of the root along the curve.
     ///
     /// ```
     /// # use morphorod::Shoot;
@@ -111,12 +118,17 @@ impl<const N: usize> Crossing<N> {
 }
 
 impl Crossing<1> {
-    /// The root of a linearisation at this crossing, with its mode. The mesh may differ from that of the crossing.
+    /// The root of a linearisation at this crossing, with its mode. The mesh may differ from that
+    /// of the crossing.
     ///
     /// # Errors
     /// An essential root, or a linearisation without a root near this one.
     pub(crate) fn mode(&self, linear: &Linearisation) -> Outcome<Root> {
-        linear.with_mode(find_alike(linear, self.place.part, Complex::new(0.0, self.frequency))?)
+        linear.with_mode(find_alike(
+            linear,
+            self.place.part,
+            Complex::new(0.0, self.frequency),
+        )?)
     }
 
     /// The crossing at a root, whose parameter is measured in its own unit.

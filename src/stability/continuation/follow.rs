@@ -5,16 +5,17 @@ use nalgebra::{Complex, SVector};
 use crate::linearisation::{Outcome, StabilityError};
 use crate::stability::spectrum::{Linearisation, PartRoot, SpectrumPart};
 
-/// Largest distance of a root from its expected value, relative to its modulus or to the slowest rate. A root
-/// further off is taken for another one. Roots that respond k periods late have relative distances of 1/k, and
-/// a tenth is at most half of that for k ≤ 5.
+/// Largest distance of a root from its expected value, relative to its modulus or to the slowest
+/// rate. A root further off is taken for another one. Roots that respond k periods late have
+/// relative distances of 1/k, and a tenth is at most half of that for k ≤ 5.
 const JUMP: f64 = 0.1;
 
 /// A family of linearisations along N parameters.
 pub(super) type LinearFamily<'a, const N: usize> =
     dyn FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError> + 'a;
 
-/// A root of a part of the spectrum at N parameters, with approximate derivatives with respect to them.
+/// A root of a part of the spectrum at N parameters, with approximate derivatives with respect to
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Follower<const N: usize> {
     pub part: SpectrumPart,
@@ -30,17 +31,37 @@ pub(super) struct Follower<const N: usize> {
 
 impl<const N: usize> Follower<N> {
     /// A known root. Its derivatives are set to zero.
-    pub fn new(linear: &Linearisation, at: SVector<f64, N>, PartRoot { part, value: root }: PartRoot) -> Self {
+    pub fn new(
+        linear: &Linearisation,
+        at: SVector<f64, N>,
+        PartRoot { part, value: root }: PartRoot,
+    ) -> Self {
         let slope = SVector::zeros();
-        Self { part, at, root, slope, rate: linear.characteristic.slowest_rate(), elements: linear.elements() }
+        Self {
+            part,
+            at,
+            root,
+            slope,
+            rate: linear.characteristic.slowest_rate(),
+            elements: linear.elements(),
+        }
     }
 
     /// The root next to an angular frequency (1/s) on the axis.
-    pub fn on_axis(linear: &Linearisation, at: SVector<f64, N>, frequency: f64) -> Result<Self, StabilityError> {
+    pub fn on_axis(
+        linear: &Linearisation,
+        at: SVector<f64, N>,
+        frequency: f64,
+    ) -> Result<Self, StabilityError> {
         let start = Complex::new(0.0, frequency);
         let what = "the root at the start of the boundary, next to the given frequency,";
-        let none = StabilityError::NoConvergence { what, residual: f64::INFINITY };
-        nearest(linear, start, |_| true).map(|root| Self::new(linear, at, root)).ok_or(none)
+        let none = StabilityError::NoConvergence {
+            what,
+            residual: f64::INFINITY,
+        };
+        nearest(linear, start, |_| true)
+            .map(|root| Self::new(linear, at, root))
+            .ok_or(none)
     }
 
     /// Whether |Re λ| is below a share of the root's size, or of the slowest rate.
@@ -50,7 +71,11 @@ impl<const N: usize> Follower<N> {
 
     /// The angular frequency, 1/s; zero up to rounding is zero.
     pub fn frequency(&self) -> f64 {
-        if self.root.im.abs() < 1e-9 * self.rate { 0.0 } else { self.root.im.abs() }
+        if self.root.im.abs() < 1e-9 * self.rate {
+            0.0
+        } else {
+            self.root.im.abs()
+        }
     }
 
     /// The root that the derivatives predict.
@@ -58,8 +83,8 @@ impl<const N: usize> Follower<N> {
         self.root + self.slope.dot(&(to - self.at).map(Complex::from))
     }
 
-    /// Moves to other parameters, at which a value of the root is expected, and corrects the derivatives by the
-    /// change of the root (Broyden's update).
+    /// Moves to other parameters, at which a value of the root is expected, and corrects the
+    /// derivatives by the change of the root (Broyden's update).
     ///
     /// # Errors
     /// A root that is not where it is expected.
@@ -71,24 +96,33 @@ impl<const N: usize> Follower<N> {
     ) -> Result<(), StabilityError> {
         let root = find(linear, self.part, expected)?;
         let step = (to - self.at).map(Complex::from);
-        self.slope += step * ((root - self.predict(&to)) / Complex::from((to - self.at).norm_squared()));
+        self.slope +=
+            step * ((root - self.predict(&to)) / Complex::from((to - self.at).norm_squared()));
         (self.at, self.root, self.rate) = (to, root, linear.characteristic.slowest_rate());
         self.elements = linear.elements();
         Ok(())
     }
 
-    /// Replaces the root by the corresponding one of a linearisation on another mesh, at the same parameters.
-    /// The derivatives do not change.
+    /// Replaces the root by the corresponding one of a linearisation on another mesh, at the same
+    /// parameters. The derivatives do not change.
     ///
     /// # Errors
     /// A root that is not where it is expected.
-    pub fn change_mesh(&mut self, expected: Complex<f64>, linear: &Linearisation) -> Result<(), StabilityError> {
-        PartRoot { part: self.part, value: self.root } = find_alike(linear, self.part, expected)?;
+    pub fn change_mesh(
+        &mut self,
+        expected: Complex<f64>,
+        linear: &Linearisation,
+    ) -> Result<(), StabilityError> {
+        PartRoot {
+            part: self.part,
+            value: self.root,
+        } = find_alike(linear, self.part, expected)?;
         (self.rate, self.elements) = (linear.characteristic.slowest_rate(), linear.elements());
         Ok(())
     }
 
-    /// The shortest step of the free parameters (one where free, zero where fixed) that brings the root to the axis.
+    /// The shortest step of the free parameters (one where free, zero where fixed) that brings the
+    /// root to the axis.
     pub fn step_to_axis(&self, free: &SVector<f64, N>) -> SVector<f64, N> {
         let across = self.slope.map(|z| z.re).component_mul(free);
         across * (-self.root.re / across.norm_squared())
@@ -108,8 +142,8 @@ impl<const N: usize> Follower<N> {
     pub fn differentiate(&mut self, family: &mut LinearFamily<N>) -> Result<(), StabilityError> {
         for k in 0..N {
             let mut to = self.at;
-            // Parameters are measured in units of their ranges. The relative rounding error of the root is
-            // 1e-12, and two digits of the derivatives suffice.
+            // Parameters are measured in units of their ranges. The relative rounding error of the
+            // root is 1e-12, and two digits of the derivatives suffice.
             to[k] += 1e-6;
             self.advance(to, self.predict(&to), &family(&to)?)?;
         }
@@ -131,7 +165,11 @@ impl<const N: usize> Follower<N> {
             let step = self.step_to_axis(free);
             let size = step.norm();
             // The distance after a step decreases in the same ratio as the steps.
-            let distance = if last.is_finite() { size * (size / last) } else { size };
+            let distance = if last.is_finite() {
+                size * (size / last)
+            } else {
+                size
+            };
             if distance < close {
                 self.end_on_axis(&step);
                 return Ok(());
@@ -144,35 +182,69 @@ impl<const N: usize> Follower<N> {
             self.advance(to, self.predict(&to), &family(&to)?)?;
             last = size;
         }
-        Err(StabilityError::NoConvergence { what: "boundary of stability", residual: last })
+        Err(StabilityError::NoConvergence {
+            what: "boundary of stability",
+            residual: last,
+        })
     }
 }
 
-/// The root nearest to its expected value among all parts that are isolated or essential as a part of another
-/// mesh is. The parts of two meshes need not correspond where tissue varies from point to point.
-pub(super) fn find_alike(linear: &Linearisation, part: SpectrumPart, expected: Complex<f64>) -> Outcome<PartRoot> {
-    let alike =
-        |name: SpectrumPart| matches!(name, SpectrumPart::Essential(_)) == matches!(part, SpectrumPart::Essential(_));
+/// The root nearest to its expected value among all parts that are isolated or essential as a part
+/// of another mesh is. The parts of two meshes need not correspond where tissue varies from point
+/// to point.
+pub(super) fn find_alike(
+    linear: &Linearisation,
+    part: SpectrumPart,
+    expected: Complex<f64>,
+) -> Outcome<PartRoot> {
+    let alike = |name: SpectrumPart| {
+        matches!(name, SpectrumPart::Essential(_)) == matches!(part, SpectrumPart::Essential(_))
+    };
     nearest(linear, expected, alike).ok_or_else(|| lost(expected.norm()))
 }
 
 /// The root nearest to its expected value among some parts.
-fn nearest(linear: &Linearisation, expected: Complex<f64>, of: impl Fn(SpectrumPart) -> bool) -> Option<PartRoot> {
-    let root = |part| find(linear, part, expected).ok().map(|value| PartRoot { part, value });
+fn nearest(
+    linear: &Linearisation,
+    expected: Complex<f64>,
+    of: impl Fn(SpectrumPart) -> bool,
+) -> Option<PartRoot> {
+    let root = |part| {
+        find(linear, part, expected)
+            .ok()
+            .map(|value| PartRoot { part, value })
+    };
     let distance = |root: &PartRoot| (root.value - expected).norm();
-    linear.parts().filter(|part| of(*part)).filter_map(root).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    linear
+        .parts()
+        .filter(|part| of(*part))
+        .filter_map(root)
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 fn lost(residual: f64) -> StabilityError {
-    StabilityError::NoConvergence { what: "root that is followed", residual }
+    StabilityError::NoConvergence {
+        what: "root that is followed",
+        residual,
+    }
 }
 
 /// The root of a part next to its expected value.
-fn find(linear: &Linearisation, part: SpectrumPart, expected: Complex<f64>) -> Outcome<Complex<f64>> {
+fn find(
+    linear: &Linearisation,
+    part: SpectrumPart,
+    expected: Complex<f64>,
+) -> Outcome<Complex<f64>> {
     // A part may not exist for some parameters.
-    let root = linear.root_near(part, expected)?.ok_or_else(|| lost(f64::NAN))?;
+    let root = linear
+        .root_near(part, expected)?
+        .ok_or_else(|| lost(f64::NAN))?;
     let jump = (root - expected).norm();
-    if jump < JUMP * expected.norm().max(linear.characteristic.slowest_rate()) { Ok(root) } else { Err(lost(jump)) }
+    if jump < JUMP * expected.norm().max(linear.characteristic.slowest_rate()) {
+        Ok(root)
+    } else {
+        Err(lost(jump))
+    }
 }
 
 /// Families of linearisations with known roots.
@@ -188,8 +260,8 @@ pub(super) mod samples {
     use crate::shoot::Shoot;
     use crate::tropism::{Declaration, Growing, Site, TropismLaw};
 
-    /// A law whose growth gradient is a matrix times the strain at the same place, without delay. With REGR of
-    /// 1/s the roots of a weightless shoot are the eigenvalues of the matrix.
+    /// A law whose growth gradient is a matrix times the strain at the same place, without delay.
+    /// With REGR of 1/s the roots of a weightless shoot are the eigenvalues of the matrix.
     struct Matrix([[f64; 2]; 2]);
 
     impl TropismLaw for Matrix {
@@ -209,16 +281,22 @@ pub(super) mod samples {
     }
 
     pub(in crate::stability) fn linear(matrix: [[f64; 2]; 2], elements: usize) -> Linearisation {
-        let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-            .length(0.1)
-            .radius(1e-3)
-            .elements(elements)
-            .order(Order::Four)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.2, time: 1.0 }))
-            .tropism(Matrix(matrix))
-            .scene(Still::weightless())
-            .build()
-            .unwrap();
+        let shoot = Shoot::builder(LinearElastic {
+            youngs_modulus: 1e7,
+            poissons_ratio: 0.5,
+        })
+        .length(0.1)
+        .radius(1e-3)
+        .elements(elements)
+        .order(Order::Four)
+        .growth(Ongoing(UniformGrowth {
+            zone_length: 0.2,
+            time: 1.0,
+        }))
+        .tropism(Matrix(matrix))
+        .scene(Still::weightless())
+        .build()
+        .unwrap();
         Linearisation::about(&shoot).unwrap()
     }
 
@@ -227,14 +305,20 @@ pub(super) mod samples {
         linear([[root.re, -root.im], [root.im, root.re]], 1)
     }
 
-    /// The root of a family with two parameters, on the axis along the circle |p| = 1, and there at the
-    /// frequency 2 + p1/2.
+    /// The root of a family with two parameters, on the axis along the circle |p| = 1, and there at
+    /// the frequency 2 + p1/2.
     pub(in crate::stability) fn circle(p: [f64; 2]) -> Complex<f64> {
         Complex::new(p[0] * p[0] + p[1] * p[1] - 1.0, 2.0 + 0.5 * p[0])
     }
 
     pub(in crate::stability) fn is_lost<T>(answer: &Outcome<T>) -> bool {
-        matches!(answer, Err(StabilityError::NoConvergence { what: "root that is followed", .. }))
+        matches!(
+            answer,
+            Err(StabilityError::NoConvergence {
+                what: "root that is followed",
+                ..
+            })
+        )
     }
 }
 

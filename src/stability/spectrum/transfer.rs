@@ -7,8 +7,8 @@ use crate::error::{ParameterError, ensure};
 use crate::linearisation::{AnalyticMatrix, StabilityError, SteadyLaws, eigenvalues};
 use crate::tropism::{Declaration, TropismLaw, law_matrices};
 
-/// Largest relative difference of two matrices that are equal up to the rounding of the differences from which
-/// they are computed.
+/// Largest relative difference of two matrices that are equal up to the rounding of the differences
+/// from which they are computed.
 pub(super) const ROUNDING: f64 = 1e-8;
 
 /// Derivatives of the laws at one material point.
@@ -25,12 +25,14 @@ pub(in crate::stability) struct TransferFunction {
     pub gradient_x: DMatrix<f64>,
     /// ∂stimuli/∂strain at the point itself, three columns.
     pub local: DMatrix<f64>,
-    /// Own rates of the variables, 1/s: the eigenvalues of ∂rates/∂variables. Empty before `find_own_rates`.
+    /// Own rates of the variables, 1/s: the eigenvalues of ∂rates/∂variables. Empty before
+    /// `find_own_rates`.
     pub own_rates: Vec<Complex<f64>>,
-    /// Own rates of the variables through which the strain at the point acts on its own gradient, and those
-    /// that grow, 1/s.
+    /// Own rates of the variables through which the strain at the point acts on its own gradient,
+    /// and those that grow, 1/s.
     pub local_rates: Vec<Complex<f64>>,
-    /// Sets of variables whose rates depend on each other. ∂rates/∂variables is block diagonal by them.
+    /// Sets of variables whose rates depend on each other. ∂rates/∂variables is block diagonal by
+    /// them.
     sets: Vec<Vec<usize>>,
 }
 
@@ -51,7 +53,11 @@ impl TransferFunction {
             law_matrices(law, &steady.places[point], y.as_slice(), x.as_slice());
         let mut out = Self {
             rate,
-            delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(0.0)).collect(),
+            delays: laws
+                .variables()
+                .iter()
+                .map(|variable| variable.delay.unwrap_or(0.0))
+                .collect(),
             rates_y,
             rates_x,
             gradient_y,
@@ -61,8 +67,18 @@ impl TransferFunction {
             local_rates: Vec::new(),
             sets: Vec::new(),
         };
-        let finite = rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite());
-        ensure(finite, StabilityError::NotFinite { what: "derivative of the laws" })?;
+        let finite = rate.is_finite()
+            && out
+                .derivatives()
+                .into_iter()
+                .flatten()
+                .all(|x| x.is_finite());
+        ensure(
+            finite,
+            StabilityError::NotFinite {
+                what: "derivative of the laws",
+            },
+        )?;
         for (j, variable) in laws.variables().iter().enumerate() {
             match variable.delay {
                 Some(delay) => ParameterError::not_negative("delay of a law", delay, "s")?,
@@ -75,7 +91,8 @@ impl TransferFunction {
         Ok(out)
     }
 
-    /// Number of operations of a factorisation: Σ n³ over the sets of n variables that depend on each other.
+    /// Number of operations of a factorisation: Σ n³ over the sets of n variables that depend on
+    /// each other.
     pub fn work(&self) -> f64 {
         self.sets.iter().map(|set| (set.len() as f64).powi(3)).sum()
     }
@@ -85,12 +102,17 @@ impl TransferFunction {
         // Smaller rates are rounding errors of the differences.
         let noise = 1e-9 * self.rates_y.amax();
         for set in &self.sets {
-            let block = DMatrix::from_fn(set.len(), set.len(), |i, j| self.rates_y[(set[i], set[j])]);
+            let block =
+                DMatrix::from_fn(set.len(), set.len(), |i, j| self.rates_y[(set[i], set[j])]);
             let mut rates = eigenvalues(&block, "search for the laws' own rates")?;
-            rates.iter_mut().filter(|rate| rate.norm() <= noise).for_each(|rate| *rate = Complex::ZERO);
+            rates
+                .iter_mut()
+                .filter(|rate| rate.norm() <= noise)
+                .for_each(|rate| *rate = Complex::ZERO);
             let driven = (self.rates_x.select_rows(set) * &self.local).amax() > 0.0;
             let acts = driven && self.gradient_y.select_columns(set).amax() > 0.0;
-            self.local_rates.extend(rates.iter().filter(|rate| acts || rate.re > 0.0));
+            self.local_rates
+                .extend(rates.iter().filter(|rate| acts || rate.re > 0.0));
             self.own_rates.append(&mut rates);
         }
         Ok(())
@@ -98,13 +120,25 @@ impl TransferFunction {
 
     /// Whether two points have the same transfer function, up to rounding.
     pub fn is_like(&self, other: &Self) -> bool {
-        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ROUNDING * a.amax().max(b.amax());
+        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| {
+            (a - b).amax() <= ROUNDING * a.amax().max(b.amax())
+        };
         (self.rate - other.rate).abs() <= ROUNDING * self.rate.abs()
-            && self.derivatives().into_iter().zip(other.derivatives()).all(near)
+            && self
+                .derivatives()
+                .into_iter()
+                .zip(other.derivatives())
+                .all(near)
     }
 
     fn derivatives(&self) -> [&DMatrix<f64>; 5] {
-        [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local]
+        [
+            &self.rates_y,
+            &self.rates_x,
+            &self.gradient_y,
+            &self.gradient_x,
+            &self.local,
+        ]
     }
 
     /// The components of the intrinsic strain that change with variables or stimuli.
@@ -113,11 +147,11 @@ impl TransferFunction {
         (0..3).filter(|&c| self.rate != 0.0 && reads(c)).collect()
     }
 
-    /// A bound of all |λ| with Re λ ≥ `abscissa` that do not exceed the norm of T(λ) X, for stimuli X of
-    /// these sizes.
+    /// A bound of all |λ| with Re λ ≥ `abscissa` that do not exceed the norm of T(λ) X, for stimuli
+    /// X of these sizes.
     pub fn radius(&self, stimuli: &DVector<f64>, abscissa: f64) -> f64 {
-        // The sizes of the variables are estimated from the stimuli on which their rates depend, directly and through
-        // other variables. The bound holds for any positive sizes.
+        // The sizes of the variables are estimated from the stimuli on which their rates depend,
+        // directly and through other variables. The bound holds for any positive sizes.
         let rate = self.rates_y.amax().max(f64::MIN_POSITIVE);
         let driven = self.rates_x.abs() * stimuli / rate;
         let mut sizes = driven.clone();
@@ -132,7 +166,8 @@ impl TransferFunction {
         let all = self.rate * (stimuli.len() as f64).sqrt();
         let direct = all * scaled(&self.gradient_x, |_, k| stimuli[k]).norm();
         let read = scaled(&self.gradient_y, |_, j| sizes[j]).norm();
-        let filtered = all * read * grown * scaled(&self.rates_x, |i, k| stimuli[k] / sizes[i]).norm();
+        let filtered =
+            all * read * grown * scaled(&self.rates_x, |i, k| stimuli[k] / sizes[i]).norm();
         let relax = scaled(&self.rates_y, |i, j| sizes[j] / sizes[i]).norm();
         // (R − direct)(R − relax) = filtered.
         let (sum, product) = (direct + relax, direct * relax - filtered);
@@ -150,26 +185,36 @@ impl TransferFunction {
             if driven.amax() == 0.0 {
                 continue;
             }
-            // The matrix is singular only where λ is one of the own rates, left of every region that is searched.
+            // The matrix is singular only where λ is one of the own rates, left of every region
+            // that is searched.
             let n = set.len();
             let filter = DMatrix::from_fn(n, n, |i, j| {
                 let rate = Complex::from(self.rates_y[(set[i], set[j])]);
                 if i == j { z - rate } else { -rate }
             });
             let filter = filter.lu();
-            let solve = |right: &DMatrix<Complex<f64>>| filter.solve(right).unwrap_or_else(|| nan(n, right.ncols()));
+            let solve = |right: &DMatrix<Complex<f64>>| {
+                filter.solve(right).unwrap_or_else(|| nan(n, right.ncols()))
+            };
             let filtered = solve(&driven.map(Complex::from));
             let twice = solve(&filtered);
-            let read = DMatrix::from_fn(3, n, |c, j| (-z * self.delays[set[j]]).exp() * self.gradient_y[(c, set[j])]);
+            let read = DMatrix::from_fn(3, n, |c, j| {
+                (-z * self.delays[set[j]]).exp() * self.gradient_y[(c, set[j])]
+            });
             let later = DMatrix::from_fn(3, n, |c, j| -read[(c, j)] * self.delays[set[j]]);
             derivative += later * &filtered - &read * twice;
             value += read * filtered;
         }
-        AnalyticMatrix { value: value * rate, derivative: derivative * rate }
+        AnalyticMatrix {
+            value: value * rate,
+            derivative: derivative * rate,
+        }
     }
 }
 
 /// A matrix with each entry multiplied by a factor.
 fn scaled(matrix: &DMatrix<f64>, factor: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
-    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * factor(i, j))
+    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        matrix[(i, j)] * factor(i, j)
+    })
 }

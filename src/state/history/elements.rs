@@ -16,8 +16,8 @@ fn combine(weights: &[f64; MAX_POINTS], rows: [&[f64]; MAX_POINTS], to: &mut [f6
 }
 
 impl History {
-    /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two parts, at
-    /// every level.
+    /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two
+    /// parts, at every level.
     pub fn split(&mut self, first: usize, p: usize, parts: &[PartWeights; 2]) {
         let width = self.width();
         for level in &mut self.levels {
@@ -32,8 +32,11 @@ impl History {
             // Weights of points that an element of lower order does not have are zero.
             let old = std::array::from_fn(|g| &old[(p - 1 - g.min(p - 1)) * width..][..width]);
             let weights = parts.iter().flat_map(|part| &part[..p]);
-            let new = rows_of_parts[from..to + size].chunks_exact_mut(width.max(1)).rev();
-            new.zip(weights).for_each(|(to, weights)| combine(weights, old, to));
+            let new = rows_of_parts[from..to + size]
+                .chunks_exact_mut(width.max(1))
+                .rev();
+            new.zip(weights)
+                .for_each(|(to, weights)| combine(weights, old, to));
             rows.truncate(end + size);
         }
     }

@@ -70,14 +70,25 @@ pub struct Canvas<'a> {
     error: Option<io::Error>,
 }
 
-/// Draws a figure of the given width and height and writes it to a file. One pixel of them is `scale` pixels of the
-/// file.
-pub fn write(file: &Path, [width, height]: [f64; 2], scale: f64, draw: impl FnOnce(&mut Canvas)) -> io::Result<()> {
+/// Draws a figure of the given width and height and writes it to a file. One pixel of them is
+/// `scale` pixels of the file.
+pub fn write(
+    file: &Path,
+    [width, height]: [f64; 2],
+    scale: f64,
+    draw: impl FnOnce(&mut Canvas),
+) -> io::Result<()> {
     let size = (units(width) as u32, units(height) as u32);
     let mut svg = String::new();
     {
-        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut svg, size), error: None };
-        canvas.area(&[(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)], RGBColor(255, 255, 255));
+        let mut canvas = Canvas {
+            backend: SVGBackend::with_string(&mut svg, size),
+            error: None,
+        };
+        canvas.area(
+            &[(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)],
+            RGBColor(255, 255, 255),
+        );
         draw(&mut canvas);
         let presented = canvas.backend.present();
         canvas.keep(presented);
@@ -87,7 +98,9 @@ pub fn write(file: &Path, [width, height]: [f64; 2], scale: f64, draw: impl FnOn
     }
     // Attributes that all elements share are set once on the root element, which makes the file
     // smaller.
-    let svg = svg.replace("<polyline fill=\"none\"", "<polyline").replace(" opacity=\"1\"", "");
+    let svg = svg
+        .replace("<polyline fill=\"none\"", "<polyline")
+        .replace(" opacity=\"1\"", "");
     // The view box remains in backend units. Round caps close the joints of lines that are drawn
     // piecewise in several colours.
     let fine = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
@@ -99,9 +112,14 @@ pub fn write(file: &Path, [width, height]: [f64; 2], scale: f64, draw: impl FnOn
     let content = match file.extension().and_then(|ending| ending.to_str()) {
         Some("png") => png(&svg),
         Some("svg") => Ok(svg.into_bytes()),
-        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "the name of a figure must end with .svg or .png")),
+        _ => Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "the name of a figure must end with .svg or .png",
+        )),
     };
-    content.and_then(|content| fs::write(file, content)).map_err(|error| named(file, &error))
+    content
+        .and_then(|content| fs::write(file, content))
+        .map_err(|error| named(file, &error))
 }
 
 /// Converts a figure to PNG with 300 dots per inch.
@@ -111,25 +129,48 @@ fn png(svg: &str) -> io::Result<Vec<u8>> {
     /// Dots per pixel.
     const DOTS: f32 = 300.0 / 96.0;
     /// Families that stand for "sans-serif", the first that is installed; otherwise any family.
-    const FAMILIES: [&str; 5] = ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans", "Noto Sans"];
+    const FAMILIES: [&str; 5] = [
+        "Helvetica",
+        "Arial",
+        "Liberation Sans",
+        "DejaVu Sans",
+        "Noto Sans",
+    ];
     let mut options = usvg::Options::default();
     let fonts = options.fontdb_mut();
     fonts.load_system_fonts();
-    let names: Vec<String> = fonts.faces().flat_map(|face| &face.families).map(|(name, _)| name.clone()).collect();
-    let known = FAMILIES.into_iter().find(|family| names.iter().any(|name| name == family));
+    let names: Vec<String> = fonts
+        .faces()
+        .flat_map(|face| &face.families)
+        .map(|(name, _)| name.clone())
+        .collect();
+    let known = FAMILIES
+        .into_iter()
+        .find(|family| names.iter().any(|name| name == family));
     let family = known.or(names.first().map(String::as_str));
-    fonts.set_sans_serif_family(family.ok_or_else(|| io::Error::other("PNG needs a font, and none is installed"))?);
+    fonts.set_sans_serif_family(
+        family.ok_or_else(|| io::Error::other("PNG needs a font, and none is installed"))?,
+    );
     let tree = usvg::Tree::from_str(svg, &options).map_err(io::Error::other)?;
-    let [width, height] = [tree.size().width(), tree.size().height()].map(|pixels| (pixels * DOTS).ceil() as u32);
-    let mut dots = tiny_skia::Pixmap::new(width, height).ok_or_else(|| io::Error::other("the figure is too large"))?;
-    resvg::render(&tree, tiny_skia::Transform::from_scale(DOTS, DOTS), &mut dots.as_mut());
+    let [width, height] =
+        [tree.size().width(), tree.size().height()].map(|pixels| (pixels * DOTS).ceil() as u32);
+    let mut dots = tiny_skia::Pixmap::new(width, height)
+        .ok_or_else(|| io::Error::other("the figure is too large"))?;
+    resvg::render(
+        &tree,
+        tiny_skia::Transform::from_scale(DOTS, DOTS),
+        &mut dots.as_mut(),
+    );
     dots.encode_png().map_err(io::Error::other)
 }
 
 /// Reports that the package was compiled without PNG.
 #[cfg(not(feature = "png"))]
 fn png(_: &str) -> io::Result<Vec<u8>> {
-    Err(io::Error::new(io::ErrorKind::Unsupported, "PNG needs the feature `png` of morphorod-plot"))
+    Err(io::Error::new(
+        io::ErrorKind::Unsupported,
+        "PNG needs the feature `png` of morphorod-plot",
+    ))
 }
 
 impl Canvas<'_> {
@@ -147,8 +188,8 @@ impl Canvas<'_> {
         self.keep(result);
     }
 
-    /// Draws a line through the points with a pattern: lengths of dashes and gaps in turn, in widths of the line. The
-    /// line is solid without a pattern.
+    /// Draws a line through the points with a pattern: lengths of dashes and gaps in turn, in
+    /// widths of the line. The line is solid without a pattern.
     pub fn dashed(&mut self, path: &[Point], colour: RGBColor, width: f64, pattern: &[f64]) {
         if pattern.is_empty() || path.len() < 2 {
             return self.line(path, colour, width);
@@ -206,18 +247,29 @@ impl Canvas<'_> {
         if label.upwards {
             font = font.transform(FontTransform::Rotate270);
         }
-        let style = TextStyle::from(font).color(&label.colour).pos(Pos::new(label.h, label.v));
+        let style = TextStyle::from(font)
+            .color(&label.colour)
+            .pos(Pos::new(label.h, label.v));
         let result = self.backend.draw_text(text, &style, fine(label.at));
         self.keep(result);
     }
 
     /// Draws a text of the size of tick labels to the right of a place.
     pub fn text_beside(&mut self, text: &str, x: f64, y: f64) {
-        self.text(text, Label { size: super::TICK_SIZE, h: HPos::Left, ..Label::new(x, y) });
+        self.text(
+            text,
+            Label {
+                size: super::TICK_SIZE,
+                h: HPos::Left,
+                ..Label::new(x, y)
+            },
+        );
     }
 
     fn circle(&mut self, centre: Point, radius: f64, style: ShapeStyle, fill: bool) {
-        let result = self.backend.draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
+        let result =
+            self.backend
+                .draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
         self.keep(result);
     }
 
@@ -254,7 +306,11 @@ fn simplify(path: &[Point], kept: &mut Vec<Point>) {
 }
 
 fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
-    ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: units(width) as u32 }
+    ShapeStyle {
+        color: colour.to_rgba(),
+        filled: false,
+        stroke_width: units(width) as u32,
+    }
 }
 
 fn fine(point: Point) -> (i32, i32) {

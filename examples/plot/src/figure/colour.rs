@@ -69,20 +69,36 @@ impl ColourScale {
         let range = match range.length() > 0.0 {
             true => range.not_empty(),
             false if range.centre() == 0.0 => Range { lo: 0.0, hi: 1.0 },
-            false => Range { lo: range.centre().min(0.0), hi: range.centre().max(0.0) },
+            false => Range {
+                lo: range.centre().min(0.0),
+                hi: range.centre().max(0.0),
+            },
         };
-        Self { axis: Axis::linear("time (h)", range) }
+        Self {
+            axis: Axis::linear("time (h)", range),
+        }
     }
 
     /// Returns a scale of the share of an interval.
     pub fn share_of(label: &str) -> Self {
-        Self { axis: Axis::linear(label, Range { lo: 0.0, hi: 1.0 }) }
+        Self {
+            axis: Axis::linear(label, Range { lo: 0.0, hi: 1.0 }),
+        }
     }
 
     /// Returns a logarithmic scale. Values outside have the colour of the nearer end.
     pub fn logarithmic(label: &str, lo: f64, hi: f64) -> Self {
-        let range = Range { lo: lo.log10(), hi: hi.log10() };
-        Self { axis: Axis { label: label.into(), range, log: true } }
+        let range = Range {
+            lo: lo.log10(),
+            hi: hi.log10(),
+        };
+        Self {
+            axis: Axis {
+                label: label.into(),
+                range,
+                log: true,
+            },
+        }
     }
 
     /// Returns the colour of a value.
@@ -101,7 +117,12 @@ impl ColourScale {
     }
 
     /// Draws a line coloured by a value at each point; `None` is a gap.
-    pub fn line(&self, canvas: &mut Canvas, path: impl Iterator<Item = (f64, Option<Point>)>, width: f64) {
+    pub fn line(
+        &self,
+        canvas: &mut Canvas,
+        path: impl Iterator<Item = (f64, Option<Point>)>,
+        width: f64,
+    ) {
         let (mut run, mut run_step): (Vec<Point>, _) = (Vec::new(), 0);
         let mut path = path.peekable();
         while let Some((value, point)) = path.next() {
@@ -133,7 +154,9 @@ impl ColourScale {
     /// Draws the colour bar with its lower left corner at (`left`, `bottom`).
     pub fn draw_bar(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
         let right = left + 22.0;
-        let Axis { range, label: name, .. } = &self.axis;
+        let Axis {
+            range, label: name, ..
+        } = &self.axis;
         // On a logarithmic scale, the positions of ticks and the range are logarithms.
         let y = |place: f64| bottom - (bottom - top) * (place - range.lo) / range.length();
         for step in 0..STEPS {
@@ -143,7 +166,17 @@ impl ColourScale {
             let corners = [(left, lower), (right, lower), (right, top), (left, top)];
             canvas.area(&corners, step_colour(step));
         }
-        canvas.line(&Rect { left, top, right, bottom }.outline(), FRAME, 1.0);
+        canvas.line(
+            &Rect {
+                left,
+                top,
+                right,
+                bottom,
+            }
+            .outline(),
+            FRAME,
+            1.0,
+        );
         let ticks = self.axis.ticks(((bottom - top) / 50.0) as usize);
         let unit = ticks.axis_label(name);
         for (place, text) in ticks.labelled() {
@@ -151,7 +184,10 @@ impl ColourScale {
             canvas.text_beside(text, right + 10.0, y(place));
         }
         let widest = ticks.width(TICK_SIZE);
-        let label = Label { upwards: true, ..Label::new(right + 10.0 + widest + 16.0, (top + bottom) / 2.0) };
+        let label = Label {
+            upwards: true,
+            ..Label::new(right + 10.0 + widest + 16.0, (top + bottom) / 2.0)
+        };
         canvas.text(&unit, label.fitted(&unit, bottom - top));
     }
 }

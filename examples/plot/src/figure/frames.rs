@@ -49,35 +49,70 @@ impl Figure {
         let mm = |p: &[f64; 3]| p.map(|c| c * MM_PER_M);
         let points = all().flat_map(|shape| shape.line.iter().map(mm));
         let ranges = space_ranges(points).map(|range| range.padded(LENGTH));
-        let director = LENGTH * ranges.iter().map(|range| range.length()).fold(0.0, f64::max);
+        let director = LENGTH
+            * ranges
+                .iter()
+                .map(|range| range.length())
+                .fold(0.0, f64::max);
         let time = ColourScale::time(all().map(|shape| shape.hours));
         let column = (wide - BAR_COLUMN) / panels.len().max(2) as f64;
         let (width, height) = extent(ranges);
         let row = ABOVE + (column - 167.0) * height / width + BELOW;
         self.draw(2, band + row + 40.0, |canvas| {
-            for (i, FramedPanel { name, shapes, track }) in panels.iter().enumerate() {
+            for (
+                i,
+                FramedPanel {
+                    name,
+                    shapes,
+                    track,
+                },
+            ) in panels.iter().enumerate()
+            {
                 let left = column * i as f64;
-                let view = View::new(Rect { left, top: band, right: left + column, bottom: band + row }, ranges);
+                let view = View::new(
+                    Rect {
+                        left,
+                        top: band,
+                        right: left + column,
+                        bottom: band + row,
+                    },
+                    ranges,
+                );
                 view.draw(canvas, NAMES);
                 canvas.text(name, Label::new(left + 0.5 * column, band + 14.0));
-                let projection: Vec<Point> = track.iter().filter_map(|p| view.foot(mm(p))).collect();
+                let projection: Vec<Point> =
+                    track.iter().filter_map(|p| view.foot(mm(p))).collect();
                 canvas.line(&projection, TRACK[1], 1.6);
                 let tip: Vec<Point> = track.iter().filter_map(|p| view.at(mm(p))).collect();
                 canvas.line(&tip, TRACK[0], 1.6);
                 for shape in shapes {
-                    time.line(canvas, shape.line.iter().map(|p| (shape.hours, view.at(mm(p)))), 2.6);
+                    time.line(
+                        canvas,
+                        shape.line.iter().map(|p| (shape.hours, view.at(mm(p)))),
+                        2.6,
+                    );
                     for [position, directors @ ..] in &shape.directors {
                         let from = mm(position);
                         for (d, colour) in directors.iter().zip([0, 1]) {
                             let to = [0, 1, 2].map(|axis| from[axis] + director * d[axis]);
                             if let (Some(from), Some(to)) = (view.at(from), view.at(to)) {
-                                canvas.dashed(&[from, to], palette(colour), 2.2, DIRECTORS[colour].pattern());
+                                canvas.dashed(
+                                    &[from, to],
+                                    palette(colour),
+                                    2.2,
+                                    DIRECTORS[colour].pattern(),
+                                );
                             }
                         }
                     }
                 }
             }
-            time.draw_bar(canvas, wide - BAR_COLUMN + 12.0, band + ABOVE, band + row - BELOW);
+            time.draw_bar(
+                canvas,
+                wide - BAR_COLUMN + 12.0,
+                band + ABOVE,
+                band + row - BELOW,
+            );
             let y = band + row + 14.0;
             let projection = "its projection onto the floor";
             let samples = [

@@ -30,21 +30,30 @@ pub fn listed<'a>(all: &[&'a Series]) -> Vec<&'a Series> {
     listed
 }
 
-/// Whether a legend is at the right of a panel. In a narrow figure it would leave no room for the panel.
+/// Whether a legend is at the right of a panel. In a narrow figure it would leave no room for the
+/// panel.
 pub fn is_beside(listed: &[&Series], wide: f64) -> bool {
     legend_width(listed) < 0.3 * wide
 }
 
 /// Returns the columns of a legend below the panels, each with its left edge.
-fn columns<'a, 'b>(series: &'a [&'b Series], wide: f64) -> impl Iterator<Item = (f64, &'a [&'b Series])> {
+fn columns<'a, 'b>(
+    series: &'a [&'b Series],
+    wide: f64,
+) -> impl Iterator<Item = (f64, &'a [&'b Series])> {
     let count = ((wide / COLUMN) as usize).max(1);
     let place = move |i: usize| MARGIN + (wide - MARGIN) / count as f64 * i as f64;
-    series.chunks(series.len().div_ceil(count).max(1)).enumerate().map(move |(i, column)| (place(i), column))
+    series
+        .chunks(series.len().div_ceil(count).max(1))
+        .enumerate()
+        .map(move |(i, column)| (place(i), column))
 }
 
 /// Returns the height of a legend below the panels.
 pub fn height_below(series: &[&Series], wide: f64) -> f64 {
-    columns(series, wide).map(|(_, column)| legend_height(column)).fold(0.0, f64::max)
+    columns(series, wide)
+        .map(|(_, column)| legend_height(column))
+        .fold(0.0, f64::max)
 }
 
 /// Draws a legend in columns below the panels.
@@ -54,14 +63,21 @@ pub fn draw_below(canvas: &mut Canvas, series: &[&Series], wide: f64, top: f64) 
 
 /// Returns the height of a legend.
 fn legend_height(series: &[&Series]) -> f64 {
-    series.iter().map(|s| LINE * wrapped(&s.label).len() as f64 + GAP).sum()
+    series
+        .iter()
+        .map(|s| LINE * wrapped(&s.label).len() as f64 + GAP)
+        .sum()
 }
 
 /// Returns the width of a legend, or zero if no series has a label.
 pub fn legend_width(series: &[&Series]) -> f64 {
     let lines = series.iter().flat_map(|s| wrapped(&s.label));
     let widest = lines.map(|l| text_width(&l, TICK_SIZE)).fold(0.0, f64::max);
-    if widest > 0.0 { SAMPLE + 10.0 + widest + 16.0 } else { 0.0 }
+    if widest > 0.0 {
+        SAMPLE + 10.0 + widest + 16.0
+    } else {
+        0.0
+    }
 }
 
 /// Draws the legend with its upper left corner at (`left`, `top`).
@@ -77,7 +93,10 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
             Style::Marked => canvas.line(&ends, colour, 1.4),
             Style::Area => {
                 let (right, above, under) = (left + SAMPLE, y - 9.0, y + 9.0);
-                canvas.area(&[(left, above), (right, above), (right, under), (left, under)], AREA);
+                canvas.area(
+                    &[(left, above), (right, above), (right, under), (left, under)],
+                    AREA,
+                );
             }
             Style::Points | Style::Badge | Style::Text | Style::Beside => {}
         }
@@ -106,7 +125,10 @@ pub fn draw_marker(canvas: &mut Canvas, centre: Point, series: &Series) {
         2 | 6 => &[(0.0, -6.2), (5.8, 4.2), (-5.8, 4.2)],
         _ => &[(0.0, -6.4), (6.4, 0.0), (0.0, 6.4), (-6.4, 0.0)],
     };
-    let corners: Vec<Point> = corners.iter().map(|c| (centre.0 + c.0, centre.1 + c.1)).collect();
+    let corners: Vec<Point> = corners
+        .iter()
+        .map(|c| (centre.0 + c.0, centre.1 + c.1))
+        .collect();
     canvas.area(&corners, paint);
 }
 
@@ -114,7 +136,10 @@ pub fn draw_marker(canvas: &mut Canvas, centre: Point, series: &Series) {
 pub fn draw_badge(canvas: &mut Canvas, centre: Point, text: &str, colour: usize) {
     canvas.ring(centre, 9.0, palette(colour), 1.6);
     // The middle of a line of text is slightly above the middle of its digits.
-    let label = Label { size: 0.85 * TICK_SIZE, ..Label::new(centre.0, centre.1 + 0.5) };
+    let label = Label {
+        size: 0.85 * TICK_SIZE,
+        ..Label::new(centre.0, centre.1 + 0.5)
+    };
     canvas.text(text, label);
 }
 

@@ -6,7 +6,9 @@ use plotters::style::RGBColor;
 
 use super::canvas::{Canvas, Label, Point};
 use super::colour::{AREA, ColourScale, ordered, palette};
-use super::legend::{draw_badge, draw_below, draw_legend, draw_marker, height_below, is_beside, legend_width, listed};
+use super::legend::{
+    draw_badge, draw_below, draw_legend, draw_marker, height_below, is_beside, legend_width, listed,
+};
 use super::panel::{ABOVE, Axis, Panel, Rect};
 use super::range::Range;
 use super::{BAR_COLUMN, Figure, MERGED};
@@ -38,8 +40,8 @@ pub enum Style {
 }
 
 impl Style {
-    /// Lengths of the dashes and gaps of a line in widths of the line; empty for a solid line. Round ends lengthen
-    /// dashes by one width.
+    /// Lengths of the dashes and gaps of a line in widths of the line; empty for a solid line.
+    /// Round ends lengthen dashes by one width.
     pub(super) fn pattern(self) -> &'static [f64] {
         match self {
             Self::Dashed => &[4.0, 3.5],
@@ -88,29 +90,54 @@ pub struct Series {
 
 impl Series {
     /// Returns a series with a colour of the palette.
-    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: Style, colour: usize) -> Self {
-        Self { label: label.into(), points, style, colour, rank: None, time: None, text: String::new() }
+    pub fn new(
+        label: impl Into<String>,
+        points: Vec<(f64, f64)>,
+        style: Style,
+        colour: usize,
+    ) -> Self {
+        Self {
+            label: label.into(),
+            points,
+            style,
+            colour,
+            rank: None,
+            time: None,
+            text: String::new(),
+        }
     }
 
     /// Returns a text at one place.
     pub fn text(text: impl Into<String>, at: (f64, f64), style: Style, colour: usize) -> Self {
-        Self { text: text.into(), ..Self::new("", vec![at], style, colour) }
+        Self {
+            text: text.into(),
+            ..Self::new("", vec![at], style, colour)
+        }
     }
 
     /// Adds a badge to the line sample in the legend.
     pub fn with_badge(self, text: impl Into<String>) -> Self {
-        Self { text: text.into(), ..self }
+        Self {
+            text: text.into(),
+            ..self
+        }
     }
 
     /// Colours one of `count` series of an ordered quantity: `index` 0 is dark and `count − 1` is
     /// light.
     pub fn ordered(self, index: usize, count: usize) -> Self {
-        Self { rank: Some(index as f64 / count.saturating_sub(1).max(1) as f64), ..self }
+        Self {
+            rank: Some(index as f64 / count.saturating_sub(1).max(1) as f64),
+            ..self
+        }
     }
 
     /// Colours one of several series by its time, h, with a colour bar at the right of the figure.
     pub fn at_time(self, hours: f64) -> Self {
-        Self { time: Some(hours), ..self }
+        Self {
+            time: Some(hours),
+            ..self
+        }
     }
 
     /// Returns the colour of the series.
@@ -121,62 +148,134 @@ impl Series {
 
 impl Figure {
     /// Draws several series in one panel with the legend at its right, or below a narrow panel.
-    pub fn lines(&self, x_label: &str, y_label: &str, series: &[Series], axes: Axes) -> io::Result<()> {
+    pub fn lines(
+        &self,
+        x_label: &str,
+        y_label: &str,
+        series: &[Series],
+        axes: Axes,
+    ) -> io::Result<()> {
         self.panels(x_label, y_label, &[("", series)], axes)
     }
 
-    /// Draws several panels side by side with one legend. The legend is at the right of a single panel,
-    /// or below several panels and narrow ones. Panels with [`Axes::Equal`] have their own ranges; other panels share
-    /// theirs.
-    pub fn panels(&self, x_label: &str, y_label: &str, panels: &[(&str, &[Series])], axes: Axes) -> io::Result<()> {
-        let panels: Vec<_> = panels.iter().map(|(name, series)| (*name, [x_label, y_label], *series)).collect();
+    /// Draws several panels side by side with one legend. The legend is at the right of a single
+    /// panel, or below several panels and narrow ones. Panels with [`Axes::Equal`] have their own
+    /// ranges; other panels share theirs.
+    pub fn panels(
+        &self,
+        x_label: &str,
+        y_label: &str,
+        panels: &[(&str, &[Series])],
+        axes: Axes,
+    ) -> io::Result<()> {
+        let panels: Vec<_> = panels
+            .iter()
+            .map(|(name, series)| (*name, [x_label, y_label], *series))
+            .collect();
         self.draw_panels(&panels, axes, axes == Axes::Equal)
     }
 
-    /// Draws several panels, each with its name, the labels of its axes, and its own ranges. More than three panels are
-    /// in rows of two, and the height of the figure is that of a row.
-    pub fn separate_panels(&self, panels: &[(&str, [&str; 2], &[Series])], axes: Axes) -> io::Result<()> {
+    /// Draws several panels, each with its name, the labels of its axes, and its own ranges. More
+    /// than three panels are in rows of two, and the height of the figure is that of a row.
+    pub fn separate_panels(
+        &self,
+        panels: &[(&str, [&str; 2], &[Series])],
+        axes: Axes,
+    ) -> io::Result<()> {
         self.draw_panels(panels, axes, true)
     }
 
     /// Draws panels with names and labels, and legend or colour bar.
-    fn draw_panels(&self, panels: &[(&str, [&str; 2], &[Series])], axes: Axes, own_ranges: bool) -> io::Result<()> {
+    fn draw_panels(
+        &self,
+        panels: &[(&str, [&str; 2], &[Series])],
+        axes: Axes,
+        own_ranges: bool,
+    ) -> io::Result<()> {
         let (wide, band) = (self.wide(panels.len()), self.band());
         let tall = self.tall(wide);
-        let times = || panels.iter().flat_map(|(.., series)| *series).filter_map(|one| one.time);
+        let times = || {
+            panels
+                .iter()
+                .flat_map(|(.., series)| *series)
+                .filter_map(|one| one.time)
+        };
         let time = times().next().map(|_| ColourScale::time(times()));
         let coloured = |one: &Series| match (&time, one.time) {
-            (Some(scale), Some(time)) => Series { rank: Some(scale.share(time)), ..one.clone() },
+            (Some(scale), Some(time)) => Series {
+                rank: Some(scale.share(time)),
+                ..one.clone()
+            },
             _ => one.clone(),
         };
-        let panels: Vec<(&str, [&str; 2], Vec<Series>)> =
-            panels.iter().map(|(name, labels, all)| (*name, *labels, all.iter().map(coloured).collect())).collect();
+        let panels: Vec<(&str, [&str; 2], Vec<Series>)> = panels
+            .iter()
+            .map(|(name, labels, all)| (*name, *labels, all.iter().map(coloured).collect()))
+            .collect();
         let all: Vec<&Series> = panels.iter().flat_map(|(.., series)| series).collect();
         let listed = listed(&all);
         let right = panels.len() == 1 && time.is_none() && is_beside(&listed, wide);
-        let beside = if right { legend_width(&listed) } else { time.as_ref().map_or(0.0, |_| BAR_COLUMN) };
-        let columns = if panels.len() > 3 { 2 } else { panels.len().max(1) };
+        let beside = if right {
+            legend_width(&listed)
+        } else {
+            time.as_ref().map_or(0.0, |_| BAR_COLUMN)
+        };
+        let columns = if panels.len() > 3 {
+            2
+        } else {
+            panels.len().max(1)
+        };
         let width = (wide - beside) / columns as f64;
         // A panel without a name needs no space for it.
-        let top = if panels.iter().all(|(name, ..)| name.is_empty()) { band - ABOVE } else { band };
+        let top = if panels.iter().all(|(name, ..)| name.is_empty()) {
+            band - ABOVE
+        } else {
+            band
+        };
         let row = tall - top;
         let bottom = tall + row * panels.len().div_ceil(columns).saturating_sub(1) as f64;
-        let height = bottom + 10.0 + if right { 0.0 } else { height_below(&listed, wide) };
+        let height = bottom
+            + 10.0
+            + if right {
+                0.0
+            } else {
+                height_below(&listed, wide)
+            };
         self.draw(panels.len(), height, |canvas| {
-            let mut frame = Rect { left: 0.0, top, right: wide, bottom };
+            let mut frame = Rect {
+                left: 0.0,
+                top,
+                right: wide,
+                bottom,
+            };
             for (i, (name, labels, series)) in panels.iter().enumerate() {
                 let (left, down) = (width * (i % columns) as f64, row * (i / columns) as f64);
-                let cell = Rect { left, top: top + down, right: left + width, bottom: tall + down };
-                let shown = if own_ranges { series.iter().collect() } else { all.clone() };
+                let cell = Rect {
+                    left,
+                    top: top + down,
+                    right: left + width,
+                    bottom: tall + down,
+                };
+                let shown = if own_ranges {
+                    series.iter().collect()
+                } else {
+                    all.clone()
+                };
                 let (x, y) = fitted_axes(labels[0], labels[1], &shown, axes);
                 let panel = Panel::new(cell, x, y, axes == Axes::Equal);
-                let (areas, rest): (Vec<&Series>, _) = series.iter().partition(|one| one.style == Style::Area);
-                areas.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+                let (areas, rest): (Vec<&Series>, _) =
+                    series.iter().partition(|one| one.style == Style::Area);
+                areas
+                    .into_iter()
+                    .for_each(|one| draw_series(canvas, &panel, one));
                 panel.draw(canvas, name);
-                rest.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+                rest.into_iter()
+                    .for_each(|one| draw_series(canvas, &panel, one));
                 frame = panel.frame();
             }
-            time.iter().for_each(|time| time.draw_bar(canvas, frame.right + 38.0, frame.top, frame.bottom));
+            time.iter().for_each(|time| {
+                time.draw_bar(canvas, frame.right + 38.0, frame.top, frame.bottom)
+            });
             if right {
                 draw_legend(canvas, &listed, wide - beside, frame.top);
             } else {
@@ -198,7 +297,11 @@ pub fn fitted_axes(x_label: &str, y_label: &str, series: &[&Series], axes: Axes)
         let points = series.iter().flat_map(|s| s.points.iter().copied());
         points.filter(move |(x, y)| usable(*x, log_x) && usable(*y, log_y))
     };
-    let padding = if series.iter().any(|one| one.style == Style::Area) { 0.0 } else { 0.04 };
+    let padding = if series.iter().any(|one| one.style == Style::Area) {
+        0.0
+    } else {
+        0.04
+    };
     (
         fitted_axis(x_label, shown().map(|p| p.0), log_x, padding),
         fitted_axis(y_label, shown().map(|p| p.1), log_y, padding),
@@ -216,14 +319,23 @@ fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool, paddin
     } else {
         Range::of(values).not_empty()
     };
-    Axis { label: label.into(), range: range.padded(padding), log }
+    Axis {
+        label: label.into(),
+        range: range.padded(padding),
+        log,
+    }
 }
 
 /// Returns the visible points of a series in pixels. A point that is omitted divides the line.
 pub fn runs(panel: &Panel, series: &Series) -> Vec<Vec<Point>> {
-    let points: Vec<Option<Point>> = series.points.iter().map(|(x, y)| panel.at(*x, *y)).collect();
+    let points: Vec<Option<Point>> = series
+        .points
+        .iter()
+        .map(|(x, y)| panel.at(*x, *y))
+        .collect();
     let runs = points.split(Option::is_none).filter(|run| !run.is_empty());
-    runs.map(|run| run.iter().copied().flatten().collect()).collect()
+    runs.map(|run| run.iter().copied().flatten().collect())
+        .collect()
 }
 
 /// Draws a series in a panel.
@@ -254,7 +366,9 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
 fn thinned(run: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(run.len());
     for (i, p) in run.iter().enumerate() {
-        let near = kept.last().is_some_and(|k| (k.0 - p.0).hypot(k.1 - p.1) < MERGED);
+        let near = kept
+            .last()
+            .is_some_and(|k| (k.0 - p.0).hypot(k.1 - p.1) < MERGED);
         if !near || i + 1 == run.len() {
             kept.push(*p);
         }

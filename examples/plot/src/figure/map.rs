@@ -41,29 +41,60 @@ impl Figure {
     pub fn map(&self, map: &Map, over: &[Series]) -> io::Result<()> {
         let (wide, band) = (self.wide(1), self.band());
         let x = Axis::linear(map.axes[0], cells(&map.points[0]));
-        let upwards: Vec<f64> =
-            map.points[1].iter().map(|value| if map.log { value.log10() } else { *value }).collect();
-        let y = Axis { log: map.log, ..Axis::linear(map.axes[1], cells(&upwards)) };
+        let upwards: Vec<f64> = map.points[1]
+            .iter()
+            .map(|value| if map.log { value.log10() } else { *value })
+            .collect();
+        let y = Axis {
+            log: map.log,
+            ..Axis::linear(map.axes[1], cells(&upwards))
+        };
         let listed: Vec<&Series> = over.iter().filter(|one| !one.label.is_empty()).collect();
         let tall = self.tall(wide) + BEYOND;
-        let cell = Rect { left: 0.0, top: band - ABOVE, right: wide - BAR_COLUMN, bottom: tall };
+        let cell = Rect {
+            left: 0.0,
+            top: band - ABOVE,
+            right: wide - BAR_COLUMN,
+            bottom: tall,
+        };
         let panel = Panel::new(cell, x, y, false);
         let scale = ColourScale::logarithmic(map.label, map.limits[0], map.limits[1]);
         self.draw(1, tall + 10.0 + height_below(&listed, wide), |canvas| {
             panel.draw(canvas, "");
-            let Rect { left, top, right, bottom } = panel.frame();
+            let Rect {
+                left,
+                top,
+                right,
+                bottom,
+            } = panel.frame();
             let [across, upwards] = [0, 1].map(|axis| map.points[axis].len());
-            let (width, height) = ((right - left) / across as f64, (bottom - top) / upwards as f64);
+            let (width, height) = (
+                (right - left) / across as f64,
+                (bottom - top) / upwards as f64,
+            );
             for (k, value) in map.values.iter().enumerate() {
                 let (i, j) = ((k % across) as f64, (k / across) as f64);
                 let (west, south) = (left + width * i, bottom - height * j);
-                let (east, north) = ((west + width + OVERLAP).min(right), (south - height - OVERLAP).max(top));
-                let colour = if value.is_finite() { scale.colour(*value) } else { AREA };
-                canvas.area(&[(west, south), (east, south), (east, north), (west, north)], colour);
+                let (east, north) = (
+                    (west + width + OVERLAP).min(right),
+                    (south - height - OVERLAP).max(top),
+                );
+                let colour = if value.is_finite() {
+                    scale.colour(*value)
+                } else {
+                    AREA
+                };
+                canvas.area(
+                    &[(west, south), (east, south), (east, north), (west, north)],
+                    colour,
+                );
             }
             for one in over {
                 // A border would join the markers of a series.
-                for run in runs(&panel, one).iter().filter(|_| one.style != Style::Points) {
+                for run in runs(&panel, one)
+                    .iter()
+                    .filter(|_| one.style != Style::Points)
+                {
                     canvas.line(run, RGBColor(255, 255, 255), HALO);
                 }
                 draw_series(canvas, &panel, one);

@@ -30,11 +30,15 @@ pub struct Orbit {
 }
 
 impl Figure {
-    /// Draws tracks in panels of the same scale, two in a row, coloured by the share of the time of each. Cubic Hermite
-    /// interpolation connects the samples.
+    /// Draws tracks in panels of the same scale, two in a row, coloured by the share of the time of
+    /// each. Cubic Hermite interpolation connects the samples.
     pub fn orbits(&self, orbits: &[Orbit]) -> io::Result<()> {
         let (wide, band) = (self.wide(2), self.band());
-        let points = || orbits.iter().flat_map(|orbit| orbit.path.iter().chain(&orbit.behind));
+        let points = || {
+            orbits
+                .iter()
+                .flat_map(|orbit| orbit.path.iter().chain(&orbit.behind))
+        };
         let [x, y] = [0, 1].map(|axis| Range::of(points().map(move |p| MM_PER_M * p.1[axis])));
         let side = x.length().max(y.length()).max(1e-6);
         let [x, y] = [x, y].map(|range| range.at_least(0.5 * side).padded(0.05));
@@ -47,17 +51,40 @@ impl Figure {
         self.draw(2, height, |canvas| {
             for (i, orbit) in orbits.iter().enumerate() {
                 let (left, top) = (column * (i % 2) as f64, band + row * (i / 2) as f64);
-                let cell = Rect { left, top, right: left + column, bottom: top + row };
-                let panel = Panel::new(cell, Axis::linear(NAMES[0], x), Axis::linear(NAMES[1], y), true);
+                let cell = Rect {
+                    left,
+                    top,
+                    right: left + column,
+                    bottom: top + row,
+                };
+                let panel = Panel::new(
+                    cell,
+                    Axis::linear(NAMES[0], x),
+                    Axis::linear(NAMES[1], y),
+                    true,
+                );
                 panel.draw(canvas, &orbit.name);
                 let at = |p: &(f64, [f64; 2])| panel.at(MM_PER_M * p.1[0], MM_PER_M * p.1[1]);
-                let behind: Vec<Point> = interpolated(&orbit.behind).iter().filter_map(at).collect();
+                let behind: Vec<Point> =
+                    interpolated(&orbit.behind).iter().filter_map(at).collect();
                 canvas.line(&behind, FAINT, 1.4);
                 let track = interpolated(&orbit.path);
-                let (from, to) = (track.first().map_or(0.0, |p| p.0), track.last().map_or(1.0, |p| p.0));
-                time.line(canvas, track.iter().map(|p| ((p.0 - from) / (to - from), at(p))), 2.6);
+                let (from, to) = (
+                    track.first().map_or(0.0, |p| p.0),
+                    track.last().map_or(1.0, |p| p.0),
+                );
+                time.line(
+                    canvas,
+                    track.iter().map(|p| ((p.0 - from) / (to - from), at(p))),
+                    2.6,
+                );
             }
-            time.draw_bar(canvas, wide - BAR_COLUMN + 12.0, band + ABOVE, band + row - BELOW);
+            time.draw_bar(
+                canvas,
+                wide - BAR_COLUMN + 12.0,
+                band + ABOVE,
+                band + row - BELOW,
+            );
         })
     }
 }
@@ -66,7 +93,10 @@ impl Figure {
 /// are central differences, and one-sided differences at the ends.
 fn interpolated(track: &[(f64, [f64; 2])]) -> TimedPath {
     let slope = |i: usize| {
-        let (before, after) = (track[i.saturating_sub(1)], track[(i + 1).min(track.len() - 1)]);
+        let (before, after) = (
+            track[i.saturating_sub(1)],
+            track[(i + 1).min(track.len() - 1)],
+        );
         [0, 1].map(|axis| (after.1[axis] - before.1[axis]) / (after.0 - before.0))
     };
     let mut points = Vec::new();

@@ -43,8 +43,19 @@ impl Rect {
 
     /// The corners clockwise from the upper left one, which is repeated at the end.
     pub fn outline(&self) -> [Point; 5] {
-        let Self { left, top, right, bottom } = *self;
-        [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)]
+        let Self {
+            left,
+            top,
+            right,
+            bottom,
+        } = *self;
+        [
+            (left, top),
+            (right, top),
+            (right, bottom),
+            (left, bottom),
+            (left, top),
+        ]
     }
 }
 
@@ -62,12 +73,20 @@ pub struct Axis {
 impl Axis {
     /// Returns a linear axis.
     pub fn linear(label: &str, range: Range) -> Self {
-        Self { label: label.into(), range, log: false }
+        Self {
+            label: label.into(),
+            range,
+            log: false,
+        }
     }
 
     /// Returns about `count` ticks.
     pub fn ticks(&self, count: usize) -> Ticks {
-        if self.log { log_ticks(self.range, count) } else { linear_ticks(self.range, count) }
+        if self.log {
+            log_ticks(self.range, count)
+        } else {
+            linear_ticks(self.range, count)
+        }
     }
 
     /// Ticks of a vertical axis.
@@ -84,7 +103,11 @@ impl Axis {
     }
 
     fn subticks(&self) -> Vec<f64> {
-        if self.log { log_subticks(self.range) } else { Vec::new() }
+        if self.log {
+            log_subticks(self.range)
+        } else {
+            Vec::new()
+        }
     }
 }
 
@@ -135,7 +158,12 @@ impl Panel {
 
     /// Draws the grid, the frame, ticks, labels, and the title above the frame.
     pub fn draw(&self, canvas: &mut Canvas, title: &str) {
-        let Rect { left, top, right, bottom } = self.frame;
+        let Rect {
+            left,
+            top,
+            right,
+            bottom,
+        } = self.frame;
         let x_ticks = self.x.ticks_across(self.frame.width());
         let y_ticks = self.y.ticks_upwards(self.frame.height());
         for x in x_ticks.values.iter().map(|v| self.pixel_x(*v)) {
@@ -154,20 +182,50 @@ impl Panel {
         for (v, text) in x_ticks.labelled() {
             let x = self.pixel_x(v);
             canvas.line(&[(x, bottom), (x, bottom + 6.0)], FRAME, 1.2);
-            canvas.text(text, Label { size: TICK_SIZE, v: VPos::Top, ..Label::new(x, bottom + 10.0) });
+            canvas.text(
+                text,
+                Label {
+                    size: TICK_SIZE,
+                    v: VPos::Top,
+                    ..Label::new(x, bottom + 10.0)
+                },
+            );
         }
         for (v, text) in y_ticks.labelled() {
             let y = self.pixel_y(v);
             canvas.line(&[(left - 6.0, y), (left, y)], FRAME, 1.2);
-            canvas.text(text, Label { size: TICK_SIZE, h: HPos::Right, ..Label::new(left - 10.0, y) });
+            canvas.text(
+                text,
+                Label {
+                    size: TICK_SIZE,
+                    h: HPos::Right,
+                    ..Label::new(left - 10.0, y)
+                },
+            );
         }
-        let (x_label, y_label) = (x_ticks.axis_label(&self.x.label), y_ticks.axis_label(&self.y.label));
+        let (x_label, y_label) = (
+            x_ticks.axis_label(&self.x.label),
+            y_ticks.axis_label(&self.y.label),
+        );
         let (x_mid, y_mid) = (0.5 * (left + right), 0.5 * (top + bottom));
-        let below = Label { v: VPos::Top, ..Label::new(x_mid, bottom + 36.0) };
+        let below = Label {
+            v: VPos::Top,
+            ..Label::new(x_mid, bottom + 36.0)
+        };
         canvas.text(&x_label, below.fitted(&x_label, self.frame.width() + LEFT));
-        let beside = Label { upwards: true, ..Label::new(left - 28.0 - y_ticks.width(TICK_SIZE), y_mid) };
-        canvas.text(&y_label, beside.fitted(&y_label, self.frame.height() + BELOW));
-        let above = Label { size: LABEL_SIZE, v: VPos::Bottom, ..Label::new(x_mid, top - 4.0) };
+        let beside = Label {
+            upwards: true,
+            ..Label::new(left - 28.0 - y_ticks.width(TICK_SIZE), y_mid)
+        };
+        canvas.text(
+            &y_label,
+            beside.fitted(&y_label, self.frame.height() + BELOW),
+        );
+        let above = Label {
+            size: LABEL_SIZE,
+            v: VPos::Bottom,
+            ..Label::new(x_mid, top - 4.0)
+        };
         canvas.text(title, above.fitted(title, self.frame.width() + LEFT));
     }
 

@@ -20,10 +20,16 @@ impl Figure {
     /// Strips over time are drawn below.
     ///
     /// Each place consists of a time (s) and a position (m). Places that are not finite are gaps.
-    pub fn path(&self, path: &[(f64, impl Into<[f64; 3]> + Copy)], strips: &[Strip]) -> io::Result<()> {
+    pub fn path(
+        &self,
+        path: &[(f64, impl Into<[f64; 3]> + Copy)],
+        strips: &[Strip],
+    ) -> io::Result<()> {
         let (wide, band) = (self.wide(2), self.band());
-        let path: Vec<(f64, [f64; 3])> =
-            path.iter().map(|(time, p)| (time / S_PER_H, (*p).into().map(|c| c * MM_PER_M))).collect();
+        let path: Vec<(f64, [f64; 3])> = path
+            .iter()
+            .map(|(time, p)| (time / S_PER_H, (*p).into().map(|c| c * MM_PER_M)))
+            .collect();
         let usable = |p: &&(f64, [f64; 3])| p.0.is_finite() && p.1.iter().all(|c| c.is_finite());
         let ranges = space_ranges(path.iter().filter(usable).map(|p| p.1));
         let [x, y, z] = ranges;
@@ -33,22 +39,41 @@ impl Figure {
         let frame_width = column - LEFT - RIGHT;
         let side = x.length().max(y.length());
         let (view_width, view_height) = extent(ranges);
-        let upper =
-            row_height(frame_width, y.length() / x.length()).max(row_height(frame_width, view_height / view_width));
+        let upper = row_height(frame_width, y.length() / x.length())
+            .max(row_height(frame_width, view_height / view_width));
         let lower = row_height(frame_width, z.length() / side);
         let split = band + upper + ABOVE + BELOW;
         let height = split + lower + ABOVE + BELOW + 10.0;
         let cell = |col: usize, top: f64, bottom: f64| {
             let left = column * col as f64;
-            Rect { left, top, right: left + column, bottom }
+            Rect {
+                left,
+                top,
+                right: left + column,
+                bottom,
+            }
         };
 
         let view = View::new(cell(0, band, split), ranges);
         // Front view and side view have the same width and hence the same scale.
         let panels = [
             (cell(1, band, split), 0, x, 1, y, "top view"),
-            (cell(0, split, height), 0, x.at_least(side), 2, z, "front view"),
-            (cell(1, split, height), 1, y.at_least(side), 2, z, "side view"),
+            (
+                cell(0, split, height),
+                0,
+                x.at_least(side),
+                2,
+                z,
+                "front view",
+            ),
+            (
+                cell(1, split, height),
+                1,
+                y.at_least(side),
+                2,
+                z,
+                "side view",
+            ),
         ];
         self.draw(2, height + strips_height(strips, wide), |canvas| {
             draw_strips(canvas, wide, height, "time (h)", strips);
@@ -60,7 +85,12 @@ impl Figure {
             draw_path(canvas, &time, &path, |p| view.at(p));
             for (cell, i, across, j, upwards, name) in panels {
                 let (h, v) = (NAMES[i], NAMES[j]);
-                let panel = Panel::new(cell, Axis::linear(h, across), Axis::linear(v, upwards), true);
+                let panel = Panel::new(
+                    cell,
+                    Axis::linear(h, across),
+                    Axis::linear(v, upwards),
+                    true,
+                );
                 panel.draw(canvas, name);
                 draw_path(canvas, &time, &path, |p| panel.at(p[i], p[j]));
             }
@@ -101,7 +131,10 @@ fn draw_path(
     path: &[(f64, [f64; 3])],
     at: impl Fn([f64; 3]) -> Option<Point>,
 ) {
-    let shown = || path.iter().map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite())));
+    let shown = || {
+        path.iter()
+            .map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite())))
+    };
     time.line(canvas, shown(), 2.2);
     let mut visible = shown().filter_map(|(hours, p)| Some((hours, p?)));
     if let Some(first) = visible.next() {

@@ -12,11 +12,17 @@ pub struct Range {
 impl Range {
     /// Returns the range of the finite values.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let nothing = Self { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        let nothing = Self {
+            lo: f64::INFINITY,
+            hi: f64::NEG_INFINITY,
+        };
         values
             // The lengths of larger ranges would overflow.
             .filter(|v| v.abs() < 1e300)
-            .fold(nothing, |range, v| Self { lo: range.lo.min(v), hi: range.hi.max(v) })
+            .fold(nothing, |range, v| Self {
+                lo: range.lo.min(v),
+                hi: range.hi.max(v),
+            })
     }
 
     /// Length of the interval, or zero if it is empty.
@@ -36,7 +42,11 @@ impl Range {
 
     /// Largest magnitude in the interval, or zero if it is empty.
     pub fn magnitude(self) -> f64 {
-        if self.lo <= self.hi { self.lo.abs().max(self.hi.abs()) } else { 0.0 }
+        if self.lo <= self.hi {
+            self.lo.abs().max(self.hi.abs())
+        } else {
+            0.0
+        }
     }
 
     /// Returns the interval extended about its centre to at least the given length.
@@ -45,7 +55,10 @@ impl Range {
             return self;
         }
         let centre = self.centre();
-        Self { lo: centre - 0.5 * length, hi: centre + 0.5 * length }
+        Self {
+            lo: centre - 0.5 * length,
+            hi: centre + 0.5 * length,
+        }
     }
 
     /// Returns the interval extended to a positive length. Differences due to rounding are not

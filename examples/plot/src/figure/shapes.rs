@@ -16,7 +16,14 @@ impl Figure {
         let shapes: Vec<(f64, Vec<[f64; 3]>)> = shapes
             .iter()
             .filter(|(time, _)| time.is_finite())
-            .map(|(time, line)| (time / S_PER_H, line.iter().map(|p| (*p).into().map(|c| c * MM_PER_M)).collect()))
+            .map(|(time, line)| {
+                (
+                    time / S_PER_H,
+                    line.iter()
+                        .map(|p| (*p).into().map(|c| c * MM_PER_M))
+                        .collect(),
+                )
+            })
             .collect();
         let all = shapes.iter().flat_map(|(_, line)| line.iter().copied());
         let [x, y, z] = space_ranges(all.filter(|p| p.iter().all(|c| c.is_finite())));
@@ -30,11 +37,20 @@ impl Figure {
             for (col, range, name) in [(0, x, "front view"), (1, y, "side view")] {
                 let across = Axis::linear(NAMES[col], range.at_least(side));
                 let left = column * col as f64;
-                let cell = Rect { left, top: band, right: left + column, bottom: height - 10.0 };
+                let cell = Rect {
+                    left,
+                    top: band,
+                    right: left + column,
+                    bottom: height - 10.0,
+                };
                 let panel = Panel::new(cell, across, Axis::linear(NAMES[2], z), true);
                 panel.draw(canvas, name);
                 for (hours, line) in &shapes {
-                    time.line(canvas, line.iter().map(|p| (*hours, panel.at(p[col], p[2]))), 2.6);
+                    time.line(
+                        canvas,
+                        line.iter().map(|p| (*hours, panel.at(p[col], p[2]))),
+                        2.6,
+                    );
                 }
             }
             let bottom = height - 10.0 - BELOW;

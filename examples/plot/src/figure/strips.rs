@@ -18,7 +18,8 @@ const BETWEEN: f64 = 44.0;
 pub struct Strip<'a> {
     /// Quantity and unit.
     pub label: &'a str,
-    /// Series of the strip; their labels are in a legend at the right, or below all strips if it is wide.
+    /// Series of the strip; their labels are in a legend at the right, or below all strips if it is
+    /// wide.
     pub series: &'a [Series],
 }
 
@@ -36,8 +37,16 @@ impl Figure {
 /// Returns the height of strips with their labels and legend.
 pub fn strips_height(strips: &[Strip], wide: f64) -> f64 {
     let listed = entries(strips);
-    let below = if is_beside(&listed, wide) { 0.0 } else { height_below(&listed, wide) };
-    if strips.is_empty() { 0.0 } else { frames_height(strips) + below + 10.0 }
+    let below = if is_beside(&listed, wide) {
+        0.0
+    } else {
+        height_below(&listed, wide)
+    };
+    if strips.is_empty() {
+        0.0
+    } else {
+        frames_height(strips) + below + 10.0
+    }
 }
 
 /// Returns the height of strips with their labels.
@@ -47,7 +56,12 @@ fn frames_height(strips: &[Strip]) -> f64 {
 
 /// Returns the entries of the legend.
 fn entries<'a>(strips: &[Strip<'a>]) -> Vec<&'a Series> {
-    listed(&strips.iter().flat_map(|strip| strip.series).collect::<Vec<_>>())
+    listed(
+        &strips
+            .iter()
+            .flat_map(|strip| strip.series)
+            .collect::<Vec<_>>(),
+    )
 }
 
 /// Draws strips over the whole width, from `top` downwards.
@@ -56,7 +70,11 @@ pub fn draw_strips(canvas: &mut Canvas, wide: f64, top: f64, x_label: &str, stri
     let (x, _) = fitted_axes("", "", &all, Axes::Linear);
     let mut listed = entries(strips);
     let beside = is_beside(&listed, wide);
-    let right = if beside { wide - legend_width(&listed) } else { wide };
+    let right = if beside {
+        wide - legend_width(&listed)
+    } else {
+        wide
+    };
     for (i, strip) in strips.iter().enumerate() {
         let shown: Vec<&Series> = strip.series.iter().collect();
         let (_, y) = fitted_axes("", strip.label, &shown, Axes::Linear);
@@ -65,9 +83,21 @@ pub fn draw_strips(canvas: &mut Canvas, wide: f64, top: f64, x_label: &str, stri
             x.label = x_label.into();
         }
         let top = top + (FRAME + BETWEEN) * i as f64;
-        let panel = Panel::new(Rect { left: 0.0, top, right, bottom: top + ABOVE + FRAME + BELOW }, x, y, false);
+        let panel = Panel::new(
+            Rect {
+                left: 0.0,
+                top,
+                right,
+                bottom: top + ABOVE + FRAME + BELOW,
+            },
+            x,
+            y,
+            false,
+        );
         panel.draw(canvas, "");
-        shown.iter().for_each(|one| draw_series(canvas, &panel, one));
+        shown
+            .iter()
+            .for_each(|one| draw_series(canvas, &panel, one));
         if beside {
             // Each entry is next to the first strip with such a series.
             let here = |one: &&Series| strip.series.iter().any(|other| other.label == one.label);

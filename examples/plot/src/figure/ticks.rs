@@ -23,7 +23,9 @@ impl Ticks {
     /// Returns the label of the axis with the common factor of the ticks in its unit: `x (mm)`
     /// becomes `x (10⁻³ mm)`.
     pub fn axis_label(&self, label: &str) -> String {
-        let Some(factor) = &self.factor else { return label.into() };
+        let Some(factor) = &self.factor else {
+            return label.into();
+        };
         match label.strip_suffix(')').and_then(|l| l.rsplit_once('(')) {
             Some((quantity, "1")) => format!("{quantity}({factor})"),
             Some((quantity, unit)) => format!("{quantity}({factor} {unit})"),
@@ -57,7 +59,11 @@ pub fn linear_ticks(range: Range, count: usize) -> Ticks {
         .filter(|v| *v <= range.hi + 1e-6 * step)
         .collect();
     let largest = range.magnitude();
-    let exponent = if (1e-2..1e5).contains(&largest) { 0 } else { 3 * (largest.log10() / 3.0).floor() as i32 };
+    let exponent = if (1e-2..1e5).contains(&largest) {
+        0
+    } else {
+        3 * (largest.log10() / 3.0).floor() as i32
+    };
     let unit = 10f64.powi(exponent);
     let decimals = (-((step / unit).log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
     Ticks {
@@ -94,7 +100,13 @@ pub fn log_ticks(range: Range, count: usize) -> Ticks {
     let every = decades.div_ceil(count.max(2)).max(1) as i32;
     let shown: Vec<i32> = (first..=last).filter(|e| e % every == 0).collect();
     let plain = shown.iter().all(|e| (-3..=4).contains(e));
-    let text = |e: &i32| if plain { fixed(10f64.powi(*e), (-e).max(0) as usize) } else { power_of_ten(*e) };
+    let text = |e: &i32| {
+        if plain {
+            fixed(10f64.powi(*e), (-e).max(0) as usize)
+        } else {
+            power_of_ten(*e)
+        }
+    };
     Ticks {
         values: shown.iter().map(|e| f64::from(*e)).collect(),
         labels: shown.iter().map(text).collect(),
@@ -142,7 +154,10 @@ fn ticks_within_decade(range: Range, count: usize) -> Ticks {
     };
     Ticks {
         labels: round.iter().map(text).collect(),
-        values: round.iter().map(|(e, m)| f64::from(*e) + f64::from(*m).log10()).collect(),
+        values: round
+            .iter()
+            .map(|(e, m)| f64::from(*e) + f64::from(*m).log10())
+            .collect(),
         factor: None,
     }
 }

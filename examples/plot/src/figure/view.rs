@@ -25,12 +25,19 @@ pub struct View {
 impl View {
     /// Returns the largest view of the box that fits into a cell, labels included.
     pub fn new(cell: Rect, ranges: [Range; 3]) -> Self {
-        let frame =
-            Rect { left: cell.left + 92.0, top: cell.top + 34.0, right: cell.right - 75.0, bottom: cell.bottom - 62.0 };
+        let frame = Rect {
+            left: cell.left + 92.0,
+            top: cell.top + 34.0,
+            right: cell.right - 75.0,
+            bottom: cell.bottom - 62.0,
+        };
         let (width, height) = extent(ranges);
         Self {
             ranges,
-            centre: (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom)),
+            centre: (
+                0.5 * (frame.left + frame.right),
+                0.5 * (frame.top + frame.bottom),
+            ),
             pixels_per_unit: (frame.width() / width).min(frame.height() / height),
             right: cell.right,
         }
@@ -48,16 +55,32 @@ impl View {
 
     /// Returns the pixel position of the vertical projection of a point onto the floor of the box.
     pub fn foot(&self, p: [f64; 3]) -> Option<Point> {
-        self.at(p).map(|_| self.pixel([p[0], p[1], self.ranges[2].lo]))
+        self.at(p)
+            .map(|_| self.pixel([p[0], p[1], self.ranges[2].lo]))
     }
 
     /// Draws the floor and the two rear walls with ticks.
     pub fn draw(&self, canvas: &mut Canvas, labels: [&str; 3]) {
         let [x, y, z] = self.ranges;
         let faces = [
-            [[x.lo, y.lo, z.lo], [x.hi, y.lo, z.lo], [x.hi, y.hi, z.lo], [x.lo, y.hi, z.lo]],
-            [[x.lo, y.hi, z.lo], [x.hi, y.hi, z.lo], [x.hi, y.hi, z.hi], [x.lo, y.hi, z.hi]],
-            [[x.lo, y.lo, z.lo], [x.lo, y.hi, z.lo], [x.lo, y.hi, z.hi], [x.lo, y.lo, z.hi]],
+            [
+                [x.lo, y.lo, z.lo],
+                [x.hi, y.lo, z.lo],
+                [x.hi, y.hi, z.lo],
+                [x.lo, y.hi, z.lo],
+            ],
+            [
+                [x.lo, y.hi, z.lo],
+                [x.hi, y.hi, z.lo],
+                [x.hi, y.hi, z.hi],
+                [x.lo, y.hi, z.hi],
+            ],
+            [
+                [x.lo, y.lo, z.lo],
+                [x.lo, y.hi, z.lo],
+                [x.lo, y.hi, z.hi],
+                [x.lo, y.lo, z.hi],
+            ],
         ];
         let faces = faces.map(|face| face.map(|p| self.pixel(p)));
         for (face, shade) in faces.iter().zip([0xF4, 0xFA, 0xF7]) {
@@ -96,7 +119,15 @@ impl View {
             canvas.line(&path, GRID, 1.0);
             canvas.line(&[path[0], beside(path[0], 6.0)], FRAME, 1.2);
             let (lx, ly) = beside(path[0], 10.0);
-            canvas.text(text, Label { size: TICK_SIZE, h, v, ..Label::new(lx, ly) });
+            canvas.text(
+                text,
+                Label {
+                    size: TICK_SIZE,
+                    h,
+                    v,
+                    ..Label::new(lx, ly)
+                },
+            );
         }
         let text = ticks.axis_label(label);
         let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
@@ -107,7 +138,10 @@ impl View {
                 // A label that exceeds the cell is shifted back along the edge.
                 let x = middle.0 + 18.0 + width;
                 let excess = x + text_width(&text, LABEL_SIZE) - self.right;
-                (x - excess.max(0.0), middle.1 + 26.0 + 0.75 * excess.max(0.0))
+                (
+                    x - excess.max(0.0),
+                    middle.1 + 26.0 + 0.75 * excess.max(0.0),
+                )
             }
             _ => (middle.0 - 28.0 - width, middle.1),
         };
@@ -123,14 +157,21 @@ impl View {
     fn pixel(&self, p: [f64; 3]) -> Point {
         let relative = [0, 1, 2].map(|axis| p[axis] - self.ranges[axis].centre());
         let (right, up) = project(relative);
-        (self.centre.0 + self.pixels_per_unit * right, self.centre.1 - self.pixels_per_unit * up)
+        (
+            self.centre.0 + self.pixels_per_unit * right,
+            self.centre.1 - self.pixels_per_unit * up,
+        )
     }
 }
 
 /// Returns width and height of the projected box in the units of the ranges.
 pub fn extent(ranges: [Range; 3]) -> (f64, f64) {
     // Two opposite corners of the box bound each component, hence the absolute values.
-    let ((rx, ux), (ry, uy), (rz, uz)) = (project([1.0, 0.0, 0.0]), project([0.0, 1.0, 0.0]), project([0.0, 0.0, 1.0]));
+    let ((rx, ux), (ry, uy), (rz, uz)) = (
+        project([1.0, 0.0, 0.0]),
+        project([0.0, 1.0, 0.0]),
+        project([0.0, 0.0, 1.0]),
+    );
     let sum = |c: [f64; 3]| (0..3).map(|i| c[i].abs() * ranges[i].length()).sum();
     (sum([rx, ry, rz]), sum([ux, uy, uz]))
 }

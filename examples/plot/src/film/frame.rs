@@ -28,9 +28,9 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Returns the frame of a shoot. `statoliths` is the index of the first variable of h, or `None` if
-    /// the laws have no such variable. It is 0 if [`Statoliths`](morphorod::tropism::Statoliths) are
-    /// the first law with variables.
+    /// Returns the frame of a shoot. `statoliths` is the index of the first variable of h, or
+    /// `None` if the laws have no such variable. It is 0 if
+    /// [`Statoliths`](morphorod::tropism::Statoliths) are the first law with variables.
     pub fn of(shoot: &Shoot<impl Model>, statoliths: Option<usize>) -> Self {
         let rod = shoot.rod();
         let (length, zone) = (rod.length(), rod.growth_zone());
@@ -49,7 +49,11 @@ impl Frame {
             time: shoot.time(),
             length,
             zone: zone.start / length,
-            line: rod.centre_line_at(LINE).into_iter().map(Into::into).collect(),
+            line: rod
+                .centre_line_at(LINE)
+                .into_iter()
+                .map(Into::into)
+                .collect(),
             directors: directors.collect(),
             piles: piles.collect(),
         }
@@ -60,9 +64,17 @@ impl Frame {
 /// between material points.
 fn pile(shoot: &Shoot<impl Model>, distance: f64, first: usize) -> Option<Vector3<f64>> {
     let points = shoot.rod().points();
-    let h = |i: usize| Some(Vector3::from_column_slice(shoot.state().variables(i)?.get(first..first + 3)?));
-    let beyond = points.partition_point(|point| point.apex_distance > distance).min(points.len() - 1);
-    let Some(before) = beyond.checked_sub(1).filter(|i| h(*i).is_some()) else { return h(beyond) };
+    let h = |i: usize| {
+        Some(Vector3::from_column_slice(
+            shoot.state().variables(i)?.get(first..first + 3)?,
+        ))
+    };
+    let beyond = points
+        .partition_point(|point| point.apex_distance > distance)
+        .min(points.len() - 1);
+    let Some(before) = beyond.checked_sub(1).filter(|i| h(*i).is_some()) else {
+        return h(beyond);
+    };
     let (from, to) = (points[before].apex_distance, points[beyond].apex_distance);
     let share = ((from - distance) / (from - to)).clamp(0.0, 1.0);
     h(before)?.lerp(&h(beyond)?, share).try_normalize(0.0)

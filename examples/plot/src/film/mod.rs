@@ -30,7 +30,14 @@ impl Film {
     /// Returns a film without frames. `speed` is one of the values of the player: 0.1, 0.25, 0.5,
     /// 1, 2, 4 or 8 h per second.
     pub fn new(title: &str, about: &str, speed: f64) -> Self {
-        Self { title: title.into(), about: about.into(), speed, frames: vec![], poles: vec![], measured: vec![] }
+        Self {
+            title: title.into(),
+            about: about.into(),
+            speed,
+            frames: vec![],
+            poles: vec![],
+            measured: vec![],
+        }
     }
 
     /// Adds a frame. Its time is later than that of the last frame, and its number of points is the
@@ -44,8 +51,8 @@ impl Film {
         self.poles.push(pole);
     }
 
-    /// Adds measured places (m) of a time (s), later than those before. They are drawn until the next ones; if there is
-    /// one at each time, as on the track of a tip, all of them remain.
+    /// Adds measured places (m) of a time (s), later than those before. They are drawn until the
+    /// next ones; if there is one at each time, as on the track of a tip, all of them remain.
     pub fn add_measured(&mut self, time: f64, places: Vec<[f64; 3]>) {
         self.measured.push((time, places));
     }
@@ -80,10 +87,18 @@ impl Film {
     /// Returns the data of the player: times, lengths, growth zones, and all vectors as 16-bit
     /// numbers.
     fn data(&self) -> io::Result<String> {
-        let wrong = |what: &str| io::Error::new(io::ErrorKind::InvalidInput, format!("a film {what}"));
-        let first = self.frames.first().ok_or_else(|| wrong("needs at least one frame"))?;
+        let wrong =
+            |what: &str| io::Error::new(io::ErrorKind::InvalidInput, format!("a film {what}"));
+        let first = self
+            .frames
+            .first()
+            .ok_or_else(|| wrong("needs at least one frame"))?;
         let counts = |frame: &Frame| (frame.line.len(), frame.directors.len(), frame.piles.len());
-        if self.frames.iter().any(|frame| counts(frame) != counts(first)) {
+        if self
+            .frames
+            .iter()
+            .any(|frame| counts(frame) != counts(first))
+        {
             return Err(wrong("needs frames with equal numbers of points"));
         }
         let (points, stations, piles) = counts(first);
@@ -95,7 +110,9 @@ impl Film {
         let mut bytes = Vec::new();
         let mut put = |vector: &[f64; 3], unit: f64| {
             // The conversion saturates. Positions exceed those of the centre line by rounding only.
-            vector.iter().for_each(|x| bytes.extend(((x / unit).round() as i16).to_le_bytes()));
+            vector
+                .iter()
+                .for_each(|x| bytes.extend(((x / unit).round() as i16).to_le_bytes()));
         };
         for frame in &frames {
             frame.line.iter().for_each(|at| put(at, unit));
@@ -109,11 +126,15 @@ impl Film {
             }
         }
         let list = |of: &dyn Fn(&Frame) -> f64, digits: usize| {
-            let numbers: Vec<String> = frames.iter().map(|frame| format!("{:.digits$}", of(frame))).collect();
+            let numbers: Vec<String> = frames
+                .iter()
+                .map(|frame| format!("{:.digits$}", of(frame)))
+                .collect();
             numbers.join(",")
         };
         let poles = self.poles.iter().map(|pole| {
-            let ([x, y, z], [a, b, c]): ([f64; 3], [f64; 3]) = (pole.through.into(), pole.along.normalize().into());
+            let ([x, y, z], [a, b, c]): ([f64; 3], [f64; 3]) =
+                (pole.through.into(), pole.along.normalize().into());
             format!("[[{x},{y},{z}],[{a},{b},{c}],{}]", pole.radius)
         });
         let place = |p: &[f64; 3]| format!("[{:.6},{:.6},{:.6}]", p[0], p[1], p[2]);
@@ -143,7 +164,9 @@ pub const STYLE: &str = include_str!("page.css");
 
 /// Replaces each `{{name}}` by its text.
 pub fn fill(page: &str, texts: &[(&str, &str)]) -> String {
-    texts.iter().fold(page.to_string(), |page, (name, text)| page.replace(&format!("{{{{{name}}}}}"), text))
+    texts.iter().fold(page.to_string(), |page, (name, text)| {
+        page.replace(&format!("{{{{{name}}}}}"), text)
+    })
 }
 
 /// Encodes bytes in base 64 (RFC 4648).
@@ -151,15 +174,24 @@ pub fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {
-        let number = three.iter().enumerate().fold(0, |sum, (i, byte)| sum | (u32::from(*byte) << (16 - 8 * i)));
+        let number = three
+            .iter()
+            .enumerate()
+            .fold(0, |sum, (i, byte)| sum | (u32::from(*byte) << (16 - 8 * i)));
         for i in 0..4 {
             let digit = DIGITS[(number >> (18 - 6 * i)) as usize & 63];
-            text.push(if i <= three.len() { char::from(digit) } else { '=' });
+            text.push(if i <= three.len() {
+                char::from(digit)
+            } else {
+                '='
+            });
         }
     }
     text
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }

@@ -31,24 +31,40 @@ impl<F: Fn(f64, f64) -> f64> TropismLaw for RateLaw<F> {
 /// Returns the memory τ ẏ = x − y, declared as a memory, which is integrated in closed form.
 fn memory(tau: f64) -> RateLaw<impl Fn(f64, f64) -> f64> {
     let remembers = crate::tropism::Source::Stimulus(0);
-    RateLaw { variable: Variable { remembers, ..Variable::unread().relaxing_in(tau) }, rate: move |y, x| (x - y) / tau }
+    RateLaw {
+        variable: Variable {
+            remembers,
+            ..Variable::unread().relaxing_in(tau)
+        },
+        rate: move |y, x| (x - y) / tau,
+    }
 }
 
 /// Returns the same memory, declared as a variable that relaxes, which is integrated by iteration.
 fn iterated_memory(tau: f64) -> RateLaw<impl Fn(f64, f64) -> f64> {
-    RateLaw { variable: Variable::unread().relaxing_in(tau), ..memory(tau) }
+    RateLaw {
+        variable: Variable::unread().relaxing_in(tau),
+        ..memory(tau)
+    }
 }
 
 /// Returns a law without relaxation.
 fn free<F: Fn(f64, f64) -> f64>(rate: F) -> RateLaw<F> {
-    RateLaw { variable: Variable::unread(), rate }
+    RateLaw {
+        variable: Variable::unread(),
+        rate,
+    }
 }
 
 /// Levels of the stimuli, in units of the step.
-const LEVELS: Levels = Levels { count: ORDER, times: [-2.0, -1.0, 0.0, 1.0, f64::NAN], transient: None };
+const LEVELS: Levels = Levels {
+    count: ORDER,
+    times: [-2.0, -1.0, 0.0, 1.0, f64::NAN],
+    transient: None,
+};
 
-/// Integrates y from y(0) = `start` over `steps` steps of `size` with the stimulus `x(t)`. Returns `None` if a
-/// step fails, and the number of halvings.
+/// Integrates y from y(0) = `start` over `steps` steps of `size` with the stimulus `x(t)`. Returns
+/// `None` if a step fails, and the number of halvings.
 fn integrated(
     law: &RateLaw<impl Fn(f64, f64) -> f64>,
     size: f64,
@@ -71,8 +87,16 @@ fn integrated(
     (Some(y[0]), collocation.halvings)
 }
 
-fn value(law: &RateLaw<impl Fn(f64, f64) -> f64>, size: f64, steps: usize, x: impl Fn(f64) -> f64, start: f64) -> f64 {
-    integrated(law, size, steps, x, start).0.expect("the step succeeds")
+fn value(
+    law: &RateLaw<impl Fn(f64, f64) -> f64>,
+    size: f64,
+    steps: usize,
+    x: impl Fn(f64) -> f64,
+    start: f64,
+) -> f64 {
+    integrated(law, size, steps, x, start)
+        .0
+        .expect("the step succeeds")
 }
 
 /// Returns log2 of the ratio of the errors with `steps` steps and twice as many.
@@ -80,8 +104,8 @@ fn observed_order(error: impl Fn(usize) -> f64, steps: usize) -> f64 {
     (error(steps) / error(2 * steps)).log2()
 }
 
-/// Response of a memory with y(0) = `start` to the cubic p = 1 + 2t − 3t² + t³. It is the sum of p − τp' +
-/// τ²p'' − τ³p''' and a decaying exponential.
+/// Response of a memory with y(0) = `start` to the cubic p = 1 + 2t − 3t² + t³. It is the sum of p
+/// − τp' + τ²p'' − τ³p''' and a decaying exponential.
 fn response_to_cubic(tau: f64, start: f64, t: f64) -> f64 {
     let particular = |t: f64| {
         let derivatives = [cubic(t), 2.0 - 6.0 * t + 3.0 * t * t, -6.0 + 6.0 * t, 6.0];
@@ -107,10 +131,18 @@ fn a_memory_responds_exactly_to_a_cubic_stimulus_at_any_ratio_of_step_to_time_co
         let exact = response_to_cubic(tau, -2.0, 0.7);
         // The terms of the closed form, up to 6τ³, cancel. The other numbers are of order one.
         let tolerance = 1e-14 * (1.0 + 6.0 * tau.powi(3));
-        assert_abs_diff_eq!(value(&memory(tau), 0.7, 1, cubic, -2.0), exact, epsilon = tolerance);
+        assert_abs_diff_eq!(
+            value(&memory(tau), 0.7, 1, cubic, -2.0),
+            exact,
+            epsilon = tolerance
+        );
         // The iteration of the other law ends at a relative change of 1e-12.
         let iterated = value(&iterated_memory(tau), 0.7, 1, cubic, -2.0);
-        assert_abs_diff_eq!(iterated, exact, epsilon = tolerance + TOLERANCE * exact.abs());
+        assert_abs_diff_eq!(
+            iterated,
+            exact,
+            epsilon = tolerance + TOLERANCE * exact.abs()
+        );
     }
 }
 
@@ -121,15 +153,23 @@ fn the_closed_formula_of_memories_agrees_with_the_iteration_for_any_stimulus() {
         let closed = value(&memory(tau), 0.5, 8, stimulus, 0.2);
         let iterated = value(&iterated_memory(tau), 0.5, 8, stimulus, 0.2);
         // Sum of the tolerances of the iteration in eight steps.
-        assert_relative_eq!(closed, iterated, epsilon = 0.0, max_relative = 8.0 * TOLERANCE);
+        assert_relative_eq!(
+            closed,
+            iterated,
+            epsilon = 0.0,
+            max_relative = 8.0 * TOLERANCE
+        );
     }
 }
 
 #[test]
 fn a_memory_responds_to_a_sine_with_fourth_order() {
-    let error =
-        |steps: usize| (value(&memory(1.0), 2.0 / steps as f64, steps, f64::sin, 0.5) - response_to_sine(2.0)).abs();
-    // With steps of 1/16 and 1/32 the next order changes the observed one by about 1/16. Orders 3 and 5 are excluded.
+    let error = |steps: usize| {
+        (value(&memory(1.0), 2.0 / steps as f64, steps, f64::sin, 0.5) - response_to_sine(2.0))
+            .abs()
+    };
+    // With steps of 1/16 and 1/32 the next order changes the observed one by about 1/16. Orders 3
+    // and 5 are excluded.
     assert_abs_diff_eq!(observed_order(error, 32), 4.0, epsilon = 0.1);
 }
 
@@ -137,7 +177,9 @@ fn a_memory_responds_to_a_sine_with_fourth_order() {
 fn a_linear_rate_with_a_variable_coefficient_converges_with_fourth_order() {
     // ẏ = cos(t) y has the solution exp(sin t): the interpolation of the stimulus limits the order.
     let law = free(|y, x| x * y);
-    let error = |steps: usize| (value(&law, 2.0 / steps as f64, steps, f64::cos, 1.0) - 2f64.sin().exp()).abs();
+    let error = |steps: usize| {
+        (value(&law, 2.0 / steps as f64, steps, f64::cos, 1.0) - 2f64.sin().exp()).abs()
+    };
     assert_abs_diff_eq!(observed_order(error, 32), 4.0, epsilon = 0.1);
 }
 
@@ -145,20 +187,31 @@ fn a_linear_rate_with_a_variable_coefficient_converges_with_fourth_order() {
 fn an_autonomous_law_without_relaxation_converges_with_the_sixth_order_of_lobatto_collocation() {
     // The logistic equation ẏ = y (1 − y).
     let exact = 1.0 / (1.0 + 9.0 * (-2f64).exp());
-    let error =
-        |steps: usize| (value(&free(|y, _| y * (1.0 - y)), 2.0 / steps as f64, steps, |_| 0.0, 0.1) - exact).abs();
-    // Four Lobatto points give the order 2·4 − 2. The errors, 3e-9 and 4e-11, are far above the tolerance of 1e-12, and
-    // no step is halved.
+    let error = |steps: usize| {
+        (value(
+            &free(|y, _| y * (1.0 - y)),
+            2.0 / steps as f64,
+            steps,
+            |_| 0.0,
+            0.1,
+        ) - exact)
+            .abs()
+    };
+    // Four Lobatto points give the order 2·4 − 2. The errors, 3e-9 and 4e-11, are far above the
+    // tolerance of 1e-12, and no step is halved.
     assert_abs_diff_eq!(observed_order(error, 5), 6.0, epsilon = 0.2);
 }
 
 #[test]
 fn a_nonlinear_law_with_relaxation_converges_with_fourth_order_at_least() {
-    // The logistic equation again. The term −y/τ with τ = 2 s and the cubic through 3y/2 − y² at four points
-    // are integrated exactly. The errors, 6e-10 and 1e-11, are above the tolerance of 1e-12, and no step is halved.
-    // The observed order is between four and six.
+    // The logistic equation again. The term −y/τ with τ = 2 s and the cubic through 3y/2 − y² at
+    // four points are integrated exactly. The errors, 6e-10 and 1e-11, are above the tolerance of
+    // 1e-12, and no step is halved. The observed order is between four and six.
     let exact = 1.0 / (1.0 + 9.0 * (-2f64).exp());
-    let law = RateLaw { variable: Variable::unread().relaxing_in(2.0), rate: |y: f64, _: f64| y * (1.0 - y) };
+    let law = RateLaw {
+        variable: Variable::unread().relaxing_in(2.0),
+        rate: |y: f64, _: f64| y * (1.0 - y),
+    };
     let error = |steps: usize| (value(&law, 2.0 / steps as f64, steps, |_| 0.0, 0.1) - exact).abs();
     let order = observed_order(error, 8);
     assert!(order > 3.9, "{order}");
@@ -183,8 +236,14 @@ fn a_memory_with_a_long_time_constant_integrates_its_stimulus() {
     // For τ ẏ = x − y with y ≪ x, y = ∫ x/τ dt = (1 − cos t)/τ, with a relative error of t/τ.
     let tau = 1e9;
     let y = value(&memory(tau), 0.01, 100, f64::sin, 0.0);
-    // The relative error of fourth order with steps of 1/100 and a mean slope of one is 1e-8 · 19/720.
-    assert_relative_eq!(y * tau, 1.0 - 1f64.cos(), epsilon = 0.0, max_relative = 1e-9);
+    // The relative error of fourth order with steps of 1/100 and a mean slope of one is 1e-8 ·
+    // 19/720.
+    assert_relative_eq!(
+        y * tau,
+        1.0 - 1f64.cos(),
+        epsilon = 0.0,
+        max_relative = 1e-9
+    );
 }
 
 #[test]
@@ -193,8 +252,8 @@ fn an_undeclared_fast_rate_halves_the_interval_and_stays_accurate() {
     let law = free(|y, x| 6.0 * (x - y));
     let (y, halvings) = integrated(&law, 1.0, 1, |_| 1.0, 0.0);
     assert!(halvings > 0);
-    // Collocation of order six has an error of (k δ)⁷/(7! · 6! · 20) in an interval δ ≤ 1/2, which decays in
-    // later intervals.
+    // Collocation of order six has an error of (k δ)⁷/(7! · 6! · 20) in an interval δ ≤ 1/2, which
+    // decays in later intervals.
     assert_abs_diff_eq!(y.unwrap(), -(-6f64).exp_m1(), epsilon = 1e-5);
     let (_, none) = integrated(&iterated_memory(1.0 / 6.0), 1.0, 1, |_| 1.0, 0.0);
     assert_eq!(none, 0, "a declared relaxation needs no halving");
@@ -221,15 +280,18 @@ impl TropismLaw for Misdeclared {
 
 #[test]
 fn a_rate_that_reads_an_uncoupled_memory_is_a_failure() {
-    // The memory is at the place after the only iterated variable. It is NaN with known and with unknown rates at the
-    // start.
+    // The memory is at the place after the only iterated variable. It is NaN with known and with
+    // unknown rates at the start.
     for rates in [Some(&[0.0, 0.0][..]), None] {
         let mut collocation = ExponentialCollocation::default();
         collocation.prepare(&Declaration::of(&Misdeclared), 0.5, LEVELS);
         collocation.begin_step();
         let stimuli = LEVELS.times.map(|time| [time]);
         let ends = stimuli.each_ref().map(|x| &x[..]);
-        assert!(!collocation.advance(&Misdeclared, &ends, (&mut [0.0, 0.0], rates), 0.0, 0), "{rates:?}");
+        assert!(
+            !collocation.advance(&Misdeclared, &ends, (&mut [0.0, 0.0], rates), 0.0, 0),
+            "{rates:?}"
+        );
     }
 }
 
@@ -255,9 +317,14 @@ impl TropismLaw for Counted {
 fn avalanches_that_are_much_faster_than_the_step_need_one_sweep() {
     // The ratio of 1 µs to a step of 100 s.
     let tau = 1e-8;
-    let law = Counted(Statoliths { avalanche_time: tau }, std::cell::Cell::new(0));
-    // A cell that turns by 0.3 rad in each step. The interpolated vertical differs from a unit vector by 1e-4 inside
-    // the step. The pile lags behind the vertical by τ.
+    let law = Counted(
+        Statoliths {
+            avalanche_time: tau,
+        },
+        std::cell::Cell::new(0),
+    );
+    // A cell that turns by 0.3 rad in each step. The interpolated vertical differs from a unit
+    // vector by 1e-4 inside the step. The pile lags behind the vertical by τ.
     let up = |t: f64| [(0.3 * t).sin(), 0.0, (0.3 * t).cos()];
     let (stimuli, mut y) = (LEVELS.times.map(up), up(-tau));
     let rates = [0.3 * y[2], 0.0, -0.3 * y[0]];
@@ -265,7 +332,11 @@ fn avalanches_that_are_much_faster_than_the_step_need_one_sweep() {
     collocation.prepare(&Declaration::of(&law), 1.0, LEVELS);
     collocation.begin_step();
     assert!(collocation.integrate(&law, &stimuli.each_ref().map(|x| &x[..]), &mut y, &rates));
-    assert_eq!(law.1.get(), ORDER - 1, "one evaluation at each node after the first");
+    assert_eq!(
+        law.1.get(),
+        ORDER - 1,
+        "one evaluation at each node after the first"
+    );
     for (y, up) in y.iter().zip(up(1.0 - tau)) {
         // The slope of the interpolated vertical has an error of 0.3⁴/4, which changes the lag.
         assert_abs_diff_eq!(*y, up, epsilon = 3e-3 * tau);
@@ -275,12 +346,28 @@ fn avalanches_that_are_much_faster_than_the_step_need_one_sweep() {
 #[test]
 fn a_solution_that_blows_up_within_the_step_is_a_failure() {
     // ẏ = y² from 1 is infinite at t = 1.
-    assert_eq!(integrated(&free(|y, _| y * y), 2.0, 1, |_| 0.0, 1.0).0, None);
+    assert_eq!(
+        integrated(&free(|y, _| y * y), 2.0, 1, |_| 0.0, 1.0).0,
+        None
+    );
 }
 
 #[test]
 fn a_rate_that_is_not_a_number_is_a_failure() {
-    assert_eq!(integrated(&free(|_, _| f64::NAN), 1.0, 1, |_| 0.0, 1.0).0, None);
+    assert_eq!(
+        integrated(&free(|_, _| f64::NAN), 1.0, 1, |_| 0.0, 1.0).0,
+        None
+    );
     // The rate is finite at the start only.
-    assert_eq!(integrated(&free(|_, x| if x == 0.0 { 1.0 } else { f64::NAN }), 1.0, 1, |t| t, 1.0).0, None);
+    assert_eq!(
+        integrated(
+            &free(|_, x| if x == 0.0 { 1.0 } else { f64::NAN }),
+            1.0,
+            1,
+            |t| t,
+            1.0
+        )
+        .0,
+        None
+    );
 }

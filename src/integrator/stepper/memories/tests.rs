@@ -24,17 +24,24 @@ fn memories_of_linear_stimuli_are_exact() {
     for (at, node) in at_nodes.iter_mut().zip(&nodes) {
         *at = lagrange(&[-2.0, -1.0, 0.0, 1.0], *node);
     }
-    let (mut parts, mut of_nodes, mut memories) = (Parts::default(), Memories::default(), Memories::default());
-    assert!(!parts.read(&laws()) && parts.read(&laws()), "only the second call finds them known");
+    let (mut parts, mut of_nodes, mut memories) =
+        (Parts::default(), Memories::default(), Memories::default());
+    assert!(
+        !parts.read(&laws()) && parts.read(&laws()),
+        "only the second call finds them known"
+    );
     of_nodes.set(&parts.of_stimuli, &nodes, size);
     memories.interpolate(&of_nodes, &at_nodes);
     let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
     let stimuli = [-2.0, -1.0, 0.0, 1.0, 0.0].map(|time| lines.map(|x| x(time * size)));
     let mut y = [-1.0, 7.0];
-    memories.integrate(&mut y, |source| (0.0, stimuli.map(|stimuli| stimuli[source])));
+    memories.integrate(&mut y, |source| {
+        (0.0, stimuli.map(|stimuli| stimuli[source]))
+    });
     // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
-    let exact =
-        |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();
+    let exact = |a: f64, b: f64, tau: f64, start: f64| {
+        a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp()
+    };
     // Rounding of sums of a few numbers below ten.
     assert_abs_diff_eq!(y[0], exact(1.0, 2.0, TAUS[0], -1.0), epsilon = 1e-14);
     assert_abs_diff_eq!(y[1], exact(4.0, -1.0, TAUS[1], 7.0), epsilon = 1e-14);
@@ -44,7 +51,11 @@ fn memories_of_linear_stimuli_are_exact() {
 fn parts(laws: &Declaration) -> [usize; 3] {
     let mut parts = Parts::default();
     parts.read(laws);
-    [parts.of_stimuli.len(), parts.iterated.len(), parts.of_variables.len()]
+    [
+        parts.of_stimuli.len(),
+        parts.iterated.len(),
+        parts.of_variables.len(),
+    ]
 }
 
 #[test]
@@ -87,7 +98,10 @@ fn groups_are_runs_of_at_most_four_consecutive_iterated_variables() {
     let places = |group: &[Member]| group.iter().map(|each| each.variable).collect();
     let groups: Vec<Vec<usize>> = parts.groups().map(places).collect();
     assert_eq!(groups, [vec![0, 1, 2], vec![4, 5, 6, 7], vec![8, 9]]);
-    assert_eq!([2, 3, 7, 9].map(|variable| parts.lane(variable)), [Some((0, 2)), None, Some((1, 3)), Some((2, 1))]);
+    assert_eq!(
+        [2, 3, 7, 9].map(|variable| parts.lane(variable)),
+        [Some((0, 2)), None, Some((1, 3)), Some((2, 1))]
+    );
 }
 
 #[test]
@@ -100,7 +114,10 @@ fn declared_memories_are_accepted_up_to_rounding_of_their_rates() {
         for share in [1e-13, f64::NAN] {
             let mut wrong = rates;
             wrong[k] *= 1.0 + share;
-            assert!(declared.check_rates(&y, &wrong, &x).is_err(), "rate {k} changed by {share}");
+            assert!(
+                declared.check_rates(&y, &wrong, &x).is_err(),
+                "rate {k} changed by {share}"
+            );
         }
     }
 }
