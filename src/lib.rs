@@ -143,7 +143,7 @@ pub use nalgebra;
 pub use reference_element::Order;
 pub use scene::{Along, Environment, Scene, Still, Turned};
 pub use section::Section;
-pub use shoot::{Energies, Shoot, ShootBuilder};
+pub use shoot::{Energies, FullModel, ReducedModel, Shoot, ShootBuilder, ShootParameters};
 pub use state::{State, StateError};
 
 /// The programs of the README, compiled and run as tests.

@@ -5,11 +5,13 @@ mod change;
 mod check_laws;
 mod energies;
 mod nodes;
+mod parameters;
 mod power;
 mod rate;
 
 pub use builder::ShootBuilder;
 pub use energies::Energies;
+pub use parameters::{FullModel, ReducedModel, ShootParameters};
 
 use nalgebra::Vector3;
 
