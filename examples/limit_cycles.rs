@@ -179,18 +179,7 @@ impl Record {
         let rod = shoot.rod();
         self.times.push(shoot.time());
         self.tips.push(rod.tip());
-        let places = [0.0, rod.length()].into_iter().filter_map(|s| rod.at(s));
-        let directors = places
-            .map(|(place, frame)| {
-                [place, frame * Vector3::x(), frame * Vector3::y()].map(Into::into)
-            })
-            .collect();
-        let line = rod.centre_line_at(41).into_iter().map(Into::into).collect();
-        self.shapes.push(FramedShape {
-            hours: shoot.time() / HOUR,
-            line,
-            directors,
-        });
+        self.shapes.push(FramedShape::of(rod, shoot.time() / HOUR));
         let profile = shoot.profile().sample(21);
         self.twist.push(
             profile
@@ -221,34 +210,6 @@ impl Record {
             .zip(&self.tips)
             .filter(|(t, _)| (from..=to).contains(*t));
         both.map(|(t, tip)| (t / HOUR, [tip.x, tip.y])).collect()
-    }
-
-    /// Returns the tip positions in a period that ends at `end`, s.
-    fn tips_until(&self, end: f64, period: f64) -> Vec<[f64; 3]> {
-        let inside = |t: &f64| (end - period - INTERVAL..=end).contains(t);
-        let both = self.times.iter().zip(&self.tips).filter(|(t, _)| inside(t));
-        both.map(|(_, tip)| (*tip).into()).collect()
-    }
-
-    /// Returns eight shapes in a period that ends at `end`, s.
-    fn shapes_until(&self, end: f64, period: f64) -> Vec<FramedShape> {
-        let at = |k: u32| (end - period * f64::from(8 - k) / 8.0) / HOUR;
-        let nearest = |hours: f64| {
-            let distance = |shape: &&FramedShape| (shape.hours - hours).abs();
-            self.shapes
-                .iter()
-                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-                .cloned()
-        };
-        let shapes = (1..=8).filter_map(|k| nearest(at(k).max(0.0)));
-        // Times are relative to the beginning of the period, so that equal phases have equal
-        // colours.
-        shapes
-            .map(|shape| FramedShape {
-                hours: shape.hours - at(0).max(0.0),
-                ..shape
-            })
-            .collect()
     }
 }
 

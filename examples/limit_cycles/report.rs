@@ -93,11 +93,7 @@ pub fn draw(
     Figure::new(out.join("tip.svg"), "Tip track, top view").orbits(&orbits)?;
 
     let period = exact.map_or(90.0 * MINUTE, |exact| exact[2]);
-    let panel = |name, end| FramedPanel {
-        name,
-        shapes: record.shapes_until(end, period),
-        track: record.tips_until(end, period),
-    };
+    let panel = |name, end| FramedPanel::of_period(name, &record.shapes, end / HOUR, period / HOUR);
     let mut panels = vec![panel("planar oscillation", ACROSS.min(end))];
     if end > opens {
         panels.push(panel("circular oscillation", end));
