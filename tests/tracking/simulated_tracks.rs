@@ -121,10 +121,10 @@ fn with_a_weak_oscillator_ellipses_become_circles() {
         slow.unwrap().ellipse.roundness()
     };
     // Known values: a fit of oscillations with exponential amplitudes to each coordinate, by another
-    // program. In a window of 6 h, the amplitude grows up to thirtyfold; the fit here has none, which
+    // program. In a window of 6 h, the amplitude grows up to fiftyfold; the fit here has none, which
     // changes the ratio by a few per cent.
     for hours in [9.0, 11.0, 13.0, 15.0] {
-        assert_abs_diff_eq!(roundness(hours), 0.219, epsilon = 0.02);
+        assert_abs_diff_eq!(roundness(hours), 0.219, epsilon = 0.03);
     }
     let later: Vec<f64> = (9..=18)
         .map(|k| roundness(2.0 * f64::from(k) + 1.0))
