@@ -7,8 +7,8 @@
 //! perpendicular direction. The statoliths follow the avalanche dynamics with a time constant of 2
 //! min, unless `--settled` is given.
 //!
-//! The example also solves the equations of the circular and of the planar periodic orbit and prints
-//! the growth rates of their leading disturbances.
+//! The example also solves the equations of the circular and of the planar periodic orbit, and
+//! prints the growth rates of their leading disturbances.
 //!
 //! # Results
 //! After the first pulse the oscillation is planar, and by symmetry it remains in its plane. After

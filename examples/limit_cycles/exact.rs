@@ -1,8 +1,8 @@
 //! Circular orbit of a shoot with settled statoliths, from an ordinary differential equation.
 //!
-//! The kernels of gravitropism and proprioception are equal, or there is no proprioception (η = 0). In
-//! a frame that rotates with the shoot at the rate ω, the memories multiply their stimulus by the same
-//! complex number. The shape is
+//! The kernels of gravitropism and proprioception are equal, or there is no proprioception (η = 0).
+//! In a frame that rotates with the shoot at the rate ω, the memories multiply their stimulus by the
+//! same complex number. The shape is
 //! plane at the rate at which this number is real. With G = 1/(ω √(1 + ω²τm²)) and the angle θ from
 //! the vertical, the shape satisfies
 //!

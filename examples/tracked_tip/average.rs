@@ -2,9 +2,9 @@
 
 use nalgebra::Vector2;
 
-/// Returns the means of `count` consecutive positions. Positions on both sides of an interval longer
-/// than `gap` (s) have no common mean: each part of the track between such gaps has a line of its
-/// own, and parts with fewer positions have none.
+/// Returns the means of `count` consecutive positions. Positions on both sides of an interval
+/// longer than `gap` (s) have no common mean: each part of the track between such gaps has a line of
+/// its own, and parts with fewer positions have none.
 pub fn moving_average(
     times: &[f64],
     positions: &[Vector2<f64>],

@@ -47,8 +47,8 @@ fn positions_in_pixels_and_frames_are_converted() {
     }
 }
 
-/// Positions in space, one a minute, as published with an experiment: without times and header, with
-/// times and header, in centimetres and metres, with decimal points and commas.
+/// Positions in space, one a minute, as published with an experiment: with or without times and a
+/// header, in metres, centimetres and millimetres, with decimal points and commas.
 #[test]
 fn tables_without_times_or_without_a_header_are_read() {
     let layout = |time: &'static str, names: [&'static str; 3], metres: f64| Layout {

@@ -94,8 +94,8 @@ impl Header {
                 further: 0,
             });
         }
-        // The separator is that for which the column of times, or else that of the first coordinate,
-        // exists. DeepLabCut always writes commas.
+        // The separator is that for which the column of times exists, or without one that of the
+        // first coordinate. DeepLabCut always writes commas.
         let known = [layout.time, layout.coordinates[0]][usize::from(layout.time.is_empty())];
         let has_known =
             |separator: &char| texts(first, *separator).iter().any(|name| name == known);
@@ -500,8 +500,8 @@ fn required<'a>(layout: &'a Layout) -> Result<(f64, f64, &'a [f64]), TrackError>
     Ok((seconds, metres, signs))
 }
 
-/// Returns the text of a number with a decimal point. Decimals have no commas if commas separate the
-/// columns.
+/// Returns the text of a number with a decimal point. Decimals have no commas if commas separate
+/// the columns.
 fn decimal(text: &str, separator: char) -> String {
     if separator == ',' {
         text.to_owned()
