@@ -5,6 +5,7 @@ use std::path::Path;
 
 use morphorod::tracking::{Pattern, Track};
 
+use super::orbits::{Orbits, Rates};
 use super::{ACROSS, HOUR, MINUTE, PULSE, Record, WINDOW};
 use morphorod_plot::{Figure, FramedPanel, Orbit, Series, Strip, Style, Table, println};
 
@@ -62,6 +63,53 @@ pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) 
         println!(
             "at the end: height of the tip {:.6} mm{height}, largest twist {twist:.1e} 1/m",
             1e3 * tip.z
+        );
+    }
+}
+
+/// Prints the periodic orbits of the undisturbed shoot with the growth rates of their disturbances.
+pub fn print_orbits(found: Result<&Orbits, &Box<dyn Error>>, has_proprioception: bool) {
+    let orbits = match found {
+        Ok(orbits) => orbits,
+        Err(error) => return println!("periodic orbits of the undisturbed shoot: none, {error}"),
+    };
+    let per_hour = |rate: f64| format!("{:+.5}", HOUR * rate);
+    let modulations = |rates: &Rates| match &rates.modulations[..] {
+        [] => "below those".to_owned(),
+        some => some
+            .iter()
+            .map(|rate| per_hour(*rate))
+            .collect::<Vec<_>>()
+            .join(" and "),
+    };
+    let stability = |unstable: bool| if unstable { "unstable" } else { "stable" };
+    println!(
+        "periodic orbits of the undisturbed shoot, solved directly, growth rates of disturbances per h:"
+    );
+    let rates = &orbits.circular_rates;
+    println!(
+        "  circular: period {:.6} min, radius {:.6} mm: {}; modulations {}, others at most {}",
+        orbits.circle.period() / MINUTE,
+        1e3 * orbits.circle.radius(),
+        stability(rates.unstable()),
+        modulations(rates),
+        per_hour(rates.others)
+    );
+    let [inside, outside] = &orbits.planar_rates;
+    println!(
+        "  planar: period {:.6} min, excursion {:.6} mm: {}; modulations {} in its plane and {} out of it, others \
+         at most {}",
+        orbits.planar_period / MINUTE,
+        1e3 * orbits.planar_excursion,
+        stability(inside.unstable() || outside.unstable()),
+        modulations(inside),
+        modulations(outside),
+        per_hour(inside.others.max(outside.others))
+    );
+    if !has_proprioception {
+        println!(
+            "  without proprioception the others, short waves, accumulate at zero from below; the largest depends on \
+             the mesh"
         );
     }
 }

@@ -5,13 +5,16 @@ use std::io;
 use plotters::style::RGBColor;
 
 use super::canvas::{Canvas, Label, Point};
-use super::colour::{AREA, ColourScale, ordered, palette};
+use super::colour::{AREA, ColourScale, DOT, ordered, palette};
 use super::legend::{
     draw_badge, draw_below, draw_legend, draw_marker, height_below, is_beside, legend_width, listed,
 };
 use super::panel::{ABOVE, Axis, Panel, Rect};
 use super::range::Range;
 use super::{BAR_COLUMN, Figure, MERGED};
+
+/// Radius of grey dots, pixels.
+pub const DOT_RADIUS: f64 = 2.4;
 
 /// Kinds of series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +31,8 @@ pub enum Style {
     Points,
     /// Markers joined by a thin line, in the order of the points.
     Marked,
+    /// Small grey dots, for measured positions behind a line.
+    Dots,
     /// The polygon with these corners, filled with light grey. The axes then have no margin.
     Area,
     /// The text of the series in a circle at each point; identifies a curve in prints without
@@ -363,6 +368,7 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
         for point in thinned(run) {
             match series.style {
                 Style::Points | Style::Marked => draw_marker(canvas, point, series),
+                Style::Dots => canvas.dot(point, DOT_RADIUS, DOT),
                 Style::Badge => draw_badge(canvas, point, &series.text, series.colour),
                 Style::Text => canvas.text(&series.text, Label::new(point.0, point.1)),
                 Style::Beside => canvas.text_beside(&series.text, point.0 + 9.0, point.1),
