@@ -376,9 +376,7 @@ fn a_resting_shoot_with_friction_does_not_creep() {
         radius: RADIUS,
         friction: 0.5,
     };
-    let builder = Shoot::builder(YOUNG).length(LENGTH);
-    let mut shoot = builder
-        .radius(RADIUS)
+    let mut shoot = rod(YOUNG, LENGTH)
         .load((WEIGHT, Distributed(Vector3::y() * 1e-5)))
         .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
         .support(support)
