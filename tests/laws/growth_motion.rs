@@ -4,7 +4,7 @@
 
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG};
+use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, rod};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::equilibrium::Unloaded;
@@ -229,13 +229,7 @@ fn very_long_growth_zone_takes_no_extra_steps() {
             zone_length: zone,
             time: 20.0 * HOUR,
         };
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(5e-4)
-            .growth(growth)
-            .into_dyn()
-            .build()
-            .unwrap();
+        let mut shoot = rod(YOUNG, 0.05).growth(growth).into_dyn().build().unwrap();
         let statistics = MethodOfSteps::with_solver(600.0, Unloaded)
             .advance(&mut shoot, HOUR)
             .unwrap();
@@ -278,11 +272,7 @@ fn tropisms_receive_the_material_point() {
         zone_length: 0.07,
         time: 72e3,
     };
-    let builder = Shoot::builder(YOUNG)
-        .length(0.02)
-        .radius(RADIUS)
-        .growth(growth)
-        .tropism(Identified);
+    let builder = rod(YOUNG, 0.02).growth(growth).tropism(Identified);
     let mut shoot = builder.into_dyn().build().unwrap();
     MethodOfSteps::new(360.0).advance(&mut shoot, 36e3).unwrap();
 }
