@@ -2,9 +2,8 @@
 //!
 //! The kernels of gravitropism and proprioception are equal, or there is no proprioception (η = 0).
 //! In a frame that rotates with the shoot at the rate ω, the memories multiply their stimulus by the
-//! same complex number. The shape is
-//! plane at the rate at which this number is real. With G = 1/(ω √(1 + ω²τm²)) and the angle θ from
-//! the vertical, the shape satisfies
+//! same complex number. The shape is plane at the rate at which this number is real. With
+//! G = 1/(ω √(1 + ω²τm²)) and the angle θ from the vertical, the shape satisfies
 //!
 //!   E I d/ds[(1 − ηG/τg) θ' − (βG/(r τg)) sin θ] + q (ℓ − s) sin θ = 0,  θ(0) = 0,
 //!

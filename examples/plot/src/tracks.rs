@@ -96,7 +96,11 @@ impl Header {
         }
         // The separator is that for which the column of times exists, or without one that of the
         // first coordinate. DeepLabCut always writes commas.
-        let known = [layout.time, layout.coordinates[0]][usize::from(layout.time.is_empty())];
+        let known = if layout.time.is_empty() {
+            layout.coordinates[0]
+        } else {
+            layout.time
+        };
         let has_known =
             |separator: &char| texts(first, *separator).iter().any(|name| name == known);
         let separator = [',', ';', '\t'].into_iter().find(has_known).unwrap_or(',');
