@@ -19,7 +19,7 @@
 //! and one at a time. The dotted line is the critical length without proprioception. For a given
 //! growth time, proprioception decreases the critical length only if its delay and memory are
 //! sufficiently long (section 3.1 of the paper, case 3). Short ones increase it: the response then
-//! acts as damping. Kinks of the curves are changes of the mode that becomes unstable first. A curve
+//! acts as damping. Kinks and jumps of the curves are changes of the mode that becomes unstable first. A curve
 //! ends where the essential spectrum becomes unstable, so that no length is stable.
 //!
 //! # Options

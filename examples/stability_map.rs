@@ -81,7 +81,8 @@ const BADGES: [f64; 3] = [0.75, 0.5, 0.62];
 /// Places in each panel, growth time (h) and relative length, at which the texts do not cover
 /// curves. In B there is no room for the second.
 const STABLE: (f64, f64) = (21.0, 0.42);
-const UNSTABLE: [Option<(f64, f64)>; 3] = [Some((2.6, 0.88)), None, Some((17.0, 0.95))];
+const UNSTABLE: [Option<(f64, f64)>; 3] = [Some((11.0, 0.95)), None, Some((11.0, 0.95))];
+const UNSTABLE_WITH_MODES: [Option<(f64, f64)>; 3] = [Some((2.6, 0.88)), None, Some((17.0, 0.95))];
 
 /// Returns one point on each curve of a panel, and the number of linearisations. `micro` is the
 /// onset in microgravity.
@@ -172,7 +173,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         spread = spread.max((threshold?.parameters[0] / micro.parameters[0] - 1.0).abs());
     }
     println!(
-        "microgravity: {} lengths from {} to {} cm, largest relative difference {spread:.0e}",
+        "microgravity: {} lengths from {} to {} cm, largest relative difference {spread:.1e}",
         LENGTHS.len(),
         LENGTHS[0],
         LENGTHS[LENGTHS.len() - 1]
@@ -341,7 +342,11 @@ fn run() -> Result<(), Box<dyn Error>> {
         ),
     ]);
     for (panel, series) in modes.iter_mut().enumerate() {
-        series.extend(background(panel, &boundaries[panel]));
+        series.extend(background(
+            panel,
+            &boundaries[panel],
+            UNSTABLE_WITH_MODES[panel],
+        ));
     }
     draw(figure("modes.svg", "Modes on the imaginary axis"), &modes)?;
     println!(
@@ -352,7 +357,7 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 /// Unstable area of a panel, which extends to the left of its boundary and above it, and the texts.
-fn background(panel: usize, boundary: &[(f64, f64)]) -> Vec<Series> {
+fn background(panel: usize, boundary: &[(f64, f64)], unstable: Option<(f64, f64)>) -> Vec<Series> {
     let [[left, bottom], [right, _]] = WINDOW;
     // In A and C all shoots of the self-buckling length are unstable.
     let end = boundary
@@ -364,7 +369,7 @@ fn background(panel: usize, boundary: &[(f64, f64)]) -> Vec<Series> {
         Series::new("unstable: a small tilt grows", area, Style::Area, 6),
         Series::text("stable", STABLE, Style::Text, 6),
     ];
-    series.extend(UNSTABLE[panel].map(|place| Series::text("unstable", place, Style::Text, 6)));
+    series.extend(unstable.map(|place| Series::text("unstable", place, Style::Text, 6)));
     series
 }
 
@@ -392,20 +397,15 @@ fn compared(
                 named.map(|place| Series::text(badges[kind], *place, Style::Badge, colour)),
             );
         }
-        series.extend(background(own, &boundaries[own]));
+        series.extend(background(own, &boundaries[own], UNSTABLE[own]));
         panels.push(series);
     }
     // The legend has each line once.
     let entry = |label: String, style, colour| Series::new(label, Vec::new(), style, colour);
-    panels[0].push(entry(
-        "boundary of the kind of the panel".into(),
-        Style::Line,
-        6,
-    ));
+    panels[0].push(entry("solid: kind of the panel".into(), Style::Line, 6));
     for (kind, name) in names.iter().enumerate() {
         let (badge, name) = name.split_once(": ").unwrap_or(("", name));
-        panels[0]
-            .push(entry(format!("{name}, in other panels"), OTHERS[kind], kind).with_badge(badge));
+        panels[0].push(entry(name.into(), OTHERS[kind], kind).with_badge(badge));
     }
     panels[1].push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
     panels[2].push(Series::new(

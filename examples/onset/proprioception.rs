@@ -15,9 +15,16 @@ use super::{CM, Kind, MINUTE};
 /// Shortest and longest shoot of the search for the critical length, m. The self-buckling length is
 /// 7.933 cm.
 const SEARCH: [f64; 2] = [0.003, 0.0793];
-/// Number of intervals of the search. A root that becomes unstable and stable again within one
-/// interval, 2.4 mm, is not found.
-const INTERVALS: usize = 32;
+/// Number of intervals of the search.
+const INTERVALS: usize = 12;
+/// Length below a crossing, m, and number of intervals in which earlier crossings are sought. A slow
+/// mode can become unstable and stable again shortly below the crossing of a fast mode. Windows of
+/// instability that are shorter than an interval, 0.4 mm, are not found.
+const WINDOW: f64 = 0.0064;
+const WINDOW_INTERVALS: usize = 16;
+/// Number of elements of the first mesh on which roots are counted. Refusals of unresolved waves
+/// make a coarse mesh reliable.
+const COUNTED: usize = 2;
 /// Relative error of lengths and times due to the mesh.
 const REFINEMENT: Refinement = Refinement {
     tolerance: 1e-8,
@@ -26,7 +33,12 @@ const REFINEMENT: Refinement = Refinement {
 };
 /// Range of the varied time, s, and number of points.
 const TIMES: [f64; 2] = [0.5 * MINUTE, 100.0 * MINUTE];
-const POINTS: usize = 72;
+const POINTS: usize = 36;
+/// Smallest ratio of the periods of two modes. Along a mode, the period changes by less from point
+/// to point.
+const MODES: f64 = 1.2;
+/// Ratio of the times of two points beside a change of the mode.
+const KINK: f64 = 1.005;
 /// The time that is not varied, s.
 const FIXED: f64 = 12.0 * MINUTE;
 
@@ -41,19 +53,19 @@ struct Variant {
 const VARIANTS: [Variant; 3] = [
     Variant {
         name: "delay and memory",
-        label: "delay and memory equal, τ̄r = τ̄m",
+        label: "delay τ̄r = memory τ̄m",
         style: Style::Line,
         memory: |time| Memory { time, delay: time },
     },
     Variant {
         name: "delay alone",
-        label: "delay τ̄r, with τ̄m = 12 min",
+        label: "delay τ̄r, memory 12 min",
         style: Style::Dashed,
         memory: |delay| Memory { time: FIXED, delay },
     },
     Variant {
         name: "memory alone",
-        label: "memory τ̄m, with τ̄r = 12 min",
+        label: "memory τ̄m, delay 12 min",
         style: Style::DashDot,
         memory: |time| Memory { time, delay: FIXED },
     },
@@ -74,7 +86,7 @@ impl Kind {
 
     /// Number of unstable roots on the first mesh that resolves their wavelengths.
     fn unstable(&self, length: f64) -> Result<usize, StabilityError> {
-        let mut elements = REFINEMENT.first;
+        let mut elements = COUNTED;
         loop {
             match self.at(length, elements)?.unstable() {
                 Err(StabilityError::UnderResolved { .. }) if elements < REFINEMENT.last => {
@@ -86,45 +98,70 @@ impl Kind {
     }
 }
 
-/// Smallest length at which a root crosses the imaginary axis. Unstable roots are counted at
-/// increasing lengths, because modes of different wavelengths may become unstable first.
-pub fn critical(kind: &Kind) -> Result<Crossing<1>, StabilityError> {
-    let [shortest, longest] = SEARCH;
-    let length = |i: usize| shortest + (longest - shortest) * i as f64 / INTERVALS as f64;
-    let mut range = SEARCH;
-    for i in 1..=INTERVALS {
+/// First of several equal intervals of lengths, m, at whose end roots are unstable.
+fn unstable_interval(
+    kind: &Kind,
+    [from, to]: [f64; 2],
+    intervals: usize,
+) -> Result<Option<[f64; 2]>, StabilityError> {
+    let length = |i: usize| from + (to - from) * i as f64 / intervals as f64;
+    for i in 1..=intervals {
         if kind.unstable(length(i))? > 0 {
-            range = [length(i - 1), length(i)];
-            break;
+            return Ok(Some([length(i - 1), length(i)]));
         }
     }
-    // Without an onset this returns the error.
-    REFINEMENT.onset(
-        |length, elements| kind.at(length, elements),
-        range[0],
-        range[1],
-    )
+    Ok(None)
 }
 
-/// Estimated error of the parameter of a crossing.
+/// Smallest length at which a root crosses the imaginary axis. Unstable roots are counted at
+/// increasing lengths, because any mode may become unstable first.
+pub fn critical(kind: &Kind) -> Result<Crossing<1>, StabilityError> {
+    let onset = |[from, to]: [f64; 2]| {
+        REFINEMENT.onset(|length, elements| kind.at(length, elements), from, to)
+    };
+    // Without an unstable length, the search in the whole range returns the error.
+    let crossing = onset(unstable_interval(kind, SEARCH, INTERVALS)?.unwrap_or(SEARCH))?;
+    let [length] = crossing.parameters;
+    let below = [
+        (length - WINDOW).max(SEARCH[0]),
+        length - 0.5 * WINDOW / WINDOW_INTERVALS as f64,
+    ];
+    match unstable_interval(kind, below, WINDOW_INTERVALS)? {
+        Some(interval) => onset(interval),
+        None => Ok(crossing),
+    }
+}
+
+/// Estimated error of the parameter of a crossing: that of the mesh, and the relative error of 1e-9
+/// of the differences in the characteristic matrix.
 pub fn error(crossing: &Crossing<1>) -> f64 {
-    crossing.parameter_errors.map_or(f64::NAN, |[error]| error)
+    let [parameter] = crossing.parameters;
+    let mesh = crossing.parameter_errors.map_or(f64::NAN, |[error]| error);
+    mesh + 1e-9 * parameter
 }
 
 /// Critical lengths (m) at increasing times (s), up to the time at which the essential spectrum
-/// becomes unstable. Times without an onset below the self-buckling length are left out.
+/// becomes unstable. Times without an onset below the self-buckling length are left out. The places
+/// at which another mode becomes unstable first are located by bisection.
 fn curve(kind: &Kind, variant: &Variant) -> Result<Vec<(f64, Crossing<1>)>, StabilityError> {
+    let at = |time: f64| critical(&kind.with_memory((variant.memory)(time)));
     let time = |i: usize| TIMES[0] * (TIMES[1] / TIMES[0]).powf(i as f64 / (POINTS - 1) as f64);
-    let found = ensemble::collect(POINTS, ensemble::cores(), |i| {
-        critical(&kind.with_memory((variant.memory)(time(i))))
-    });
+    let found = ensemble::collect(POINTS, ensemble::cores(), |i| (time(i), at(time(i))));
     let mut points = Vec::new();
-    for (i, found) in found.into_iter().enumerate() {
+    for (time, found) in found {
         match found {
-            Ok(crossing) => points.push((time(i), crossing)),
+            Ok(crossing) => points.push((time, crossing)),
             Err(StabilityError::InfinitelyMany { .. } | StabilityError::NoCrossing { .. }) => {}
             Err(error) => return Err(error),
         }
+    }
+    let is_wide = |pair: &[(f64, Crossing<1>)]| {
+        let ratio = pair[0].1.period() / pair[1].1.period();
+        ratio.max(1.0 / ratio) > MODES && pair[1].0 > KINK * pair[0].0
+    };
+    while let Some(i) = points.windows(2).position(is_wide) {
+        let middle = (points[i].0 * points[i + 1].0).sqrt();
+        points.insert(i + 1, (middle, at(middle)?));
     }
     Ok(points)
 }
@@ -149,7 +186,11 @@ fn equal_lengths(
             kind.with_memory((variant.memory)(time))
                 .at(length, elements)
         };
-        let found = REFINEMENT.onset(family, from, to)?;
+        let found = match REFINEMENT.onset(family, from, to) {
+            // The critical length jumps past this one to another mode.
+            Err(StabilityError::NoCrossing { .. }) => continue,
+            found => found?,
+        };
         let slope = (to - from) / (after - before);
         times.push((
             found.parameters[0],
@@ -220,8 +261,9 @@ pub fn compare_lengths(kind: &Kind, out: &Path) -> Result<(), Box<dyn Error>> {
     for place in &equal {
         series.push(Series::text(
             format!("{:.2} min", place.0),
-            *place,
-            Style::Beside,
+            // Right of the marker and above the dotted line.
+            (1.35 * place.0, place.1 + 0.22),
+            Style::Text,
             6,
         ));
     }

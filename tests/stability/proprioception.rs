@@ -73,18 +73,18 @@ fn critical_length_depends_on_delay_and_memory_of_proprioception() {
                 1.004 * length,
             )
             .unwrap();
-        // The tolerance of the refinement is 1e-8; its estimate may be exceeded by a small factor.
+        // The tolerance of the refinement is 1e-8. The largest measured error is 3e-9.
         assert_relative_eq!(
             found.parameters[0],
             length,
             epsilon = 0.0,
-            max_relative = 5e-8
+            max_relative = 2e-8
         );
         assert_relative_eq!(
             found.period(),
             period * MINUTE,
             epsilon = 0.0,
-            max_relative = 5e-8
+            max_relative = 2e-8
         );
     }
 }
@@ -104,23 +104,24 @@ fn short_delay_and_memory_of_proprioception_increase_the_critical_length() {
         let found = Refinement::to(1e-8)
             .onset(family, 0.9 * time, 1.1 * time)
             .unwrap();
-        // The tolerance of the refinement is 1e-8; its estimate may be exceeded by a small factor.
+        // The tolerance of the refinement is 1e-8. The largest measured error is 3e-9.
         assert_relative_eq!(
             found.parameters[0],
             time,
             epsilon = 0.0,
-            max_relative = 5e-8
+            max_relative = 2e-8
         );
         assert_relative_eq!(
             found.period(),
             period * MINUTE,
             epsilon = 0.0,
-            max_relative = 5e-8
+            max_relative = 2e-8
         );
-        // At this length, shorter times are stable and longer ones are not.
+        // At this length, shorter times are stable. At longer ones a pair of conjugate roots is
+        // unstable in each of two planes.
         let unstable = |factor: f64| family(factor * time, 8).unwrap().unstable();
         assert_eq!(unstable(0.99), Ok(0));
-        assert_eq!(unstable(1.01), Ok(2));
+        assert_eq!(unstable(1.01), Ok(4));
     }
 }
 
