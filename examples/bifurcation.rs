@@ -71,8 +71,6 @@ impl Family {
         let of = |name: &str, default: f64| if self.over == name { value } else { default };
         ShootParameters {
             length: of("length", self.length) / 100.0,
-            // Longer than every shoot of the family.
-            zone_length: 1.0,
             growth_time: HOUR * of("tau-g", 20.0),
             gravitropic_sensitivity: of("beta", 0.8),
             proprioceptive_sensitivity: of("eta", 20.0),

@@ -7,12 +7,12 @@
 //! perpendicular direction. The statoliths follow the avalanche dynamics with a time constant of 2
 //! min, unless `--settled` is given.
 //!
-//! The example also solves the equations of the circular and of the planar periodic orbit, and
-//! prints the growth rates of their leading disturbances.
+//! The example also solves for the circular and the planar periodic orbit of the undisturbed shoot,
+//! and prints the growth rates of their leading disturbances.
 //!
 //! # Results
 //! After the first pulse the oscillation is planar, and by symmetry it remains in its plane. After
-//! the second pulse the tip describes ellipses, which become circular. Planar oscillations are thus
+//! the second pulse the tip describes ellipses, which become circles. Planar oscillations are thus
 //! unstable, and circular oscillations are stable. A shoot on the circular orbit has a constant
 //! shape that rotates about the vertical. Its cross-sections do not rotate with the shape, as the
 //! directors show.
@@ -20,7 +20,7 @@
 //! # Options
 //! - `--settled --hours 400 --step 45`: statoliths that follow gravity without delay. In this case
 //!   [`exact_orbit`] computes the circular orbit from an ordinary differential equation. The shape
-//!   is plane and free of torsion, and the period is 87.638 min for every amplitude.
+//!   is plane and without twist, and the period is 87.638 min for every amplitude.
 //! - `--eta 0 --length 7.15 --settled --hours 200 --step 45`: graviceptive oscillations, without
 //!   proprioception. The critical length is 7.1003931 cm.
 //! - `--modulus 3e7`: another shear modulus. The text of the paper prints μ = 2E(1 + ν), which is
@@ -58,6 +58,7 @@ const PULSE: f64 = 12.0 * MINUTE;
 const INTERVAL: f64 = 2.0 * MINUTE;
 /// Window of the analysis of an oscillation, s.
 const WINDOW: f64 = 8.0 * HOUR;
+
 /// Returns a pulse of force at the apex.
 fn pulse(direction: Vector3<f64>, start: f64) -> Pulse {
     Pulse {
@@ -192,9 +193,19 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let progress = Progress::new("limit cycles");
     let mut record = Record::default();
+    let video = if settled
+        || ["length", "eta", "modulus"]
+            .iter()
+            .any(|name| options.flag(name))
+    {
+        "with other parameters than in the fourth video"
+    } else {
+        "fourth video"
+    };
+    let about = format!("Agostinelli, DeSimone and Noselli (2021), {video}: {ABOUT}");
     let mut film = options
         .flag("film")
-        .then(|| Film::new("From a pendular to a circular oscillation", ABOUT, 2.0));
+        .then(|| Film::new("From a pendular to a circular oscillation", &about, 2.0));
     for k in 0..=(end / INTERVAL).ceil() as u32 {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
         record.add(&shoot);
@@ -238,8 +249,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: after a pulse of force, a shoot of \
-    constant length oscillates in a plane. After a perpendicular pulse at 30 h the oscillation becomes circular.";
+const ABOUT: &str = "after a pulse of force, a shoot of constant length oscillates in a plane. After a perpendicular \
+    pulse at 30 h the oscillation becomes circular.";
 
 fn main() -> ExitCode {
     morphorod_plot::finish(run())

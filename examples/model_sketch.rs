@@ -10,7 +10,7 @@
 //! - C: the centre line of a constant strain u = (κ, 0, τ), equation (1): a helix of radius
 //!   κ/(κ² + τ²) and pitch 2πτ/(κ² + τ²).
 //! - D: the angle φ between the normal h of the pile of statoliths and the vertical after the base
-//!   was tilted by 90°, equation (6). It obeys tan(φ/2) = tan(φ0/2) exp(−t/τa).
+//!   was tilted by φ0 = 90°, equation (6). It obeys tan(φ/2) = tan(φ0/2) exp(−t/τa).
 //! - E: a shoot that was laid on its side three hours ago. Its visible strain u is the sum of the
 //!   intrinsic strain u*, which growth has produced, and of an elastic part due to the weight (9).
 //!   Without weight the shoot would have the shape of u*.
@@ -21,7 +21,8 @@
 //! the weight by the trapezoidal rule.
 //!
 //! # Options
-//! - `--hours 0`: panel E for the shoot that has only sagged. `--hours 24`: near its steady state.
+//! - `--hours 0`: panel E for the shoot that has only sagged. `--hours 24`: close to the steady
+//!   state.
 
 use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, LN_2, TAU};
@@ -91,11 +92,13 @@ fn rod_with(
 
 /// Panel A: directors along a curved and twisted rod.
 fn directors(out: &Path) -> Result<Panel, Box<dyn Error>> {
-    /// Length of the rod and of the directors in the figure, m.
+    /// Length of the rod, m.
     const LENGTH: f64 = 0.02;
+    /// Length of a director in the figure, m.
     const SHOWN: f64 = 3.5e-3;
-    /// Bending and twist, 1/m.
+    /// Curvature, 1/m.
     const BENDING: f64 = 70.0;
+    /// Twist, 1/m.
     const TWIST: f64 = 100.0;
     let rod = rod_with(LENGTH, &Still::upright(), |s| {
         // The directors turn about the tangent, and the direction of bending does not turn with them.
@@ -270,7 +273,8 @@ fn helix(out: &Path) -> Result<Panel, Box<dyn Error>> {
         ],
     )?;
     let line = rod.centre_line_at(201);
-    let (mut exact, mut deviation) = (Vec::new(), 0.0_f64);
+    let mut exact = Vec::new();
+    let mut deviation = 0.0_f64;
     for (i, p) in line.iter().enumerate() {
         let s = length * i as f64 / 200.0;
         let q = closed(s);
@@ -332,7 +336,9 @@ fn statoliths(out: &Path) -> Result<Panel, Box<dyn Error>> {
         out.join("statoliths.csv"),
         &["t_s", "angle_deg", "closed_form_deg"],
     )?;
-    let (mut found, mut exact, mut deviation) = (Vec::new(), Vec::new(), 0.0_f64);
+    let mut found = Vec::new();
+    let mut exact = Vec::new();
+    let mut deviation = 0.0_f64;
     for i in 1..=60 {
         let t = 15.0 * f64::from(i);
         integrator.advance(&mut shoot, FROM + t)?;
@@ -399,9 +405,12 @@ fn parts(out: &Path, end: f64) -> Result<[Panel; 2], Box<dyn Error>> {
             "relaxed_z_m",
         ],
     )?;
-    let (mut visible, mut intrinsic) = (Vec::new(), Vec::new());
-    let (mut elastic, mut bent) = (Vec::new(), Vec::new());
-    let (mut residual, mut largest) = (0.0_f64, 0.0_f64);
+    let mut visible = Vec::new();
+    let mut intrinsic = Vec::new();
+    let mut elastic = Vec::new();
+    let mut loaded = Vec::new();
+    let mut residual = 0.0_f64;
+    let mut largest = 0.0_f64;
     for i in 0..50 {
         // Middle of one of fifty equal parts.
         let index = 40 * i + 20;
@@ -410,18 +419,17 @@ fn parts(out: &Path, end: f64) -> Result<[Panel; 2], Box<dyn Error>> {
         let turned = frame(s - HALF)?.inverse() * frame(s + HALF)?;
         let total = turned.scaled_axis().y / (2.0 * HALF);
         let of_growth = shoot.profile().at(s).ok_or("no place")?.intrinsic.y;
-        // Moment of the weight of the part beyond, by the trapezoidal rule.
+        // Couple of the weight of the part between this place and the apex, by the trapezoidal
+        // rule.
         let beyond = &line[index..];
         let levers = beyond.iter().map(|p| p.x - line[index].x);
         let tip = beyond[beyond.len() - 1].x - line[index].x;
         let couple = weight * step * (levers.sum::<f64>() - 0.5 * tip);
         let of_weight = couple / stiffness;
-        let (at, straight) = (
-            line[index],
-            relaxed.at(s).map(|(p, _)| p).ok_or("no such place")?,
-        );
+        let at = line[index];
+        let (without, _) = relaxed.at(s).ok_or("no such place")?;
         table.row(&[
-            s, total, of_growth, of_weight, at.x, at.z, straight.x, straight.z,
+            s, total, of_growth, of_weight, at.x, at.z, without.x, without.z,
         ])?;
         residual = residual.max((total - of_growth - of_weight).abs());
         largest = largest.max(total.abs());
@@ -430,7 +438,7 @@ fn parts(out: &Path, end: f64) -> Result<[Panel; 2], Box<dyn Error>> {
         intrinsic.push((s, of_growth));
         elastic.push((s, total - of_growth));
         if i % 4 == 2 {
-            bent.push((s, of_weight));
+            loaded.push((s, of_weight));
         }
     }
     table.finish()?;
@@ -461,7 +469,7 @@ fn parts(out: &Path, end: f64) -> Result<[Panel; 2], Box<dyn Error>> {
                 series("visible strain u, shape", visible, Style::Line, 0),
                 series("intrinsic u*, relaxed shape", intrinsic, Style::DashDot, 2),
                 series("elastic part u − u*", elastic, Style::Dashed, 1),
-                series("couple of the weight over EI", bent, Style::Points, 1),
+                series("couple of the weight over EI", loaded, Style::Points, 1),
             ],
             axes: Axes::Linear,
         },

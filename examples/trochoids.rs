@@ -41,7 +41,7 @@ const HOUR: f64 = 3600.0;
 /// Sampling interval of the tip, s.
 const INTERVAL: f64 = MINUTE;
 /// Time after which the transient has decayed, s.
-const SETTLED: f64 = 20.0 * HOUR;
+const TRANSIENT: f64 = 20.0 * HOUR;
 /// Duration of the part of the track that is drawn in grey, s.
 const SHOWN: f64 = 8.0 * HOUR;
 
@@ -99,13 +99,13 @@ impl Record {
     /// is too short.
     fn analyse(&self) -> Result<Option<Oscillations>, Box<dyn Error>> {
         let path = tracking::Track::seen_along(&Vector3::z(), self.times.clone(), &self.tips)?;
-        let track = path.between(SETTLED, f64::INFINITY);
+        let track = path.between(TRANSIENT, f64::INFINITY);
         // The slow period is an hour and a half. A shorter track does not distinguish it from
         // drift.
         let long = track
             .times()
             .last()
-            .is_some_and(|last| last - SETTLED > 6.0 * HOUR);
+            .is_some_and(|last| last - TRANSIENT > 6.0 * HOUR);
         Ok(if long {
             Some(track.oscillations(&Search::default())?)
         } else {
@@ -162,31 +162,41 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     println!("statoliths: {statoliths}");
 
+    let changed = settled || ["alpha", "period"].iter().any(|name| options.flag(name));
+    let relation = if changed {
+        "with other parameters than in"
+    } else {
+        "as in"
+    };
     let mut orbits = Vec::new();
     let mut panels = Vec::new();
     let mut table = Table::create(
         out.join("tip.csv"),
         &["same_sense", "t_s", "x_m", "y_m", "z_m"],
     )?;
-    for (name, handedness, pattern, about) in [
+    for (name, handedness, pattern, [video, sense]) in [
         (
             "equal senses",
             Handedness::Counterclockwise,
             "epitrochoid",
-            SAME,
+            ["fifth", "same"],
         ),
         (
             "opposite senses",
             Handedness::Clockwise,
             "hypotrochoid",
-            OPPOSITE,
+            ["sixth", "opposite"],
         ),
     ] {
         let mut shoot = whirled_shoot(parameters, handedness, elements, settled)?;
         let progress = Progress::new(name);
         let mut record = Record::default();
         let title = format!("Two oscillations at once: {pattern}");
-        let mut film = options.flag("film").then(|| Film::new(&title, about, 1.0));
+        let about = format!(
+            "Agostinelli, DeSimone and Noselli (2021), {relation} the {video} video: the tip of a shoot of constant \
+             length describes a circle, and an internal oscillator acts in the {sense} sense."
+        );
+        let mut film = options.flag("film").then(|| Film::new(&title, &about, 1.0));
         for k in 0..=(end / INTERVAL).ceil() as u32 {
             integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
             record.add(&shoot);
@@ -244,13 +254,6 @@ fn run() -> Result<(), Box<dyn Error>> {
     println!("wrote tip.csv, tip.svg and shapes.svg to {}", out.display());
     Ok(())
 }
-
-const SAME: &str = "Agostinelli, DeSimone and Noselli (2021), fifth video: the tip of a shoot of constant length \
-    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the same sense. The loops \
-    point inwards.";
-const OPPOSITE: &str = "Agostinelli, DeSimone and Noselli (2021), sixth video: the tip of a shoot of constant length \
-    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the opposite sense. The \
-    loops point outwards.";
 
 const TOO_SHORT: &str = "no periods: they need a run of at least 26 h";
 

@@ -12,7 +12,7 @@
 //!
 //! A shoot of constant length with a horizontal base bends upwards by gravitropism. Proprioception
 //! limits its curvature. [`ShootParameters`] has the parameters of the paper and builds its shoots;
-//! the README combines laws to a shoot.
+//! the README combines single laws.
 //!
 //! ```
 //! use morphorod::integrator::{Integrator, MethodOfSteps};

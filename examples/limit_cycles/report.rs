@@ -75,7 +75,7 @@ pub fn print_orbits(found: Result<&Orbits, &Box<dyn Error>>, has_proprioception:
     };
     let per_hour = |rate: f64| format!("{:+.5}", HOUR * rate);
     let modulations = |rates: &Rates| match &rates.modulations[..] {
-        [] => "below those".to_owned(),
+        [] => "smaller than the others".to_owned(),
         some => some
             .iter()
             .map(|rate| per_hour(*rate))

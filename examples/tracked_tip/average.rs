@@ -1,27 +1,16 @@
-//! Moving average of tracked positions.
+//! Moving average of a tracked tip.
 
-use nalgebra::Vector2;
+use morphorod::tracking::Track;
 
-/// Returns the means of `count` consecutive positions. Positions on both sides of an interval
-/// longer than `gap` (s) have no common mean: each part of the track between such gaps has a line of
-/// its own, and parts with fewer positions have none.
-pub fn moving_average(
-    times: &[f64],
-    positions: &[Vector2<f64>],
-    count: usize,
-    gap: f64,
-) -> Vec<Vec<Vector2<f64>>> {
-    let mut parts: Vec<Vec<Vector2<f64>>> = Vec::new();
-    for (k, position) in positions.iter().enumerate() {
-        match parts.last_mut() {
-            Some(part) if times[k] - times[k - 1] <= gap => part.push(*position),
-            _ => parts.push(vec![*position]),
-        }
-    }
-    let mean = |window: &[Vector2<f64>]| window.iter().sum::<Vector2<f64>>() / count as f64;
-    parts
-        .iter()
-        .map(|part| part.windows(count).map(mean).collect())
-        .filter(|line: &Vec<_>| !line.is_empty())
+/// Returns the moving average over `count` positions of each part of a track between intervals
+/// longer than `gap` (s). Parts with fewer positions have none.
+pub fn moving_average(track: &Track, count: usize, gap: f64) -> Vec<Track> {
+    track
+        .times()
+        .chunk_by(|earlier, later| later - earlier <= gap)
+        .filter_map(|part| {
+            let part = track.between(part[0], part[part.len() - 1]);
+            part.moving_average(count).ok()
+        })
         .collect()
 }

@@ -127,14 +127,15 @@ pub fn average(
 ) -> Result<(), Box<dyn Error>> {
     let good = || (0..path.times().len()).filter(|k| outliers.binary_search(k).is_err());
     let times: Vec<f64> = good().map(|k| path.times()[k]).collect();
-    let positions: Vec<_> = good().map(|k| path.positions()[k]).collect();
+    let positions = good().map(|k| path.positions()[k]).collect();
+    let track = Track::new(times, positions)?;
     let place = |p: &Vector2<f64>| (MM_PER_M * p.x, MM_PER_M * p.y);
     let mut line: Vec<(f64, f64)> = Vec::new();
-    for part in moving_average(&times, &positions, count, BREAK * HOUR) {
-        line.extend(part.iter().map(place));
+    for part in moving_average(&track, count, BREAK * HOUR) {
+        line.extend(part.positions().iter().map(place));
         line.push((f64::NAN, f64::NAN));
     }
-    let dots = positions.iter().map(place).collect();
+    let dots = track.positions().iter().map(place).collect();
     let label = format!("mean of {count} positions");
     let series = [
         Series::new("positions", dots, Style::Dots, 5),

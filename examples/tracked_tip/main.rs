@@ -27,8 +27,8 @@
 //!   several levels of gravity (`--gravity`) decide where the tip alone does not.
 //! - A table of positions in space, one a minute, without times and without a header, as in the
 //!   experiment of that paper: `--file mine.csv --time '' --columns 1,2,3 --seconds 60 --mm 10
-//!   --axes +1,+2,+3` for centimetres. The figure `average.svg` is made as their figure 7B: the
-//!   positions from above in grey, and their moving average over ten positions.
+//!   --axes +1,+2,+3` for centimetres. The figure `average.svg` corresponds to their figure
+//!   7B: the positions from above in grey, and their moving average over ten positions.
 //! - `--centre-lines lines.csv`, with the same options: rows of one time are points from the base
 //!   to the tip. Their curvature along the arc is written to `curvature.csv`.
 //!

@@ -37,7 +37,7 @@ pub type ReducedModel = Laws<LinearElastic, Ongoing<UniformGrowth>, Steering, We
 /// the growth time and the oscillator of its second video. Gravity, 9.81 m/s² by default, and the
 /// base belong to the [scene](ShootBuilder::scene).
 ///
-/// [`shoot`](Self::shoot) and [`reduced`](Self::reduced) return builders, with which laws can be
+/// [`shoot`](Self::shoot) and [`reduced`](Self::reduced) return builders, whose laws can be
 /// replaced. The other methods return single laws, for other combinations. The values are checked
 /// by [`build`](ShootBuilder::build).
 ///

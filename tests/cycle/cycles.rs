@@ -448,7 +448,7 @@ fn without_proprioception_the_circle_is_exact_and_stable_and_the_swing_unstable(
     ] {
         let shoot = parameters(length).shoot(12);
         let wave = circle(&shoot, 1e-3 * radius);
-        // The error due to twelve elements, as with proprioception.
+        // Twelve elements have the same relative error as with proprioception.
         assert_relative_eq!(
             1e3 * wave.radius(),
             radius,

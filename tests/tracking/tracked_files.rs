@@ -9,6 +9,7 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 
 use crate::fixtures::random::Draw;
 use average::moving_average;
+use morphorod::tracking::Track;
 use morphorod_plot::centre_lines::{centre_lines, curvature};
 use morphorod_plot::tracks::{Layout, Missing, TrackError, read_tracks, tracks};
 use nalgebra::Vector2;
@@ -110,31 +111,34 @@ fn tables_without_times_or_without_a_header_are_read() {
 /// The mean of positions on a circle is on a smaller circle. A gap divides the line.
 #[test]
 fn moving_average_is_that_of_consecutive_positions() {
-    let times: Vec<f64> = (0..40).map(|k| 60.0 * f64::from(k)).collect();
+    let times = (0..40).map(|k| 60.0 * f64::from(k)).collect();
     let angle = |k: usize| std::f64::consts::TAU / 95.0 * k as f64;
     let circle = |k: usize| Vector2::new(angle(k).cos(), angle(k).sin());
     let positions: Vec<_> = (0..40).map(circle).collect();
-    let lines = moving_average(&times, &positions, 10, 90.0);
-    assert_eq!((lines.len(), lines[0].len()), (1, 31));
+    let track = Track::new(times, positions.clone()).unwrap();
+    let lines = moving_average(&track, 10, 90.0);
+    assert_eq!((lines.len(), lines[0].positions().len()), (1, 31));
     // The sum of ten unit vectors whose directions differ by δ has the length
     // sin(10 δ/2)/sin(δ/2).
     let step = angle(1);
     let factor = (5.0 * step).sin() / (10.0 * (0.5 * step).sin());
-    for (k, mean) in lines[0].iter().enumerate() {
+    for (k, mean) in lines[0].positions().iter().enumerate() {
         let middle = step * (k as f64 + 4.5);
         // Ten additions of numbers of order one.
         assert_abs_diff_eq!(mean.x, factor * middle.cos(), epsilon = 1e-14);
         assert_abs_diff_eq!(mean.y, factor * middle.sin(), epsilon = 1e-14);
     }
     // Twelve positions before a gap have three means, and eight positions behind it have none.
-    let times: Vec<f64> = (0..20)
+    let times = (0..20)
         .map(|k| if k < 12 { 60.0 } else { 70.0 } * f64::from(k))
         .collect();
-    let lines = moving_average(&times, &positions[..20], 10, 90.0);
-    assert_eq!((lines.len(), lines[0].len()), (1, 3));
+    let track = Track::new(times, positions[..20].to_vec()).unwrap();
+    let lines = moving_average(&track, 10, 90.0);
+    assert_eq!((lines.len(), lines[0].positions().len()), (1, 3));
     // The mean of a single position is the position.
-    let lines = moving_average(&times, &positions[..20], 1, 90.0);
-    assert_eq!(lines.concat(), positions[..20]);
+    let lines = moving_average(&track, 1, 90.0);
+    let all: Vec<_> = lines.iter().flat_map(Track::positions).copied().collect();
+    assert_eq!(all, positions[..20]);
 }
 
 #[test]

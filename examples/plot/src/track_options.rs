@@ -142,7 +142,8 @@ fn explained(file: &str, error: &TrackError) -> String {
         }
         TrackError::NoColumn(..) => {
             format!(
-                "{file}: {error}. Options such as --time and --columns name columns; --time '' is for a table without times"
+                "{file}: {error}. Options such as --time and --columns name columns; --time '' is for a table \
+                 without times"
             )
         }
         _ => format!("{file}: {error}"),
