@@ -2,11 +2,10 @@
 //! roots beside them.
 
 use morphorod::ensemble;
-use morphorod::load::Weight;
 use morphorod::stability::{
     BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, crossings,
 };
-use morphorod::{Scene, ShootParameters, Still};
+use morphorod::{ShootParameters, Still};
 
 /// One hour, s.
 pub const HOUR: f64 = 3600.0;
@@ -197,13 +196,7 @@ pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
 
 /// Self-buckling length of Greenhill (1881), m.
 pub fn greenhill() -> f64 {
-    let gravity = Still::upright().environment(0.0).gravity.norm();
-    let ShootParameters {
-        radius, density, ..
-    } = ShootParameters::default();
-    let per_length = density * gravity * std::f64::consts::PI * radius * radius;
-    let stiffness = ShootParameters::default().young().stiffness(radius).x;
-    (Weight::GREENHILL * stiffness / per_length).cbrt()
+    ShootParameters::default().self_buckling_length(9.81)
 }
 
 /// Totals of all curves.
