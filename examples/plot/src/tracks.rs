@@ -376,9 +376,11 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
         .enumerate()
         .map(|(k, line)| (k + 1, line))
         .collect();
-    // Spreadsheets write the separator into a line of its own, `sep=;`.
-    let is_note =
-        |line: &str| line.trim().is_empty() || line.starts_with('#') || line.starts_with("sep=");
+    // Spreadsheets write the separator into a line of its own, `sep=;`. A line of tabs is a row of
+    // empty fields.
+    let is_note = |line: &str| {
+        line.trim_matches(' ').is_empty() || line.starts_with('#') || line.starts_with("sep=")
+    };
     let used = |(_, line): &(usize, &str)| !is_note(line);
     let lines: Vec<(usize, &str)> = lines.into_iter().filter(used).collect();
     let Header {
