@@ -236,7 +236,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     let track = tracking::Track::seen_along(&Vector3::z(), record.times.clone(), &record.tips)?;
     report::print(&record, &track, end, exact);
-    report::print_orbits(found.as_ref(), parameters.proprioceptive_sensitivity > 0.0);
+    report::print_orbits(&found, parameters.proprioceptive_sensitivity > 0.0);
     report::draw(&out, &record, &track, end, exact)?;
     if let Some(film) = film {
         film.write(out.join("film.html"))?;

@@ -68,7 +68,7 @@ pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) 
 }
 
 /// Prints the periodic orbits of the undisturbed shoot with the growth rates of their disturbances.
-pub fn print_orbits(found: Result<&Orbits, &Box<dyn Error>>, has_proprioception: bool) {
+pub fn print_orbits(found: &Result<Orbits, Box<dyn Error>>, has_proprioception: bool) {
     let orbits = match found {
         Ok(orbits) => orbits,
         Err(error) => return println!("periodic orbits of the undisturbed shoot: none, {error}"),

@@ -235,9 +235,9 @@ fn filter(z: Complex<f64>) -> Complex<f64> {
     (-z * delay).exp() / (z * GROWTH_TIME * (z * time + 1.0))
 }
 
-/// Without load the couple of the guide's reaction R is R (ℓ − s), so that θ' + κ θ = R (ℓ − s)/((1
-/// + b) E I) with κ = a/(1 + b), θ(0) = 0. The apex stays on the axis, ∫θ ds = 0, if z = κℓ
-/// satisfies z²/2 = 1 − (1 + z) exp(−z).
+/// Without load the couple of the guide's reaction R is R (ℓ − s), so that
+/// θ' + κ θ = R (ℓ − s)/((1 + b) E I) with κ = a/(1 + b), θ(0) = 0. The apex stays on the axis,
+/// ∫θ ds = 0, if z = κℓ satisfies z²/2 = 1 − (1 + z) exp(−z).
 #[test]
 fn weightless_shoot_with_a_guided_apex_has_the_roots_of_the_closed_form() {
     let shoot = shoot(

@@ -15,7 +15,6 @@ use proptest::prelude::*;
 
 /// Length, m.
 const LENGTH: f64 = 0.05;
-/// Weight of the default shoot.
 
 /// Weight per length, N/m.
 fn per_length() -> Vector3<f64> {
