@@ -153,7 +153,8 @@ fn couple_strain_and_position_converge_at_their_order_between_material_points() 
 fn arc_length_of_inverts_the_initial_apex_distance_at_every_order() {
     for order in Order::ALL {
         let rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, order).unwrap();
-        let (load, environment) = (WEIGHT, Still::upright().environment(0.0));
+        let load = WEIGHT;
+        let environment = Still::upright().environment(0.0);
         let profile = Profile::of(&rod, &YOUNG, &load, &environment);
         for place in profile.sample(37) {
             // Initial apex distances are linear along a rod that has not grown.
@@ -302,7 +303,8 @@ fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
 fn places_beyond_the_ends_of_a_rod_have_no_profile() {
     let scene = Still::upright();
     let rod = Rod::uniform(LENGTH, RADIUS, scene.base, 2, Order::Four).unwrap();
-    let (load, environment) = (WEIGHT, scene.environment(0.0));
+    let load = WEIGHT;
+    let environment = scene.environment(0.0);
     let profile = Profile::of(&rod, &YOUNG, &load, &environment);
     assert!(profile.at(f64::NAN).is_none() && rod.arc_length_of(f64::NAN).is_none());
     for beyond in [

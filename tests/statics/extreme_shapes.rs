@@ -130,7 +130,8 @@ fn adaptive_mesh_resolves_a_coil_of_a_hundred_turns() {
 fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
     for (place, factor) in [(0.37, 3.0), (0.123, 5.0), (0.5, 0.2), (0.71, 1e3)] {
         let make = |nodes: Option<Vec<f64>>| {
-            let (length, law) = (0.06, YOUNG);
+            let length = 0.06;
+            let law = YOUNG;
             let beyond = length * (1.0 - place);
             let factor = move |tissue: &Tissue| {
                 if tissue.initial_apex_distance < beyond {

@@ -165,7 +165,8 @@ fn couples_and_tangent_are_the_derivatives_of_the_energy() {
 fn derivative_of_couples_is_the_tangent_and_half_the_turned_couple() {
     let rod = bent(Order::Four, 2);
     let force = InternalForce::of(&rod, &loads(), &Still::upright().environment(0.0));
-    let (law, frames) = (YOUNG, rod.node_frames());
+    let law = YOUNG;
+    let frames = rod.node_frames();
     let energy = RodEnergy::new(&law, &force);
     let (_, couples) = energy.couples(&rod).unwrap();
     let tangent = energy.tangent(&rod).unwrap().to_dense();

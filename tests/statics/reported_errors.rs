@@ -66,7 +66,8 @@ fn solver_that_fails_reports_the_wrong_tangent() {
         }
     }
     let mut rod = Rod::uniform(0.05, 5e-4, UnitQuaternion::identity(), 4, Order::Eight).unwrap();
-    let (law, load) = (Soft(YOUNG), WEIGHT);
+    let law = Soft(YOUNG);
+    let load = WEIGHT;
     let environment = Still::upright().environment(0.0);
     let force = (load, ApicalForce(|_: f64| Vector3::new(1e-3, 0.0, 0.0)));
     let found = NewtonSolver::default().solve(&mut rod, &law, &force, &environment);

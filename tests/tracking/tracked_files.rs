@@ -59,7 +59,8 @@ fn tables_without_times_or_without_a_header_are_read() {
         signs: Some(vec![1.0, 1.0, -1.0]),
         ..pixels()
     };
-    let (numbers, names) = (["1", "2", "3"], ["x", "y", "z"]);
+    let numbers = ["1", "2", "3"];
+    let names = ["x", "y", "z"];
     let behind = ["2", "3", "4"];
     for (text, layout) in [
         // The position of the second minute was lost.
