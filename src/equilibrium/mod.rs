@@ -28,6 +28,8 @@ pub use newton::{NewtonSolver, NewtonWorkspace};
 pub use rod_energy::{NodeTangent, RodEnergy};
 pub use unloaded::Unloaded;
 
+use nalgebra::Vector3;
+
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
@@ -170,6 +172,9 @@ pub(crate) struct Past<'a> {
     /// The start of the increment in time: contacts are followed from there, and friction depends
     /// on the displacement.
     pub start: Option<&'a IncrementStart>,
+    /// Rotation vectors of the last equilibrium, if `rod` has an extrapolated shape and touches no
+    /// obstacle.
+    pub last: Option<&'a [Vector3<f64>]>,
     /// Whether the descent to any equilibrium is omitted. In contact this descent follows a failure
     /// of Newton's method and of a descent within 1e-3 of the length. A free rod ignores it.
     pub omits_descent: bool,

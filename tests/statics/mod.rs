@@ -17,6 +17,7 @@ mod held_profile;
 mod held_stability;
 mod helix;
 mod horizontal_base;
+mod orientations;
 mod own_solvers;
 mod point_force;
 mod potentials;

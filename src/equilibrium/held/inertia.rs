@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::linear::{Linear, NEUTRAL, Role, Rows, along, scaled};
+use super::linear::{Linear, NEUTRAL, Role, Rows, SUSPECT, along, scaled};
 use super::search::HeldSearch;
 use super::settings;
 use super::sites::across;
@@ -70,9 +70,9 @@ impl HeldSearch<'_> {
         let mut inertia = linear.factors.pivots;
         let Bordered {
             diagonal,
+            rows,
             matrix,
             scale,
-            ..
         } = self.bordered(linear);
         let (n, scaled) = (diagonal.len(), scaled(&matrix, &scale));
         if scaled.iter().any(|value| !value.is_finite()) {
@@ -81,20 +81,32 @@ impl HeldSearch<'_> {
                 ..inertia
             };
         }
-        let eigenvalues = if n > 0 {
+        let mut eigenvalues = if n > 0 {
             scaled.symmetric_eigenvalues()
         } else {
             DVector::zeros(0)
         };
+        let mut floors = DVector::zeros(n);
+        if !self.is_loaded() && eigenvalues.iter().any(|value| value.abs() < SUSPECT) {
+            let eigen = scaled.symmetric_eigen();
+            for (k, value) in eigen.eigenvalues.iter().enumerate() {
+                if value.abs() < SUSPECT {
+                    let factors = eigen.eigenvectors.column(k).component_mul(&scale);
+                    let turns = linear.response.turns(&rows.tr_mul(&factors));
+                    floors[k] = linear.precision.floor(&turns);
+                }
+            }
+            eigenvalues = eigen.eigenvalues;
+        }
         // The bordered matrix has one negative eigenvalue for every condition and every spring of
         // positive stiffness.
         let expected = diagonal.iter().filter(|d| **d <= 0.0).count();
         // A condition and a spring of negative stiffness each have one positive eigenvalue.
         let positive = diagonal.iter().filter(|d| **d >= 0.0).count();
         inertia.margin = inertia.margin.abs();
-        for value in eigenvalues.iter() {
+        for (value, floor) in eigenvalues.iter().zip(floors.iter()) {
             // With the sign as the scale, the least magnitude of an eigenvalue enters the margin.
-            inertia.count(*value, value.signum(), NEUTRAL);
+            inertia.count(*value, value.signum(), f64::max(NEUTRAL, *floor));
         }
         let confined = self.body.system().joints.confined_directions();
         inertia.negative = inertia.negative.saturating_sub(expected);

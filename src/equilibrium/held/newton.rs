@@ -179,7 +179,7 @@ impl HeldSearch<'_> {
         let negative = self.found.inertia.negative;
         if self.stable && negative > 0 {
             // A descent continues from this saddle.
-            return if course.is_descent() {
+            return if course.is_descent() || !self.is_loaded() {
                 Ok(false)
             } else {
                 Err(EquilibriumError::Unstable { negative })

@@ -59,6 +59,7 @@ impl HeldSearch<'_> {
         self.check_start(rod)?;
         self.lay(rod);
         let moves_base = self.rewind(rod);
+        self.choose_guess(rod)?;
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> = self
             .sites
@@ -124,6 +125,43 @@ impl HeldSearch<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Replaces an extrapolated initial guess by the last shape if this has the smaller merit after
+    /// the held frames have rotated to their places. An extrapolation amplifies motions along
+    /// neutral directions, which no equilibrium determines, and may then add turns of twist.
+    fn choose_guess(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
+        let Some(last) = self.last.filter(|last| last.len() == rod.rotations.len()) else {
+            return Ok(());
+        };
+        if !self.obstacles.contacts.is_empty() {
+            return Ok(());
+        }
+        let mut before = rod.clone();
+        before.rotations.copy_from_slice(last);
+        before.chain_frames();
+        let guess = self.merit_in_place(rod)?;
+        let kept = self.merit_in_place(&before)?;
+        if kept < guess - self.rounding_of(guess) {
+            *rod = before;
+        }
+        self.apply(rod);
+        self.locate(rod);
+        Ok(())
+    }
+
+    /// The energy (J) and the weighted violations of a shape after a rotation of the held frames to
+    /// their places.
+    fn merit_in_place(&mut self, shape: &Rod) -> Result<f64, EquilibriumError> {
+        let mut shape = shape.clone();
+        self.turn_held(&mut shape, 1.0);
+        self.apply(&shape);
+        self.locate(&shape);
+        let (energy, _) = self.body.condense(&shape, 0.0)?;
+        let merit = self.merit(&shape, energy);
+        let largest = self.sites.iter().map(|site| site.force.norm());
+        let weight = 2.0 * largest.fold(0.0, f64::max);
+        Ok(merit.energy + weight * merit.violation)
     }
 
     /// Returns to the shape, the base and the time at the start of the increment if a part of the

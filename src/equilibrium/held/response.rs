@@ -281,6 +281,17 @@ impl LinearResponse {
         self.columns.push([couples, turns]);
     }
 
+    /// The rotations of the frames by given reactions.
+    pub fn turns(&self, reactions: &DVector<f64>) -> Vec<Vector3<f64>> {
+        let count = self.columns.first().map_or(0, |[_, turns]| turns.len());
+        let mut sum = vec![Vector3::zeros(); count];
+        for ([_, turns], factor) in self.columns.iter().zip(reactions.iter()) {
+            let each = sum.iter_mut().zip(turns);
+            each.for_each(|(sum, turn)| *sum += turn * *factor);
+        }
+        sum
+    }
+
     /// Sum of the absolute terms in the displacement of a combination of coordinates by its own
     /// reaction, which is `total`. Rounding of a sum that cancels is relative to it.
     pub fn terms(&self, factors: &[(usize, f64)], total: f64) -> f64 {

@@ -47,6 +47,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) layer: f64,
     /// Whether the equilibrium has to be stable.
     pub(super) stable: bool,
+    /// Rotation vectors of the last equilibrium, to which an extrapolated initial guess is compared.
+    pub(in crate::equilibrium) last: Option<&'a [Vector3<f64>]>,
     /// Whether the descent to any equilibrium is omitted.
     pub(in crate::equilibrium) omits_descent: bool,
     pub(super) tolerance: f64,
@@ -109,6 +111,7 @@ impl<'a> HeldSearch<'a> {
             line: Line::default(),
             layer: f64::INFINITY,
             stable,
+            last: None,
             omits_descent: false,
             tolerance,
             length: rod.length(),
