@@ -20,13 +20,13 @@ const ROUNDED: f64 = 1e-14;
 /// descent.
 const NEAR: f64 = 1e-3;
 
-/// The principal axes of a compliance in the space of orthonormal directions. In these axes a
-/// direction in which the rod is rigid, or almost so, is a condition of its own in any orientation
-/// of the rod.
-fn principal(directions: &[Vector3<f64>], compliance: &Matrix3<f64>) -> Vec<Vector3<f64>> {
+/// The principal axes of a symmetric matrix, that of the levers of a place, in the space of
+/// orthonormal directions. In these axes a direction in which a straight rod is rigid is a condition
+/// of its own in any orientation of the rod.
+fn principal(directions: &[Vector3<f64>], levers: &Matrix3<f64>) -> Vec<Vector3<f64>> {
     let size = directions.len();
     let restricted = DMatrix::from_fn(size, size, |i, j| {
-        directions[i].dot(&(compliance * directions[j]))
+        directions[i].dot(&(levers * directions[j]))
     });
     if size < 2 || restricted.iter().any(|value| !value.is_finite()) {
         return directions.to_vec();
@@ -79,8 +79,7 @@ impl HeldSearch<'_> {
         let free = response.free(self.body.system_mut());
         let (mut links, mut roles) = (Rows::default(), Vec::new());
         for (i, site) in self.sites.iter().enumerate() {
-            let block = response.compliance.fixed_view::<3, 3>(3 * i, 3 * i);
-            for direction in principal(&site.fixed, &block.into_owned()) {
+            for direction in principal(&site.fixed, &response.levers(i)) {
                 links.push(along(3 * i, &direction), 0.0);
                 roles.push(Role::Hold(i, direction));
             }
