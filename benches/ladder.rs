@@ -15,34 +15,22 @@ use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::stability::{Linearisation, solve_steady_state};
-use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths,
-};
-use morphorod::{Laws, Model, Order, Scene, Shoot, ShootBuilder, Still};
+use morphorod::tropism::SettledStatoliths;
+use morphorod::{Laws, Model, Order, Scene, Shoot, ShootBuilder, ShootParameters, Still};
 
 const HOUR: f64 = 3600.0;
-const YOUNG: LinearElastic = LinearElastic {
-    youngs_modulus: 1e7,
-    poissons_ratio: 0.5,
-};
-const MEMORY: Memory = Memory {
-    time: 720.0,
-    delay: 720.0,
-};
-const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Rod without weight, growth and tropisms.
 fn rod() -> ShootBuilder<Laws<LinearElastic>> {
-    Shoot::builder(YOUNG)
-        .length(0.068)
-        .radius(5e-4)
+    let paper = ShootParameters::default();
+    Shoot::builder(paper.young())
+        .length(paper.length)
+        .radius(paper.radius)
         .elements(4)
         .scene(Still::tilted(0.1))
 }
@@ -70,86 +58,42 @@ fn scenes(c: &mut Criterion) {
             });
         });
     }
-    let growth = UniformGrowth {
-        zone_length: 0.07,
-        time: 40.0 * HOUR,
-    };
-    let gravity = Gravitropism {
-        sensitivity: 0.8,
-        perception: SettledStatoliths,
-    }
-    .remembered(MEMORY);
-    let slow = Gravitropism {
-        sensitivity: 0.8,
-        perception: Statoliths {
-            avalanche_time: 120.0,
-        },
-    }
-    .remembered(MEMORY);
-    let bend = Proprioception { sensitivity: 20.0 }.remembered(MEMORY);
-    let oscillator = Oscillator::new(0.2, 1440.0);
+    let paper = ShootParameters::default();
+    let (gravity, bend) = paper.steering(SettledStatoliths);
+    let weighted = || rod().load(paper.weight());
+    let growing = || weighted().growth(paper.growth());
     bench_scene(&mut group, "1 rod", rod());
-    bench_scene(&mut group, "2 with weight", rod().load(WEIGHT));
-    bench_scene(
-        &mut group,
-        "3 with growth",
-        rod().load(WEIGHT).growth(growth),
-    );
+    bench_scene(&mut group, "2 with weight", weighted());
+    bench_scene(&mut group, "3 with growth", growing());
     bench_scene(
         &mut group,
         "4 with gravitropism",
-        rod().load(WEIGHT).growth(growth).tropism(gravity),
+        growing().tropism(gravity),
     );
     bench_scene(
         &mut group,
         "5 with proprioception",
-        rod().load(WEIGHT).growth(growth).tropism((gravity, bend)),
+        growing().tropism((gravity, bend)),
     );
     bench_scene(
         &mut group,
         "6 with an oscillator",
-        rod()
-            .load(WEIGHT)
-            .growth(growth)
-            .tropism((oscillator, gravity, bend)),
+        growing().tropism((paper.oscillator(), gravity, bend)),
     );
     bench_scene(
         &mut group,
         "7 with statoliths",
-        rod()
-            .load(WEIGHT)
-            .growth(growth)
-            .tropism((oscillator, slow, bend)),
+        growing().tropism(paper.tropism()),
     );
-    let wood = Lignifying {
-        young: YOUNG,
-        mature_modulus: 2e9,
-        time: 144.0 * HOUR,
-    };
-    let whole = Shoot::builder(wood)
-        .length(0.068)
-        .radius(5e-4)
-        .elements(4)
-        .scene(Still::tilted(0.1))
-        .load(WEIGHT);
     bench_scene(
         &mut group,
         "8 with lignification",
-        whole.growth(growth).tropism((oscillator, slow, bend)),
+        paper.shoot().elements(4).scene(Still::tilted(0.1)),
     );
     let steady = || {
-        let zone = Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 40.0 * HOUR,
-        });
-        let shoot = Shoot::builder(YOUNG)
-            .length(0.068)
-            .radius(5e-4)
+        let mut shoot = paper
+            .reduced()
             .elements(4)
-            .load(WEIGHT)
-            .growth(zone);
-        let mut shoot = shoot
-            .tropism((gravity, bend))
             .build()
             .expect("valid parameters");
         solve_steady_state(&mut shoot).expect("a steady state");
@@ -164,6 +108,7 @@ fn scenes(c: &mut Criterion) {
 fn equilibria(c: &mut Criterion) {
     let scene = Still::tilted(FRAC_PI_2);
     let environment = scene.environment(0.0);
+    let paper = ShootParameters::default();
     let mut group = c.benchmark_group("equilibrium, by number of elements");
     group
         .sample_size(10)
@@ -180,7 +125,8 @@ fn equilibria(c: &mut Criterion) {
             |b, straight| {
                 b.iter(|| {
                     let mut rod = straight.clone();
-                    let found = solver.solve(&mut rod, &YOUNG, &WEIGHT, &environment);
+                    let found =
+                        solver.solve(&mut rod, &paper.young(), &paper.weight(), &environment);
                     (found, rod)
                 });
             },

@@ -14,14 +14,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use morphorod::Shoot;
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
+use morphorod::ShootParameters;
 use morphorod::stability::{
     BoundarySettings, Linearisation, StabilityError, boundary, onset, solve_steady_state,
 };
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 
 /// Linearisation about an upright shoot of given length, m.
 fn at_length(length: f64) -> Result<Linearisation, StabilityError> {
@@ -34,31 +30,12 @@ fn upright(
     length: f64,
     elements: usize,
 ) -> Result<Linearisation, StabilityError> {
-    let memory = Memory {
-        time: 720.0,
-        delay: 720.0,
+    let parameters = ShootParameters {
+        length,
+        growth_time,
+        ..ShootParameters::default()
     };
-    let mut shoot = Shoot::builder(LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    })
-    .length(length)
-    .radius(5e-4)
-    .elements(elements)
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 0.1,
-        time: growth_time,
-    }))
-    .tropism((
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: SettledStatoliths,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: 20.0 }.remembered(memory),
-    ))
-    .load(Weight { density: 1000.0 })
-    .build()?;
+    let mut shoot = parameters.reduced().elements(elements).build()?;
     solve_steady_state(&mut shoot)?;
     Linearisation::about(&shoot)
 }

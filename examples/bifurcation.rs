@@ -34,15 +34,11 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use exact::exact_orbit;
-use morphorod::constitutive::LinearElastic;
 use morphorod::cycle::{
     Bifurcation, BranchPoint, Continuation, Disturbances, PeriodicSolver, RotatingWaveSolver,
 };
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, onset};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Model, ParameterError, Shoot};
+use morphorod::{Model, ParameterError, Shoot, ShootParameters};
 use morphorod_plot::figure::{Figure, Strip};
 use morphorod_plot::{Opt, Options, Progress, Series, Style, Table, println};
 
@@ -61,19 +57,6 @@ const FIRST_STEP: f64 = 100.0;
 /// squared.
 const PLANAR_RATIO_SQUARED: f64 = 4.0 / 3.0;
 
-/// Parameters of the reduced model, with settled statoliths: the length is constant, and
-/// differential growth acts everywhere.
-struct Parameters {
-    memory: Memory,
-    growth_time: f64,
-    density: f64,
-    youngs_modulus: f64,
-    radius: f64,
-    beta: f64,
-    eta: f64,
-    length: f64,
-}
-
 /// Family of shoots with one varied parameter.
 struct Family {
     elements: usize,
@@ -84,58 +67,24 @@ struct Family {
 }
 
 impl Family {
-    fn parameters(&self, value: f64) -> Parameters {
+    fn parameters(&self, value: f64) -> ShootParameters {
         let of = |name: &str, default: f64| if self.over == name { value } else { default };
-        Parameters {
-            memory: Memory {
-                time: 12.0 * MINUTE,
-                delay: 12.0 * MINUTE,
-            },
-            growth_time: HOUR * of("tau-g", 20.0),
-            density: 1000.0,
-            youngs_modulus: 10e6,
-            radius: 0.5e-3,
-            beta: of("beta", 0.8),
-            eta: of("eta", 20.0),
+        ShootParameters {
             length: of("length", self.length) / 100.0,
+            growth_time: HOUR * of("tau-g", 20.0),
+            gravitropic_sensitivity: of("beta", 0.8),
+            proprioceptive_sensitivity: of("eta", 20.0),
+            ..ShootParameters::default()
         }
     }
 
+    /// Returns the shoot of the reduced model, with settled statoliths.
     fn at(&self, value: f64) -> Result<Shoot<impl Model + use<>>, ParameterError> {
-        let Parameters {
-            memory,
-            growth_time,
-            density,
-            youngs_modulus,
-            radius,
-            beta,
-            eta,
-            length,
-        } = self.parameters(value);
+        let parameters = self.parameters(value);
         let nodes: Vec<f64> = (0..=self.elements)
-            .map(|i| length * i as f64 / self.elements as f64)
+            .map(|i| parameters.length * i as f64 / self.elements as f64)
             .collect();
-        Shoot::builder(LinearElastic {
-            youngs_modulus,
-            poissons_ratio: 0.5,
-        })
-        .length(length)
-        .radius(radius)
-        .nodes(&nodes)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 1.0,
-            time: growth_time,
-        }))
-        .tropism((
-            Gravitropism {
-                sensitivity: beta,
-                perception: SettledStatoliths,
-            }
-            .remembered(memory),
-            Proprioception { sensitivity: eta }.remembered(memory),
-        ))
-        .load(Weight { density })
-        .build()
+        parameters.reduced().nodes(&nodes).build()
     }
 }
 

@@ -33,15 +33,11 @@ mod report;
 use std::error::Error;
 use std::process::ExitCode;
 
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::tropism::{
-    Declaration, Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, Site,
-    Source, Statoliths, TropismLaw,
+    Declaration, Oscillator, Perception, Site, Source, Statoliths, TropismLaw,
 };
-use morphorod::{Model, ParameterError, Scene, Shoot};
+use morphorod::{Model, ParameterError, Scene, Shoot, ShootParameters};
 use morphorod_plot::{Opt, Options, Progress, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -51,8 +47,6 @@ const HOUR: f64 = 3600.0;
 const GROUND: f64 = 9.81;
 /// Period of the oscillator τe, s.
 const OSCILLATOR: f64 = 24.0 * MINUTE;
-/// Radius of the shoot, m.
-const RADIUS: f64 = 0.5e-3;
 /// Sampling interval of the tip, s.
 const INTERVAL: f64 = 2.0 * MINUTE;
 
@@ -137,24 +131,11 @@ impl Perception for Piles {
 
 /// Returns gravitropism and proprioception.
 fn responses(frozen: bool) -> impl TropismLaw {
-    let memory = Memory {
-        time: 12.0 * MINUTE,
-        delay: 12.0 * MINUTE,
-    };
-    let perception = Piles {
-        statoliths: Statoliths {
-            avalanche_time: 2.0 * MINUTE,
-        },
+    let paper = ShootParameters::default();
+    paper.steering(Piles {
+        statoliths: paper.statoliths(),
         frozen,
-    };
-    (
-        Gravitropism {
-            sensitivity: 0.8,
-            perception,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: 20.0 }.remembered(memory),
-    )
+    })
 }
 
 /// Returns a shoot of constant length in a centrifuge. Its growth time τg is 8 h.
@@ -163,21 +144,13 @@ fn shoot(
     tropism: impl TropismLaw,
     length: f64,
 ) -> Result<Shoot<impl Model>, ParameterError> {
-    Shoot::builder(LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    })
-    .length(length)
-    .radius(RADIUS)
-    .elements(6)
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 0.07,
-        time: 8.0 * HOUR,
-    }))
-    .tropism(tropism)
-    .load(Weight { density: 1000.0 })
-    .scene(scene)
-    .build()
+    let parameters = ShootParameters {
+        length,
+        growth_time: 8.0 * HOUR,
+        ..ShootParameters::default()
+    };
+    let builder = parameters.reduced().elements(6);
+    builder.tropism(tropism).scene(scene).build()
 }
 
 /// Track of the tip.

@@ -12,8 +12,8 @@
 //! # Results
 //! At first the tip describes small ellipses with the period of the oscillator. When the shoot
 //! exceeds a critical length, the delayed gravitropic response overshoots, and an oscillation with
-//! a period of about 95 min grows. It is nearly planar at first and becomes circular later. The tip
-//! continues to rise.
+//! a period of about 95 min grows. Its ellipses are narrow at first and become circles. The tip
+//! continues to rise. A table shows their axes in windows of six hours.
 //!
 //! The lower panel of the figure shows the share of the oscillator in the motion. It is the part of
 //! the squared amplitudes that belongs to the period of the oscillator, among all periods found in
@@ -41,12 +41,9 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps, Statistics};
-use morphorod::load::{ApicalForce, Distributed, Weight};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
-use morphorod::{Model, ParameterError, Shoot};
+use morphorod::load::{ApicalForce, Distributed};
+use morphorod::{Model, ParameterError, Shoot, ShootParameters};
 use morphorod_plot::{
     Figure, Film, Frame, Opt, Options, Progress, Strip, Table, VtkSeries, println, stations,
 };
@@ -54,7 +51,6 @@ use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
-const DAY: f64 = 86400.0;
 /// Longest time between two rows of the table with a fixed step, s.
 const LONGEST_ROW: f64 = 5.0 * MINUTE;
 /// Period of the oscillator τe, s.
@@ -66,44 +62,18 @@ fn growing_shoot(
     elements: usize,
     imperfect: bool,
 ) -> Result<Shoot<impl Model>, ParameterError> {
-    let memory = Memory {
-        time: 12.0 * MINUTE,
-        delay: 12.0 * MINUTE,
-    };
-    let young = LinearElastic {
-        youngs_modulus: 10e6,
-        poissons_ratio: 0.5,
+    let parameters = ShootParameters {
+        oscillator_sensitivity: alpha,
+        oscillator_period: OSCILLATOR,
+        ..ShootParameters::default()
     };
     let wind = Distributed(Vector3::new(0.0, -1e-6, 0.0));
     let pull = ApicalForce(|_t: f64| Vector3::new(-1e-7, -1e-7, 0.0));
-    Shoot::builder(Lignifying {
-        young,
-        mature_modulus: 200.0 * young.youngs_modulus,
-        time: 6.0 * DAY,
-    })
-    .length(0.068)
-    .radius(0.5e-3)
-    .elements(elements)
-    .growth(UniformGrowth {
-        zone_length: 0.07,
-        time: 40.0 * HOUR,
-    })
-    .tropism((
-        Oscillator::new(alpha, OSCILLATOR),
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: Statoliths {
-                avalanche_time: 2.0 * MINUTE,
-            },
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: 20.0 }.remembered(memory),
-    ))
-    .load((
-        Weight { density: 1000.0 },
-        imperfect.then_some((wind, pull)),
-    ))
-    .build()
+    parameters
+        .shoot()
+        .elements(elements)
+        .load((parameters.weight(), imperfect.then_some((wind, pull))))
+        .build()
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -327,6 +297,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     oscillations::print_last(&track);
     oscillations::print_shares(&shares);
+    oscillations::print_axis_ratios(&track);
     if render.is_some() {
         println!("wrote render/shoot.pvd and render/shoot_….obj for three-dimensional rendering");
     }

@@ -7,9 +7,12 @@
 //! perpendicular direction. The statoliths follow the avalanche dynamics with a time constant of 2
 //! min, unless `--settled` is given.
 //!
+//! The example also solves for the circular and the planar periodic orbit of the undisturbed shoot,
+//! and prints the growth rates of their leading disturbances.
+//!
 //! # Results
 //! After the first pulse the oscillation is planar, and by symmetry it remains in its plane. After
-//! the second pulse the tip describes ellipses, which become circular. Planar oscillations are thus
+//! the second pulse the tip describes ellipses, which become circles. Planar oscillations are thus
 //! unstable, and circular oscillations are stable. A shoot on the circular orbit has a constant
 //! shape that rotates about the vertical. Its cross-sections do not rotate with the shape, as the
 //! directors show.
@@ -17,7 +20,9 @@
 //! # Options
 //! - `--settled --hours 400 --step 45`: statoliths that follow gravity without delay. In this case
 //!   [`exact_orbit`] computes the circular orbit from an ordinary differential equation. The shape
-//!   is plane and free of torsion, and the period is 87.638 min for every amplitude.
+//!   is plane and without twist, and the period is 87.638 min for every amplitude.
+//! - `--eta 0 --length 7.15 --settled --hours 200 --step 45`: graviceptive oscillations, without
+//!   proprioception. The critical length is 7.1003931 cm.
 //! - `--modulus 3e7`: another shear modulus. The text of the paper prints μ = 2E(1 + ν), which is
 //!   3e7 Pa, instead of E/(2(1 + ν)), which is a ninth of it. With avalanche dynamics the twist on
 //!   the circular orbit is at most 0.040 1/m for E/(2(1 + ν)) and 0.0045 1/m for 3e7 Pa. The orbits
@@ -25,6 +30,8 @@
 
 #[path = "limit_cycles/exact.rs"]
 mod exact;
+#[path = "limit_cycles/orbits.rs"]
+mod orbits;
 #[path = "limit_cycles/report.rs"]
 mod report;
 
@@ -33,17 +40,13 @@ use std::f64::consts::TAU;
 use std::process::ExitCode;
 
 use exact::{exact_orbit, rate};
-use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{Pulse, Weight};
+use morphorod::load::Pulse;
 use morphorod::tracking::{self, Oscillations, Search, Track};
-use morphorod::tropism::{
-    Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
-};
-use morphorod::{Model, ParameterError, Shoot};
+use morphorod::tropism::{Perception, SettledStatoliths};
+use morphorod::{Model, Shoot, ShootParameters};
 use morphorod_plot::{Film, Frame, FramedShape, Opt, Options, Progress, Table, println};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -55,110 +58,14 @@ const PULSE: f64 = 12.0 * MINUTE;
 const INTERVAL: f64 = 2.0 * MINUTE;
 /// Window of the analysis of an oscillation, s.
 const WINDOW: f64 = 8.0 * HOUR;
-/// Radius and height of the tip (m) and period (s) of the circular orbit with avalanche dynamics
-/// and the shear modulus of incompressible tissue. Two independent methods, harmonic balance and
-/// spectral time steps, agree on these digits.
-const WITH_STATOLITHS: [f64; 3] = [29.4264635e-3, 56.0385542e-3, 92.7509782 * MINUTE];
 
-/// Parameters of the shoot.
-struct Parameters {
-    length: f64,
-    radius: f64,
-    growth_time: f64,
-    beta: f64,
-    eta: f64,
-    memory: Memory,
-    density: f64,
-    youngs_modulus: f64,
-}
-
-const SHOOT: Parameters = Parameters {
-    length: 0.0659,
-    radius: 0.5e-3,
-    growth_time: 20.0 * HOUR,
-    beta: 0.8,
-    eta: 20.0,
-    memory: Memory {
-        time: 12.0 * MINUTE,
-        delay: 12.0 * MINUTE,
-    },
-    density: 1000.0,
-    youngs_modulus: 1e7,
-};
-
-/// Linear elasticity with an independent shear modulus. An isotropic material has the shear modulus
-/// E/(2(1 + ν)).
-struct Elastic {
-    youngs_modulus: f64,
-    shear_modulus: f64,
-}
-
-impl Constitutive for Elastic {
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        let [first, second] = tissue
-            .section
-            .second_moments()
-            .map(|moment| self.youngs_modulus * moment);
-        let stiffness = Vector3::new(
-            first,
-            second,
-            self.shear_modulus * tissue.section.torsion_constant(),
-        );
-        let couple = stiffness.component_mul(strain);
-        ElasticResponse {
-            energy: 0.5 * couple.dot(strain),
-            couple,
-            tangent: Matrix3::from_diagonal(&stiffness),
-        }
-    }
-}
-
-/// Returns a shoot with two pulses of force at the apex, along (2, 1, 0) and (1, −2, 0).
-fn pulsed_shoot(
-    shear_modulus: f64,
-    elements: usize,
-    perception: Box<dyn Perception<Signal = [f64; 2]>>,
-) -> Result<Shoot<impl Model>, ParameterError> {
-    let Parameters {
-        youngs_modulus,
-        memory,
-        ..
-    } = SHOOT;
-    let pulse = |direction, start| Pulse {
+/// Returns a pulse of force at the apex.
+fn pulse(direction: Vector3<f64>, start: f64) -> Pulse {
+    Pulse {
         peak: direction * 1e-5,
         start,
         duration: PULSE,
-    };
-    Shoot::builder(Elastic {
-        youngs_modulus,
-        shear_modulus,
-    })
-    .length(SHOOT.length)
-    .radius(SHOOT.radius)
-    .elements(elements)
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 0.07,
-        time: SHOOT.growth_time,
-    }))
-    .tropism((
-        Gravitropism {
-            sensitivity: SHOOT.beta,
-            perception,
-        }
-        .remembered(memory),
-        Proprioception {
-            sensitivity: SHOOT.eta,
-        }
-        .remembered(memory),
-    ))
-    .load((
-        Weight {
-            density: SHOOT.density,
-        },
-        pulse(Vector3::new(2.0, 1.0, 0.0), 0.0),
-        pulse(Vector3::new(1.0, -2.0, 0.0), ACROSS),
-    ))
-    .build()
+    }
 }
 
 /// Samples of the shoot at intervals of [`INTERVAL`].
@@ -179,18 +86,7 @@ impl Record {
         let rod = shoot.rod();
         self.times.push(shoot.time());
         self.tips.push(rod.tip());
-        let places = [0.0, rod.length()].into_iter().filter_map(|s| rod.at(s));
-        let directors = places
-            .map(|(place, frame)| {
-                [place, frame * Vector3::x(), frame * Vector3::y()].map(Into::into)
-            })
-            .collect();
-        let line = rod.centre_line_at(41).into_iter().map(Into::into).collect();
-        self.shapes.push(FramedShape {
-            hours: shoot.time() / HOUR,
-            line,
-            directors,
-        });
+        self.shapes.push(FramedShape::of(rod, shoot.time() / HOUR));
         let profile = shoot.profile().sample(21);
         self.twist.push(
             profile
@@ -222,34 +118,6 @@ impl Record {
             .filter(|(t, _)| (from..=to).contains(*t));
         both.map(|(t, tip)| (t / HOUR, [tip.x, tip.y])).collect()
     }
-
-    /// Returns the tip positions in a period that ends at `end`, s.
-    fn tips_until(&self, end: f64, period: f64) -> Vec<[f64; 3]> {
-        let inside = |t: &f64| (end - period - INTERVAL..=end).contains(t);
-        let both = self.times.iter().zip(&self.tips).filter(|(t, _)| inside(t));
-        both.map(|(_, tip)| (*tip).into()).collect()
-    }
-
-    /// Returns eight shapes in a period that ends at `end`, s.
-    fn shapes_until(&self, end: f64, period: f64) -> Vec<FramedShape> {
-        let at = |k: u32| (end - period * f64::from(8 - k) / 8.0) / HOUR;
-        let nearest = |hours: f64| {
-            let distance = |shape: &&FramedShape| (shape.hours - hours).abs();
-            self.shapes
-                .iter()
-                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-                .cloned()
-        };
-        let shapes = (1..=8).filter_map(|k| nearest(at(k).max(0.0)));
-        // Times are relative to the beginning of the period, so that equal phases have equal
-        // colours.
-        shapes
-            .map(|shape| FramedShape {
-                hours: shape.hours - at(0).max(0.0),
-                ..shape
-            })
-            .collect()
-    }
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -268,8 +136,10 @@ fn run() -> Result<(), Box<dyn Error>> {
                 "modulus",
                 "PA",
                 "",
-                "shear modulus, Pa; by default E/3, where E = 1e7 Pa is Young's modulus",
+                "shear modulus, Pa; by default E/3, the smallest, where E = 1e7 Pa is Young's modulus",
             ),
+            Opt::value("length", "CM", "6.59", "length of the shoot, cm"),
+            Opt::value("eta", "N", "20", "proprioceptive sensitivity η"),
             Opt::flag(
                 "film",
                 "also write film.html, an animation in space for the browser",
@@ -278,20 +148,40 @@ fn run() -> Result<(), Box<dyn Error>> {
     );
     let end = HOUR * options.positive("hours");
     let settled = options.flag("settled");
-    let incompressible = SHOOT.youngs_modulus / 3.0;
-    let shear_modulus = if options.flag("modulus") {
-        options.positive("modulus")
-    } else {
-        incompressible
+    let mut parameters = ShootParameters {
+        length: options.positive("length") / 100.0,
+        growth_time: 20.0 * HOUR,
+        proprioceptive_sensitivity: options.get_if("eta", "0 or larger", |eta: &f64| *eta >= 0.0),
+        ..ShootParameters::default()
     };
-    let perception: Box<dyn Perception<Signal = [f64; 2]>> = if settled {
-        Box::new(SettledStatoliths)
-    } else {
-        Box::new(Statoliths {
-            avalanche_time: 2.0 * MINUTE,
-        })
+    if options.flag("modulus") {
+        // The shear modulus is E/(2(1 + ν)).
+        let modulus = options.positive("modulus");
+        parameters.poissons_ratio = 0.5 * parameters.youngs_modulus / modulus - 1.0;
+    }
+    let perception = || -> Box<dyn Perception<Signal = [f64; 2]>> {
+        if settled {
+            Box::new(SettledStatoliths)
+        } else {
+            Box::new(parameters.statoliths())
+        }
     };
-    let mut shoot = pulsed_shoot(shear_modulus, options.get("elements"), perception)?;
+    let undisturbed = parameters
+        .reduced()
+        .tropism(parameters.steering(perception()))
+        .elements(orbits::ELEMENTS)
+        .build()?;
+    let found = orbits::find(&undisturbed);
+    let mut shoot = parameters
+        .reduced()
+        .tropism(parameters.steering(perception()))
+        .load((
+            parameters.weight(),
+            pulse(Vector3::new(2.0, 1.0, 0.0), 0.0),
+            pulse(Vector3::new(1.0, -2.0, 0.0), ACROSS),
+        ))
+        .elements(options.get("elements"))
+        .build()?;
     let mut integrator = MethodOfSteps::new(options.positive("step"));
     let out = options.out_dir();
     let statoliths = if settled {
@@ -303,9 +193,19 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let progress = Progress::new("limit cycles");
     let mut record = Record::default();
+    let video = if settled
+        || ["length", "eta", "modulus"]
+            .iter()
+            .any(|name| options.flag(name))
+    {
+        "with other parameters than in the fourth video"
+    } else {
+        "fourth video"
+    };
+    let about = format!("Agostinelli, DeSimone and Noselli (2021), {video}: {ABOUT}");
     let mut film = options
         .flag("film")
-        .then(|| Film::new("From a pendular to a circular oscillation", ABOUT, 2.0));
+        .then(|| Film::new("From a pendular to a circular oscillation", &about, 2.0));
     for k in 0..=(end / INTERVAL).ceil() as u32 {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
         record.add(&shoot);
@@ -325,12 +225,18 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     let exact = if settled {
-        exact_orbit(&SHOOT).map(|[radius, height]| [radius, height, TAU / rate(&SHOOT.memory)])
+        let period = TAU / rate(&parameters.gravitropic_memory);
+        exact_orbit(&parameters).map(|[radius, height]| [radius, height, period])
     } else {
-        (shear_modulus == incompressible).then_some(WITH_STATOLITHS)
+        let known = |orbits: &orbits::Orbits| {
+            let circle = &orbits.circle;
+            [circle.radius(), circle.height(), circle.period()]
+        };
+        found.as_ref().ok().map(known)
     };
     let track = tracking::Track::seen_along(&Vector3::z(), record.times.clone(), &record.tips)?;
     report::print(&record, &track, end, exact);
+    report::print_orbits(&found, parameters.proprioceptive_sensitivity > 0.0);
     report::draw(&out, &record, &track, end, exact)?;
     if let Some(film) = film {
         film.write(out.join("film.html"))?;
@@ -343,8 +249,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: after a pulse of force, a shoot of \
-    constant length oscillates in a plane. After a perpendicular pulse at 30 h the oscillation becomes circular.";
+const ABOUT: &str = "after a pulse of force, a shoot of constant length oscillates in a plane. After a perpendicular \
+    pulse at 30 h the oscillation becomes circular.";
 
 fn main() -> ExitCode {
     morphorod_plot::finish(run())

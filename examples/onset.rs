@@ -15,7 +15,15 @@
 //! computed only to the right of a line between the essential spectrum and the axis. Triangles mark
 //! the points at which a root crosses this line.
 //!
+//! The last picture varies the reaction time τ̄r and the memory time τ̄m of proprioception, together
+//! and one at a time. The dotted line is the critical length without proprioception. For a given
+//! growth time, proprioception decreases the critical length only if its delay and memory are
+//! sufficiently long (section 3.1 of the paper, case 3). Short ones increase it: the response then
+//! acts as damping. Kinks and jumps of the curves are changes of the mode that becomes unstable first. A curve
+//! ends where the essential spectrum becomes unstable, so that no length is stable.
+//!
 //! # Options
+//! - `--tau-r-bar 6 --tau-m-bar 6`: another delay and memory of proprioception, min.
 //! - `--statoliths`: avalanche dynamics of the statoliths with a time constant of 2 min. This
 //!   additional delay reduces the critical length and increases the period.
 //! - `--eta 0`, a shoot without proprioception, and `--tau-g 40`, half the growth rate: larger
@@ -23,30 +31,25 @@
 //! - `--tau-g 3`: the essential spectrum is unstable at every length, because of proprioception
 //!   alone. There is no onset, and the program ends with an error message that states the reason.
 
+#[path = "onset/proprioception.rs"]
+mod proprioception;
+
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
-use morphorod::Shoot;
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, Root, StabilityError, onset};
-use morphorod::tropism::{
-    Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths,
-};
+use morphorod::ShootParameters;
+use morphorod::stability::{Linearisation, Root, StabilityError};
+use morphorod::tropism::Memory;
 use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::Complex;
+use proprioception::{compare_lengths, critical, error};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const CM: f64 = 0.01;
-const MEMORY: Memory = Memory {
-    time: 12.0 * MINUTE,
-    delay: 12.0 * MINUTE,
-};
 /// Shortest and longest shoot, m.
 const LENGTHS: [f64; 2] = [0.03, 0.0785];
 /// Self-buckling length of the upright shoot (Greenhill 1881), m.
@@ -57,11 +60,10 @@ const STEPS: usize = 99;
 /// spectrum.
 const LINE: f64 = 0.6;
 
-/// Parameters of a family of shoots that differ in length.
+/// Family of shoots that differ in length.
+#[derive(Clone, Copy)]
 struct Kind {
-    growth_time: f64,
-    gravitropism: f64,
-    proprioception: f64,
+    parameters: ShootParameters,
     statoliths: bool,
     elements: usize,
 }
@@ -69,55 +71,17 @@ struct Kind {
 impl Kind {
     /// Linearisation about the upright shoot.
     fn at(&self, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
-        let shoot = Shoot::builder(LinearElastic {
-            youngs_modulus: 10e6,
-            poissons_ratio: 0.5,
-        })
-        .length(length)
-        .radius(0.5e-3)
-        .elements(elements)
-        // Differential growth acts on the whole shoot, and the length is constant.
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 2.0 * LENGTHS[1],
-            time: self.growth_time,
-        }))
-        .load(Weight { density: 1000.0 });
-        let bending = Proprioception {
-            sensitivity: self.proprioception,
-        }
-        .remembered(MEMORY);
-        let sensitivity = self.gravitropism;
+        let parameters = ShootParameters {
+            length,
+            ..self.parameters
+        };
+        let shoot = parameters.reduced().elements(elements);
         // The upright shoot is a steady state. A tilted one would need solve_steady_state.
         if self.statoliths {
-            let statoliths = Statoliths {
-                avalanche_time: 2.0 * MINUTE,
-            };
-            Linearisation::about(
-                &shoot
-                    .tropism((
-                        Gravitropism {
-                            sensitivity,
-                            perception: statoliths,
-                        }
-                        .remembered(MEMORY),
-                        bending,
-                    ))
-                    .build()?,
-            )
+            let tropism = parameters.steering(parameters.statoliths());
+            Linearisation::about(&shoot.tropism(tropism).build()?)
         } else {
-            let statoliths = SettledStatoliths;
-            Linearisation::about(
-                &shoot
-                    .tropism((
-                        Gravitropism {
-                            sensitivity,
-                            perception: statoliths,
-                        }
-                        .remembered(MEMORY),
-                        bending,
-                    ))
-                    .build()?,
-            )
+            Linearisation::about(&shoot.build()?)
         }
     }
 
@@ -130,6 +94,11 @@ impl Kind {
             .map(|root| root.re))
     }
 
+    /// Memory time of gravitropism, s.
+    fn memory_time(&self) -> f64 {
+        self.parameters.gravitropic_memory.time
+    }
+
     /// Roots to the right of the line, or `None` if neither of two meshes resolves their
     /// wavelengths.
     fn roots(&self, length: f64) -> Result<Option<Vec<Root>>, StabilityError> {
@@ -139,7 +108,7 @@ impl Kind {
             let line = linear
                 .essential_spectrum()?
                 .first()
-                .map_or(0.002 / MEMORY.time, |root| LINE * root.re);
+                .map_or(0.002 / self.memory_time(), |root| LINE * root.re);
             match linear.roots(line) {
                 Err(StabilityError::UnderResolved { .. }) => {}
                 other => return other.map(Some),
@@ -176,7 +145,7 @@ fn follow_roots(kind: &Kind, file: &Path) -> Result<Vec<Curve>, Box<dyn Error>> 
                 .copied()
                 .min_by(|a, b| distance(a).total_cmp(&distance(b)));
             let curve = match nearest
-                .filter(|k| distance(k) < 0.1 / MEMORY.time + 0.2 * root.value.norm())
+                .filter(|k| distance(k) < 0.1 / kind.memory_time() + 0.2 * root.value.norm())
             {
                 Some(curve) => curve,
                 None => {
@@ -303,6 +272,8 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("tau-g", "H", "20", "growth time, h"),
             Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
             Opt::value("eta", "E", "20", "proprioceptive sensitivity"),
+            Opt::value("tau-r-bar", "M", "12", "delay of proprioception, min"),
+            Opt::value("tau-m-bar", "M", "12", "memory of proprioception, min"),
             Opt::value("elements", "N", "6", "elements; fast growth requires more"),
             Opt::flag(
                 "statoliths",
@@ -310,30 +281,33 @@ fn run() -> Result<(), Box<dyn Error>> {
             ),
         ],
     );
-    let kind = Kind {
+    let parameters = ShootParameters {
         growth_time: HOUR * options.positive("tau-g"),
-        gravitropism: options.get("beta"),
-        proprioception: options.get_if("eta", "0 or larger", |eta: &f64| *eta >= 0.0),
+        gravitropic_sensitivity: options.get("beta"),
+        proprioceptive_sensitivity: options.get_if("eta", "0 or larger", |eta: &f64| *eta >= 0.0),
+        proprioceptive_memory: Memory {
+            time: MINUTE * options.positive("tau-m-bar"),
+            delay: MINUTE * options.positive("tau-r-bar"),
+        },
+        ..ShootParameters::default()
+    };
+    let kind = Kind {
+        parameters,
         statoliths: options.flag("statoliths"),
         elements: options.get_if("elements", "larger than 0", |n: &usize| *n > 0),
     };
     let out = options.out_dir();
 
-    let mut linearisations = 0;
-    let family = |length| {
-        linearisations += 1;
-        kind.at(length, kind.elements)
-    };
-    let critical = onset(family, LENGTHS[0], LENGTHS[1])?;
+    let critical = critical(&kind)?;
     println!(
-        "critical length           {:.8} cm",
-        critical.parameters[0] / CM
+        "critical length           {:.8} cm, estimated error {:.0e} cm",
+        critical.parameters[0] / CM,
+        error(&critical) / CM
     );
     println!(
         "period at this length     {:.6} min",
         critical.period() / MINUTE
     );
-    println!("number of linearisations  {linearisations}");
     let curves = follow_roots(&kind, &out.join("roots.csv"))?;
     draw_growth_rates(
         &out.join("growth_rate.svg"),
@@ -346,10 +320,12 @@ fn run() -> Result<(), Box<dyn Error>> {
         &curves,
         (critical.parameters[0], critical.period()),
     )?;
-    println!(
-        "wrote roots.csv, growth_rate.svg and period.svg to {}",
-        out.display()
-    );
+    let mut files = "roots.csv, growth_rate.svg and period.svg";
+    if kind.parameters.proprioceptive_sensitivity > 0.0 {
+        compare_lengths(&kind, &out)?;
+        files = "roots.csv, growth_rate.svg, period.svg, proprioception.csv and proprioception.svg";
+    }
+    println!("wrote {files} to {}", out.display());
     Ok(())
 }
 

@@ -25,21 +25,12 @@ use std::process::ExitCode;
 
 use heun::Heun;
 use kinematic::Kinematic;
-use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
-use morphorod::{Model, Order, Shoot, Still};
+use morphorod::{Model, Order, Shoot, ShootParameters, Still};
 use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 
-const TISSUE: LinearElastic = LinearElastic {
-    youngs_modulus: 1e7,
-    poissons_ratio: 0.5,
-};
-const RADIUS: f64 = 0.5e-3;
 const HOUR: f64 = 3600.0;
 /// Growth time of both shoots, s.
 const GROWTH_TIME: f64 = 20.0 * HOUR;
@@ -48,30 +39,20 @@ const STEPS: [f64; 5] = [480.0, 240.0, 120.0, 60.0, 30.0];
 
 /// A growing shoot with a horizontal base, whose tissue leaves the growth zone.
 fn righting() -> Result<Shoot<impl Model>, morphorod::ParameterError> {
-    let memory = Memory {
-        time: 720.0,
-        delay: 720.0,
-    };
-    let statoliths = Statoliths {
+    let parameters = ShootParameters {
+        length: 0.05,
+        zone_length: 0.04,
+        growth_time: GROWTH_TIME,
         avalanche_time: 1200.0,
+        ..ShootParameters::default()
     };
-    Shoot::builder(TISSUE)
-        .length(0.05)
-        .radius(RADIUS)
+    Shoot::builder(parameters.young())
+        .length(parameters.length)
+        .radius(parameters.radius)
         .elements(4)
-        .growth(UniformGrowth {
-            zone_length: 0.04,
-            time: GROWTH_TIME,
-        })
-        .tropism((
-            Gravitropism {
-                sensitivity: 0.8,
-                perception: statoliths,
-            }
-            .remembered(memory),
-            Proprioception { sensitivity: 20.0 }.remembered(memory),
-        ))
-        .load(Weight { density: 1000.0 })
+        .growth(parameters.growth())
+        .tropism(parameters.steering(parameters.statoliths()))
+        .load(parameters.weight())
         .scene(Still::tilted(FRAC_PI_2))
         .build()
 }
@@ -80,25 +61,28 @@ fn righting() -> Result<Shoot<impl Model>, morphorod::ParameterError> {
 /// closed form, after `time` seconds. While the whole shoot grows, u1* = A sin ωt and u2* = A (1 −
 /// cos ωt) with A = α/(r τg ω).
 fn kinematic_error(step: f64, time: f64) -> Result<f64, Box<dyn Error>> {
-    let (length, law) = (0.03, Oscillator::new(0.2, 1440.0));
-    let mut shoot = Shoot::builder(TISSUE)
-        .length(length)
-        .radius(RADIUS)
+    let parameters = ShootParameters {
+        length: 0.03,
+        growth_time: GROWTH_TIME,
+        ..ShootParameters::default()
+    };
+    let law = parameters.oscillator();
+    let mut shoot = Shoot::builder(parameters.young())
+        .length(parameters.length)
+        .radius(parameters.radius)
         .elements(8)
         .order(Order::Two)
-        .growth(UniformGrowth {
-            zone_length: 0.07,
-            time: GROWTH_TIME,
-        })
+        .growth(parameters.growth())
         .tropism(law)
         .scene(Still::weightless())
         .build()?;
     Kinematic::new(step).advance(&mut shoot, time)?;
     let rate = TAU / law.period;
     let (sin, cos) = (rate * time).sin_cos();
-    let strain =
-        Vector3::new(sin, 1.0 - cos, 0.0) * (law.sensitivity / (RADIUS * GROWTH_TIME * rate));
-    let exact = UnitQuaternion::from_scaled_axis(strain * (length * (time / GROWTH_TIME).exp()));
+    let strain = Vector3::new(sin, 1.0 - cos, 0.0)
+        * (law.sensitivity / (parameters.radius * GROWTH_TIME * rate));
+    let exact =
+        UnitQuaternion::from_scaled_axis(strain * (parameters.length * (time / GROWTH_TIME).exp()));
     Ok(shoot.rod().apex_frame().angle_to(&exact))
 }
 

@@ -35,12 +35,10 @@ use arc_length::{Family, Point};
 use elastica::fold_force;
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Weight};
 use morphorod::rod::Rod;
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Order, Scene, Section, Shoot, Still};
+use morphorod::{Order, Scene, Section, ShootParameters, Still};
 use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::{UnitQuaternion, Vector3};
 use relaxation::DynamicRelaxation;
@@ -79,31 +77,12 @@ fn relax() -> Result<(), Box<dyn Error>> {
         (relaxed.tip() - exact.tip()).norm()
     );
 
-    let memory = Memory {
-        time: 720.0,
-        delay: 720.0,
+    let parameters = ShootParameters {
+        length: 0.05,
+        growth_time: 20.0 * HOUR,
+        ..ShootParameters::default()
     };
-    let shoot = || {
-        Shoot::builder(TISSUE)
-            .length(0.05)
-            .radius(0.5e-3)
-            .elements(4)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.07,
-                time: 20.0 * HOUR,
-            }))
-            .tropism((
-                Gravitropism {
-                    sensitivity: 0.8,
-                    perception: SettledStatoliths,
-                }
-                .remembered(memory),
-                Proprioception { sensitivity: 20.0 }.remembered(memory),
-            ))
-            .load(weight)
-            .scene(scene)
-            .build()
-    };
+    let shoot = || parameters.reduced().elements(4).scene(scene).build();
     let (mut relaxed, mut exact) = (shoot()?, shoot()?);
     let own = MethodOfSteps::with_solver(360.0, solver).advance(&mut relaxed, 4.0 * HOUR)?;
     let newton = MethodOfSteps::new(360.0).advance(&mut exact, 4.0 * HOUR)?;

@@ -25,18 +25,14 @@ use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::process::ExitCode;
 
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Shoot, Still};
+use morphorod::tropism::Memory;
+use morphorod::{ShootParameters, Still};
 use morphorod_plot::{Axes, Figure, Opt, Options, Progress, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const LENGTH: f64 = 0.05;
-const RADIUS: f64 = 0.5e-3;
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
@@ -66,28 +62,21 @@ fn run() -> Result<(), Box<dyn Error>> {
     let out = options.out_dir();
 
     let memory = Memory { time: delay, delay };
-    let mut shoot = Shoot::builder(LinearElastic {
+    let parameters = ShootParameters {
+        length: LENGTH,
         youngs_modulus: options.get("modulus"),
-        poissons_ratio: 0.5,
-    })
-    .length(LENGTH)
-    .radius(RADIUS)
-    .elements(options.get("elements"))
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 0.07,
-        time: 20.0 * HOUR,
-    }))
-    .tropism((
-        Gravitropism {
-            sensitivity: beta,
-            perception: SettledStatoliths,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: eta }.remembered(memory),
-    ))
-    .load(Weight { density: 1000.0 })
-    .scene(Still::tilted(FRAC_PI_2))
-    .build()?;
+        growth_time: 20.0 * HOUR,
+        gravitropic_sensitivity: beta,
+        gravitropic_memory: memory,
+        proprioceptive_sensitivity: eta,
+        proprioceptive_memory: memory,
+        ..ShootParameters::default()
+    };
+    let mut shoot = parameters
+        .reduced()
+        .elements(options.get("elements"))
+        .scene(Still::tilted(FRAC_PI_2))
+        .build()?;
     let mut integrator = MethodOfSteps::new(options.get("step"));
 
     // The tip is recorded at equal intervals, and the centre line at a few times, most of them at
@@ -126,7 +115,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     progress.finish();
     table.finish()?;
 
-    let k = beta / (eta * RADIUS);
+    let k = beta / (eta * parameters.radius);
     let closed = |s: f64| {
         (
             2.0 / k * (k * s / 2.0).tanh().atan(),

@@ -35,14 +35,13 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::support::{Contact, Cylinder};
 use morphorod::tropism::{
     During, Gravitropism, Handedness, Light, Localised, Memory, MemoryKernel, Oscillator,
     ParallelLight, Phototropism, Proprioception, RandomDrive, Response, SettledStatoliths,
     Thigmotropism, Touch, TropismLaw,
 };
-use morphorod::{DynLaws, ParameterError, Scene, Shoot, Still};
+use morphorod::{DynLaws, ParameterError, Scene, Shoot, ShootParameters, Still};
 use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 use nalgebra::Vector3;
 
@@ -322,28 +321,19 @@ fn random(out: &Path, seed: u64) -> Result<(), Box<dyn Error>> {
     let mut table = Table::create(out.join("random.csv"), &["seed", "t_s", "x_mm", "y_mm"])?;
     let mut series = Vec::new();
     for (colour, seed) in (seed..seed + 3).enumerate() {
-        let law = (
-            Gravitropism {
-                sensitivity: 0.8,
-                perception: SettledStatoliths,
-            }
-            .remembered(MEMORY),
-            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-            RandomDrive {
-                sensitivity: 0.05,
-                correlation_time: 24.0 * MINUTE,
-                seed,
-            },
-        );
-        let builder = Shoot::builder(TISSUE)
-            .length(0.05)
-            .radius(RADIUS)
-            .load(Weight { density: 1000.0 });
-        let growth = Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 20.0 * HOUR,
-        });
-        let mut shoot = builder.growth(growth).tropism(law).into_dyn().build()?;
+        let parameters = ShootParameters {
+            length: 0.05,
+            growth_time: 20.0 * HOUR,
+            ..ShootParameters::default()
+        };
+        let drive = RandomDrive {
+            sensitivity: 0.05,
+            correlation_time: 24.0 * MINUTE,
+            seed,
+        };
+        let (gravitropism, proprioception) = parameters.steering(SettledStatoliths);
+        let law = (gravitropism, proprioception, drive);
+        let mut shoot = parameters.reduced().tropism(law).into_dyn().build()?;
         let mut run = MethodOfSteps::new(2.0 * MINUTE);
         let mut line = Vec::new();
         for i in 0..=720 {

@@ -11,9 +11,15 @@
 //! - *C: both responses*: gravitropism and proprioception, with weight.
 //!
 //! # Results
-//! The shoot is stable to the right of the solid curves and unstable in the grey area. Lengths are
-//! divided by the self-buckling length ℓc of Greenhill (1881). In A and C, oscillations begin below
-//! this length. The critical length increases with the growth time.
+//! The first picture has the boundary of each kind as a solid curve, and those of the two other
+//! kinds as dashed, dotted or dash-dotted curves. The shoot is stable to the right of the solid
+//! curve and unstable in the grey area. Lengths are divided by the self-buckling length ℓc of
+//! Greenhill (1881). In A and C, oscillations begin below this length. The critical length increases
+//! with the growth time. In B, all lengths become unstable at the same growth time, which the
+//! program also computes for eight lengths from 1 to 20 cm. The markers are the three numbers that
+//! the paper states.
+//!
+//! The second picture has all modes:
 //!
 //! - Curve 1 is the mode with the longest wavelength. Its period is 87.6 min at every point of the
 //!   curve.
@@ -25,8 +31,7 @@
 //!   same growth time, independently of the length. In C, curves 1, 2, 3, … approach this line for
 //!   short shoots, and infinitely many roots are unstable to the left of it.
 //!
-//! A curve is dashed where other roots are unstable. The markers are the three numbers that the
-//! paper states.
+//! A curve is dashed where other roots are unstable.
 //!
 //! # Options
 //! `--tolerance 1e-4` computes the curves on coarser meshes in less time. Each curve is followed on
@@ -44,9 +49,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use curves::{Cost, Curve, HOUR, Kind, Start, WINDOW, curves_of, greenhill, is_right_of};
-use morphorod::ensemble;
 use morphorod::stability::{Crossing, Refinement, StabilityError, onset};
-use morphorod::tropism::Memory;
+use morphorod::{ShootParameters, ensemble};
 use morphorod_plot::{Axes, Figure, Opt, Options, Series, Style, Table, println};
 
 const MINUTE: f64 = 60.0;
@@ -68,6 +72,18 @@ const FAST: (Mode, [f64; 3]) = (
 /// Essential spectrum.
 const ESSENTIAL: (Mode, f64) = (("∞", "essential spectrum: all wavelengths", 6), 0.72);
 
+/// Lengths of shoots in microgravity, cm.
+const LENGTHS: [f64; 8] = [1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0];
+/// Line of each boundary in the panels of the other kinds.
+const OTHERS: [Style; 3] = [Style::Dashed, Style::Dotted, Style::DashDot];
+/// Relative length at which the name of each boundary is placed.
+const BADGES: [f64; 3] = [0.75, 0.5, 0.62];
+/// Places in each panel, growth time (h) and relative length, at which the texts do not cover
+/// curves. In B there is no room for the second.
+const STABLE: (f64, f64) = (21.0, 0.42);
+const UNSTABLE: [Option<(f64, f64)>; 3] = [Some((11.0, 0.95)), None, Some((11.0, 0.95))];
+const UNSTABLE_WITH_MODES: [Option<(f64, f64)>; 3] = [Some((2.6, 0.88)), None, Some((17.0, 0.95))];
+
 /// Returns one point on each curve of a panel, and the number of linearisations. `micro` is the
 /// onset in microgravity.
 fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), StabilityError> {
@@ -84,7 +100,11 @@ fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), Stabil
     let mut starts = vec![([20.0, main.parameters[0]], main.frequency)];
     // The modes with short periods are close to the self-buckling length at every growth time.
     let fast = kind.crossings(|ratio, n| at(20.0, ratio, n), 0.99, 0.9995)?;
-    let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
+    let quickest = if kind.parameters.proprioceptive_sensitivity > 0.0 {
+        5.5
+    } else {
+        6.5
+    };
     let others = kind.crossings(|hours, n| at(hours, 0.985, n), quickest, 60.0)?;
     starts.extend(
         fast.iter()
@@ -117,14 +137,13 @@ fn run() -> Result<(), Box<dyn Error>> {
     });
     let refinement = Refinement::to(tolerance);
     let out = options.out_dir();
-    let kind = |gravitropism, proprioception, weightless| Kind {
-        gravitropism,
-        proprioception,
-        weightless,
-        memory: Memory {
-            time: 12.0 * MINUTE,
-            delay: 12.0 * MINUTE,
+    let kind = |beta, eta, weightless| Kind {
+        parameters: ShootParameters {
+            gravitropic_sensitivity: beta,
+            proprioceptive_sensitivity: eta,
+            ..ShootParameters::default()
         },
+        weightless,
         refinement,
     };
     let kinds = [
@@ -141,6 +160,23 @@ fn run() -> Result<(), Box<dyn Error>> {
     println!(
         "microgravity: critical growth time {:.8} h (paper: 3.5 h)",
         micro.parameters[0]
+    );
+    let thresholds = LENGTHS.map(|cm| {
+        refinement.onset(
+            |hours, n| weightless.at(hours, 0.01 * cm / greenhill(), n),
+            2.0,
+            6.0,
+        )
+    });
+    let mut spread = 0.0_f64;
+    for threshold in thresholds {
+        spread = spread.max((threshold?.parameters[0] / micro.parameters[0] - 1.0).abs());
+    }
+    println!(
+        "microgravity: {} lengths from {} to {} cm, largest relative difference {spread:.1e}",
+        LENGTHS.len(),
+        LENGTHS[0],
+        LENGTHS[LENGTHS.len() - 1]
     );
     let mut stated = vec![(micro.parameters[0], 0.6)];
     for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
@@ -164,7 +200,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         "elements",
     ];
     let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
-    let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
+    let mut modes: Vec<Vec<Series>> = Vec::new();
+    let mut boundaries: Vec<Vec<(f64, f64)>> = Vec::new();
     // The panels are computed concurrently, so that all cores are used.
     let found = ensemble::collect(
         kinds.len(),
@@ -256,27 +293,9 @@ fn run() -> Result<(), Box<dyn Error>> {
         }
         series.extend(swift);
         series.extend(badges);
-        // The unstable area extends to the left of the solid curves and above them.
         edge.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let [[left, bottom], [right, _]] = WINDOW;
-        let end = if kind.weightless {
-            micro.parameters[0]
-        } else {
-            right
-        };
-        edge.extend([(end, 1.0), (left, 1.0), (left, bottom)]);
-        let area = if panel == 2 {
-            "unstable: a small tilt grows"
-        } else {
-            ""
-        };
-        series.push(Series::new(area, edge, Style::Area, 6));
-        // The places are free of curves.
-        if let Some(place) = [Some((2.6, 0.88)), None, Some((17.0, 0.95))][panel] {
-            series.push(Series::text("unstable", place, Style::Text, 6));
-        }
-        series.push(Series::text("stable", (21.0, 0.42), Style::Text, 6));
-        panels.push((name, series));
+        boundaries.push(edge);
+        modes.push(series);
     }
     table.finish()?;
     println!(
@@ -287,52 +306,115 @@ fn run() -> Result<(), Box<dyn Error>> {
         clock.elapsed().as_secs_f64()
     );
 
-    // The essential spectrum in C is that in B.
+    let names = kinds.map(|(name, _)| name);
+    let figure = |file: &str, title: &str| Figure::new(out.join(file), title);
+    let draw = |figure: Figure, panels: &[Vec<Series>]| {
+        let panels: Vec<(&str, &[Series])> = names
+            .iter()
+            .zip(panels)
+            .map(|(name, series)| (*name, series.as_slice()))
+            .collect();
+        figure.panels(
+            "growth time τg (h)",
+            "length / self-buckling length, ℓ/ℓc",
+            &panels,
+            Axes::LogX,
+        )
+    };
+    draw(
+        figure(
+            "stability_map.svg",
+            "Stability boundaries of an upright shoot",
+        ),
+        &compared(&names, &boundaries, &stated),
+    )?;
+    // In C, the essential spectrum is that in B.
     let ((badge, _, colour), at) = ESSENTIAL;
-    let essential = panels[1].1[0].points.clone();
-    panels[2]
-        .1
-        .push(Series::new("", essential, Style::Dashed, colour));
-    panels[2].1.push(Series::text(
-        badge,
-        (micro.parameters[0], at),
-        Style::Badge,
-        colour,
-    ));
-    panels[2].1.push(Series::new(
-        "dashed: other roots are unstable",
-        Vec::new(),
-        Style::Dashed,
-        6,
-    ));
-    panels[1]
-        .1
-        .push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
-    panels[2].1.push(Series::new(
+    let essential = modes[1][0].points.clone();
+    modes[2].extend([
+        Series::new("", essential, Style::Dashed, colour),
+        Series::text(badge, (micro.parameters[0], at), Style::Badge, colour),
+        Series::new(
+            "dashed: other roots are unstable",
+            Vec::new(),
+            Style::Dashed,
+            6,
+        ),
+    ]);
+    for (panel, series) in modes.iter_mut().enumerate() {
+        series.extend(background(
+            panel,
+            &boundaries[panel],
+            UNSTABLE_WITH_MODES[panel],
+        ));
+    }
+    draw(figure("modes.svg", "Modes on the imaginary axis"), &modes)?;
+    println!(
+        "wrote stability_map.csv, stability_map.svg and modes.svg to {}",
+        out.display()
+    );
+    Ok(())
+}
+
+/// Unstable area of a panel, which extends to the left of its boundary and above it, and the texts.
+fn background(panel: usize, boundary: &[(f64, f64)], unstable: Option<(f64, f64)>) -> Vec<Series> {
+    let [[left, bottom], [right, _]] = WINDOW;
+    // In A and C all shoots of the self-buckling length are unstable.
+    let end = boundary
+        .last()
+        .map_or(right, |last| if panel == 1 { last.0 } else { right });
+    let mut area = boundary.to_vec();
+    area.extend([(end, 1.0), (left, 1.0), (left, bottom)]);
+    let mut series = vec![
+        Series::new("unstable: a small tilt grows", area, Style::Area, 6),
+        Series::text("stable", STABLE, Style::Text, 6),
+    ];
+    series.extend(unstable.map(|place| Series::text("unstable", place, Style::Text, 6)));
+    series
+}
+
+/// Panels as in figure 4 of the paper: the boundary of the own kind, and those of the others.
+fn compared(
+    names: &[&str; 3],
+    boundaries: &[Vec<(f64, f64)>],
+    stated: &[(f64, f64)],
+) -> Vec<Vec<Series>> {
+    let badges = ["A", "B", "C"];
+    let mut panels = Vec::new();
+    for own in 0..3 {
+        let mut series = Vec::new();
+        for (kind, boundary) in boundaries.iter().enumerate() {
+            let (style, colour) = if kind == own {
+                (Style::Line, 6)
+            } else {
+                (OTHERS[kind], kind)
+            };
+            series.push(Series::new("", boundary.clone(), style, colour));
+            // The boundaries do not cross at these heights.
+            let off = |point: &(f64, f64)| (point.1 - BADGES[kind]).abs();
+            let named = boundary.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            series.extend(
+                named.map(|place| Series::text(badges[kind], *place, Style::Badge, colour)),
+            );
+        }
+        series.extend(background(own, &boundaries[own], UNSTABLE[own]));
+        panels.push(series);
+    }
+    // The legend has each line once.
+    let entry = |label: String, style, colour| Series::new(label, Vec::new(), style, colour);
+    panels[0].push(entry("solid: kind of the panel".into(), Style::Line, 6));
+    for (kind, name) in names.iter().enumerate() {
+        let (badge, name) = name.split_once(": ").unwrap_or(("", name));
+        panels[0].push(entry(name.into(), OTHERS[kind], kind).with_badge(badge));
+    }
+    panels[1].push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
+    panels[2].push(Series::new(
         "values stated in the paper",
         stated[1..].to_vec(),
         Style::Points,
         3,
     ));
-    let panels: Vec<(&str, &[Series])> = panels
-        .iter()
-        .map(|(name, series)| (*name, series.as_slice()))
-        .collect();
-    Figure::new(
-        out.join("stability_map.svg"),
-        "Stability boundaries of an upright shoot",
-    )
-    .panels(
-        "growth time τg (h)",
-        "length / self-buckling length, ℓ/ℓc",
-        &panels,
-        Axes::LogX,
-    )?;
-    println!(
-        "wrote stability_map.csv and stability_map.svg to {}",
-        out.display()
-    );
-    Ok(())
+    panels
 }
 
 fn main() -> ExitCode {

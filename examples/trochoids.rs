@@ -1,4 +1,4 @@
-//! Tip tracks of two superposed oscillations: epitrochoid and hypotrochoid.
+//! Tip tracks and shapes of two superposed oscillations: epitrochoid and hypotrochoid.
 //!
 //! This example reproduces the fifth and the sixth video of Agostinelli, DeSimone and Noselli
 //! (2021), *Nutations in Plant Shoots*, Front. Plant Sci. 12:608005, and their figure 6. A shoot of
@@ -12,7 +12,8 @@
 //! loops per revolution, which point inwards. If the senses are opposite, it is a *hypotrochoid*
 //! with T_slow/T_fast + 1 loops, which point outwards. The ratio is not an integer, so the track
 //! does not close and rotates from one revolution to the next. The printed periods, amplitudes and
-//! patterns are computed from the track alone, as for a measured plant.
+//! patterns are computed from the track alone, as for a measured plant. The figure `shapes.svg`
+//! shows the shoot with its directors at eight times of the last revolution.
 //!
 //! # Options
 //! - `--alpha 0.1`, a weak oscillator: waves instead of loops. `--period 15`: more loops.
@@ -24,18 +25,14 @@
 use std::error::Error;
 use std::process::ExitCode;
 
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{Weight, Whirl};
+use morphorod::load::Whirl;
 use morphorod::tracking::{self, Oscillations, Search};
-use morphorod::tropism::{
-    Gravitropism, Handedness, Memory, Oscillator, Perception, Proprioception, Response,
-    SettledStatoliths, Statoliths,
-};
-use morphorod::{Model, ParameterError, Shoot};
+use morphorod::tropism::{Handedness, Oscillator, Perception, SettledStatoliths};
+use morphorod::{Model, ParameterError, Shoot, ShootParameters};
 use morphorod_plot::{
-    Figure, Film, Frame, Opt, Options, Orbit, Progress, Table, TimedPath, println,
+    Figure, Film, Frame, FramedPanel, FramedShape, Opt, Options, Orbit, Progress, Table, TimedPath,
+    println,
 };
 use nalgebra::Vector3;
 
@@ -44,78 +41,71 @@ const HOUR: f64 = 3600.0;
 /// Sampling interval of the tip, s.
 const INTERVAL: f64 = MINUTE;
 /// Time after which the transient has decayed, s.
-const SETTLED: f64 = 20.0 * HOUR;
+const TRANSIENT: f64 = 20.0 * HOUR;
 /// Duration of the part of the track that is drawn in grey, s.
 const SHOWN: f64 = 8.0 * HOUR;
 
 /// Returns a shoot of constant length, on which a rotating force acts for the first two
 /// revolutions, counterclockwise.
 fn whirled_shoot(
-    oscillator: Oscillator,
+    parameters: ShootParameters,
+    handedness: Handedness,
     elements: usize,
-    perception: Box<dyn Perception<Signal = [f64; 2]>>,
+    settled: bool,
 ) -> Result<Shoot<impl Model>, ParameterError> {
-    let memory = Memory {
-        time: 12.0 * MINUTE,
-        delay: 12.0 * MINUTE,
+    let perception: Box<dyn Perception<Signal = [f64; 2]>> = if settled {
+        Box::new(SettledStatoliths)
+    } else {
+        Box::new(parameters.statoliths())
     };
-    Shoot::builder(LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    })
-    .length(0.06565)
-    .radius(0.5e-3)
-    .elements(elements)
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 0.07,
-        time: 20.0 * HOUR,
-    }))
-    .tropism((
-        oscillator,
-        Gravitropism {
-            sensitivity: 0.8,
-            perception,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: 20.0 }.remembered(memory),
-    ))
-    .load((
-        Weight { density: 1000.0 },
-        Whirl {
-            force: 1e-5,
-            period: 93.0 * MINUTE,
-            turns: 2.0,
-        },
-    ))
-    .build()
+    let oscillator = Oscillator {
+        handedness,
+        ..parameters.oscillator()
+    };
+    let (gravitropism, proprioception) = parameters.steering(perception);
+    let whirl = Whirl {
+        force: 1e-5,
+        period: 93.0 * MINUTE,
+        turns: 2.0,
+    };
+    parameters
+        .reduced()
+        .elements(elements)
+        .tropism((oscillator, gravitropism, proprioception))
+        .load((parameters.weight(), whirl))
+        .build()
 }
 
-/// Track of the tip.
+/// Samples of the shoot at intervals of [`INTERVAL`].
 #[derive(Default)]
 struct Record {
     /// Times, s.
     times: Vec<f64>,
     /// Positions of the tip, m.
     tips: Vec<Vector3<f64>>,
+    /// Centre lines with the directors at base and tip.
+    shapes: Vec<FramedShape>,
 }
 
 impl Record {
     fn add(&mut self, shoot: &Shoot<impl Model>) {
         self.times.push(shoot.time());
         self.tips.push(shoot.tip());
+        self.shapes
+            .push(FramedShape::of(shoot.rod(), shoot.time() / HOUR));
     }
 
     /// Returns the oscillations of the horizontal track after the transient, or `None` if the run
     /// is too short.
     fn analyse(&self) -> Result<Option<Oscillations>, Box<dyn Error>> {
         let path = tracking::Track::seen_along(&Vector3::z(), self.times.clone(), &self.tips)?;
-        let track = path.between(SETTLED, f64::INFINITY);
+        let track = path.between(TRANSIENT, f64::INFINITY);
         // The slow period is an hour and a half. A shorter track does not distinguish it from
         // drift.
         let long = track
             .times()
             .last()
-            .is_some_and(|last| last - SETTLED > 6.0 * HOUR);
+            .is_some_and(|last| last - TRANSIENT > 6.0 * HOUR);
         Ok(if long {
             Some(track.oscillations(&Search::default())?)
         } else {
@@ -138,7 +128,7 @@ impl Record {
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "trochoids",
-        "tip tracks of two superposed oscillations with equal and with opposite sense",
+        "tip tracks and shapes of two superposed oscillations with equal and with opposite sense",
         &[
             Opt::value("hours", "H", "40", "time to simulate, h"),
             Opt::value(
@@ -155,7 +145,13 @@ fn run() -> Result<(), Box<dyn Error>> {
         ],
     );
     let end = HOUR * options.positive("hours");
-    let (alpha, period) = (options.get("alpha"), MINUTE * options.positive("period"));
+    let parameters = ShootParameters {
+        length: 0.06565,
+        growth_time: 20.0 * HOUR,
+        oscillator_sensitivity: options.get("alpha"),
+        oscillator_period: MINUTE * options.positive("period"),
+        ..ShootParameters::default()
+    };
     let mut integrator = MethodOfSteps::new(options.positive("step"));
     let (elements, settled) = (options.get("elements"), options.flag("settled"));
     let out = options.out_dir();
@@ -166,41 +162,41 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     println!("statoliths: {statoliths}");
 
+    let changed = settled || ["alpha", "period"].iter().any(|name| options.flag(name));
+    let relation = if changed {
+        "with other parameters than in"
+    } else {
+        "as in"
+    };
     let mut orbits = Vec::new();
+    let mut panels = Vec::new();
     let mut table = Table::create(
         out.join("tip.csv"),
         &["same_sense", "t_s", "x_m", "y_m", "z_m"],
     )?;
-    for (name, handedness, pattern, about) in [
+    for (name, handedness, pattern, [video, sense]) in [
         (
             "equal senses",
             Handedness::Counterclockwise,
             "epitrochoid",
-            SAME,
+            ["fifth", "same"],
         ),
         (
             "opposite senses",
             Handedness::Clockwise,
             "hypotrochoid",
-            OPPOSITE,
+            ["sixth", "opposite"],
         ),
     ] {
-        let perception: Box<dyn Perception<Signal = [f64; 2]>> = if settled {
-            Box::new(SettledStatoliths)
-        } else {
-            Box::new(Statoliths {
-                avalanche_time: 2.0 * MINUTE,
-            })
-        };
-        let oscillator = Oscillator {
-            handedness,
-            ..Oscillator::new(alpha, period)
-        };
-        let mut shoot = whirled_shoot(oscillator, elements, perception)?;
+        let mut shoot = whirled_shoot(parameters, handedness, elements, settled)?;
         let progress = Progress::new(name);
         let mut record = Record::default();
         let title = format!("Two oscillations at once: {pattern}");
-        let mut film = options.flag("film").then(|| Film::new(&title, about, 1.0));
+        let about = format!(
+            "Agostinelli, DeSimone and Noselli (2021), {relation} the {video} video: the tip of a shoot of constant \
+             length describes a circle, and an internal oscillator acts in the {sense} sense."
+        );
+        let mut film = options.flag("film").then(|| Film::new(&title, &about, 1.0));
         for k in 0..=(end / INTERVAL).ceil() as u32 {
             integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
             record.add(&shoot);
@@ -232,6 +228,14 @@ fn run() -> Result<(), Box<dyn Error>> {
             path,
             behind: record.last(SHOWN),
         });
+        // A short run is shown from its beginning.
+        let revolution = slow.unwrap_or(SHOWN) / HOUR;
+        panels.push(FramedPanel::of_period(
+            pattern,
+            &record.shapes,
+            end / HOUR,
+            revolution,
+        ));
     }
     table.finish()?;
     Figure::new(
@@ -239,19 +243,17 @@ fn run() -> Result<(), Box<dyn Error>> {
         "Tip tracks, top view: last revolution in colour, last 8 h in grey",
     )
     .orbits(&orbits)?;
+    Figure::new(
+        out.join("shapes.svg"),
+        "Eight shapes in the last revolution, with directors at base and tip",
+    )
+    .frames(&panels)?;
     if options.flag("film") {
         println!("wrote film-epitrochoid.html and film-hypotrochoid.html for the browser");
     }
-    println!("wrote tip.csv and tip.svg to {}", out.display());
+    println!("wrote tip.csv, tip.svg and shapes.svg to {}", out.display());
     Ok(())
 }
-
-const SAME: &str = "Agostinelli, DeSimone and Noselli (2021), fifth video: the tip of a shoot of constant length \
-    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the same sense. The loops \
-    point inwards.";
-const OPPOSITE: &str = "Agostinelli, DeSimone and Noselli (2021), sixth video: the tip of a shoot of constant length \
-    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the opposite sense. The \
-    loops point outwards.";
 
 const TOO_SHORT: &str = "no periods: they need a run of at least 26 h";
 

@@ -10,23 +10,19 @@
 //! missing: [recipes](crate::guide::recipes) has a program.
 //!
 //! ```
-//! use morphorod::constitutive::LinearElastic;
 //! use morphorod::ensemble::{self, Shard};
-//! use morphorod::growth::{Ongoing, UniformGrowth};
 //! use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
-//! use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};
-//! use morphorod::{Shoot, Still};
+//! use morphorod::{ShootParameters, Still};
 //!
 //! // The largest height of the tip of a horizontal shoot that rises, for a sensitivity.
 //! let member = |index: usize| -> Result<f64, IntegrationError> {
-//!     let law = Gravitropism { sensitivity: 0.2 * index as f64, perception: SettledStatoliths };
-//!     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-//!         .length(0.05)
-//!         .radius(0.5e-3)
-//!         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
-//!         .tropism(law.remembered(Memory { time: 720.0, delay: 720.0 }))
-//!         .scene(Still::tilted(1.57))
-//!         .build()?;
+//!     let parameters = ShootParameters {
+//!         length: 0.05,
+//!         growth_time: 72e3,
+//!         gravitropic_sensitivity: 0.2 * index as f64,
+//!         ..Default::default()
+//!     };
+//!     let mut shoot = parameters.reduced().scene(Still::tilted(1.57)).build()?;
 //!     let mut highest = f64::NEG_INFINITY;
 //!     let times = (0..=10).map(|k| 720.0 * f64::from(k));
 //!     MethodOfSteps::new(360.0).advance_showing(&mut shoot, 7200.0, times, |shoot| {

@@ -11,28 +11,16 @@
 //! # A shoot that rights itself
 //!
 //! A shoot of constant length with a horizontal base bends upwards by gravitropism. Proprioception
-//! limits its curvature.
+//! limits its curvature. [`ShootParameters`] has the parameters of the paper and builds its shoots;
+//! the README combines single laws.
 //!
 //! ```
-//! use morphorod::constitutive::LinearElastic;
-//! use morphorod::growth::{Ongoing, UniformGrowth};
 //! use morphorod::integrator::{Integrator, MethodOfSteps};
-//! use morphorod::load::Weight;
-//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-//! use morphorod::{Shoot, Still};
+//! use morphorod::{ShootParameters, Still};
 //!
-//! let memory = Memory { time: 720.0, delay: 720.0 };
-//! let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-//!     .length(0.05)
-//!     .radius(0.5e-3)
-//!     .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72_000.0 }))
-//!     .tropism((
-//!         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
-//!         Proprioception { sensitivity: 20.0 }.remembered(memory),
-//!     ))
-//!     .load(Weight { density: 1000.0 })
-//!     .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
-//!     .build()?;
+//! let parameters = ShootParameters { length: 0.05, growth_time: 72e3, ..Default::default() };
+//! let base = Still::tilted(std::f64::consts::FRAC_PI_2);
+//! let mut shoot = parameters.reduced().scene(base).build()?;
 //!
 //! let statistics = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
 //! // The steady state is known in closed form: the tip is 19.177114 mm beside the base and 41.339853 mm above it.

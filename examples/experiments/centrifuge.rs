@@ -3,15 +3,13 @@
 use std::error::Error;
 
 use morphorod::cycle::{RotatingWave, RotatingWaveSolver};
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
 use morphorod::stability::Linearisation;
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, Statoliths};
-use morphorod::{Model, ParameterError, Shoot, Still};
+use morphorod::tropism::Memory;
+use morphorod::{Model, ParameterError, Shoot, ShootParameters, Still};
 use morphorod_plot::{Series, Style, println};
 use nalgebra::Vector3;
 
-use super::{BETA, ETA, GROUND, HOUR, MINUTE, Panel, RADIUS, TISSUE, found};
+use super::{GROUND, HOUR, MINUTE, Panel, found};
 
 /// Memory time and delay, those of the sunflower of experiment 1.
 const MEMORY: Memory = Memory {
@@ -27,26 +25,17 @@ const LENGTH: f64 = 0.03;
 /// Returns an upright shoot at a level of gravity (g). Its statoliths follow gravity with a time
 /// constant of 2 min.
 fn shoot(level: f64) -> Result<Shoot<impl Model>, ParameterError> {
-    let statoliths = Statoliths {
-        avalanche_time: 2.0 * MINUTE,
+    let parameters = ShootParameters {
+        length: LENGTH,
+        growth_time: GROWTH,
+        gravitropic_memory: MEMORY,
+        proprioceptive_memory: MEMORY,
+        ..ShootParameters::default()
     };
-    Shoot::builder(TISSUE)
-        .length(LENGTH)
-        .radius(RADIUS)
+    parameters
+        .reduced()
         .elements(6)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.1,
-            time: GROWTH,
-        }))
-        .tropism((
-            Gravitropism {
-                sensitivity: BETA,
-                perception: statoliths,
-            }
-            .remembered(MEMORY),
-            Proprioception { sensitivity: ETA }.remembered(MEMORY),
-        ))
-        .load(Weight { density: 1000.0 })
+        .tropism(parameters.steering(parameters.statoliths()))
         .scene(Still {
             gravity: Vector3::z() * (-GROUND * level),
             ..Still::upright()

@@ -37,8 +37,8 @@ impl Scene for Clinostat {
 
 /// Compares shoots with the closed form. Tissue rotates about the tangent t of a shape that is
 /// fixed in space, t' = k [(e3 − (t·e3) t) + W t × e3]/(1 + W²), with k = β/(ηr) and W = Ωτg/η for
-/// the rate Ω. The angle from the vertical and the azimuth obey θ' = −k sin θ/(1 + W²), φ' = −kW/(1
-/// + W²).
+/// the rate Ω. The angle from the vertical and the azimuth obey θ' = −k sin θ/(1 + W²) and
+/// φ' = −kW/(1 + W²).
 pub fn run() -> Result<Panel, Box<dyn Error>> {
     let k = BETA / (ETA * RADIUS);
     let (mut bending, mut turning, mut rows, mut worst) =

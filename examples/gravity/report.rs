@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use std::io;
 use std::path::Path;
 
+use morphorod::ShootParameters;
 use morphorod::stability::Linearisation;
 use morphorod::tracking::{self, Ellipse, Oscillation, Search};
 use nalgebra::{Complex, Vector3};
 
-use super::{Centrifuge, HOUR, MINUTE, OSCILLATOR, RADIUS, Record, responses, shoot};
+use super::{Centrifuge, HOUR, MINUTE, OSCILLATOR, Record, responses, shoot};
 use morphorod_plot::{Figure, Orbit, Series, Strip, Style, Table, println};
 
 /// Analysed part of the duration of a level. The transient before it is excluded.
@@ -97,7 +98,7 @@ fn linear_amplitude(level: f64, alpha: f64, length: f64) -> Result<f64, Box<dyn 
         time: HOUR,
     };
     let linear = Linearisation::about(&shoot(still, responses(false), length)?)?;
-    let size = Complex::from(alpha / RADIUS);
+    let size = Complex::from(alpha / ShootParameters::default().radius);
     let gradient = Vector3::new(size, size * -Complex::i(), Complex::ZERO);
     let response = linear.response(TAU / OSCILLATOR, &gradient)?;
     let tip = response

@@ -1,6 +1,6 @@
 //! Oscillations of the tip in the horizontal plane, and the share of the endogenous oscillator.
 
-use morphorod::tracking::{Search, Track, TrackingError};
+use morphorod::tracking::{Oscillation, Search, Track, TrackingError};
 use nalgebra::Vector3;
 
 use super::{HOUR, MINUTE, OSCILLATOR};
@@ -12,6 +12,10 @@ const RECENT: f64 = 6.0 * HOUR;
 const HALF: f64 = 2.0 * HOUR;
 /// Interval between two shares, s.
 const EVERY: f64 = 0.5 * HOUR;
+/// Interval between two windows of the slow oscillation, s.
+const STRIDE: f64 = 2.0 * HOUR;
+/// Shortest period of a slow oscillation, s.
+const SLOW: f64 = 2.0 * OSCILLATOR;
 /// Displacement below which the tip is considered stationary, m.
 const STILL: f64 = 1e-9;
 
@@ -47,6 +51,46 @@ pub fn print_last(track: &Track) {
             .map_or("no definite sense".into(), |sense| sense.to_string());
         println!(
             "  last {hours} h: period {minutes:.1} min, semi-axes {major:.2} and {minor:.2} mm, {sense}"
+        );
+    }
+}
+
+/// Returns the largest oscillation with a period longer than [`SLOW`] in each window of [`RECENT`],
+/// with the middle of the window, s.
+pub fn slow_oscillations(track: &Track) -> Vec<(f64, Oscillation)> {
+    let end = track.times().last().copied().unwrap_or_default();
+    let count = ((end - RECENT) / STRIDE + 1e-9).floor().max(-1.0) as i32;
+    let largest = |k: i32| {
+        let from = STRIDE * f64::from(k);
+        let found = track
+            .between(from, from + RECENT)
+            .oscillations(&Search::default())
+            .ok()?;
+        let slow = |wave: &Oscillation| wave.period > SLOW;
+        let wave = found.oscillations.into_iter().find(slow)?;
+        Some((from + 0.5 * RECENT, wave))
+    };
+    (0..=count).filter_map(largest).collect()
+}
+
+/// Prints the ellipses of the slow oscillation over time.
+pub fn print_axis_ratios(track: &Track) {
+    let slow = slow_oscillations(track);
+    if slow.is_empty() {
+        return;
+    }
+    let hours = RECENT / HOUR;
+    println!("  slow oscillation in windows of {hours} h:");
+    println!("    middle (h)  period (min)  semi-axes (mm)    axis ratio");
+    for (middle, wave) in slow {
+        let ellipse = wave.ellipse;
+        println!(
+            "    {:10.0}  {:12.2}  {:7.3}  {:7.3}  {:10.3}",
+            middle / HOUR,
+            wave.period / MINUTE,
+            1e3 * ellipse.major,
+            1e3 * ellipse.minor,
+            ellipse.roundness()
         );
     }
 }

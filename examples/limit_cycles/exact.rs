@@ -1,9 +1,9 @@
 //! Circular orbit of a shoot with settled statoliths, from an ordinary differential equation.
 //!
-//! The kernels of gravitropism and proprioception are equal. In a frame that rotates with the shoot
-//! at the rate ω, both memories multiply their stimulus by the same complex number. The shape is
-//! plane at the rate at which this number is real. With G = 1/(ω √(1 + ω²τm²)) and the angle θ from
-//! the vertical, the shape satisfies
+//! The kernels of gravitropism and proprioception are equal, or there is no proprioception (η = 0).
+//! In a frame that rotates with the shoot at the rate ω, the memories multiply their stimulus by the
+//! same complex number. The shape is plane at the rate at which this number is real. With
+//! G = 1/(ω √(1 + ω²τm²)) and the angle θ from the vertical, the shape satisfies
 //!
 //!   E I d/ds[(1 − ηG/τg) θ' − (βG/(r τg)) sin θ] + q (ℓ − s) sin θ = 0,  θ(0) = 0,
 //!
@@ -11,9 +11,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use morphorod::ShootParameters;
 use morphorod::tropism::Memory;
-
-use super::Parameters;
 
 /// Returns the rate of rotation ω, rad/s, from ωτr + atan(ωτm) = π/2.
 pub fn rate(memory: &Memory) -> f64 {
@@ -23,18 +22,19 @@ pub fn rate(memory: &Memory) -> f64 {
 }
 
 /// Returns radius and height of the orbit of the tip, m, or `None` below the onset of oscillations.
-pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
-    let omega = rate(&shoot.memory);
-    let gain =
-        1.0 / (omega * (1.0 + (omega * shoot.memory.time).powi(2)).sqrt() * shoot.growth_time);
+pub fn exact_orbit(shoot: &ShootParameters) -> Option<[f64; 2]> {
+    let memory = shoot.gravitropic_memory;
+    let omega = rate(&memory);
+    let gain = 1.0 / (omega * (1.0 + (omega * memory.time).powi(2)).sqrt() * shoot.growth_time);
     // q/(E I) with q = ρ g π r² and I = π r⁴/4.
     let weight = 4.0 * shoot.density * 9.81 / (shoot.youngs_modulus * shoot.radius.powi(2));
     // Integrate θ, the bracket, ∫ sin θ and ∫ cos θ from the apex, where θ is `angle`, to the base
     // (Runge–Kutta method of order four).
     let from_apex = |angle: f64| {
         let slope = |z: f64, [theta, bracket, ..]: [f64; 4]| {
-            let bend = (bracket + shoot.beta * gain / shoot.radius * theta.sin())
-                / (1.0 - shoot.eta * gain);
+            let bend = (bracket
+                + shoot.gravitropic_sensitivity * gain / shoot.radius * theta.sin())
+                / (1.0 - shoot.proprioceptive_sensitivity * gain);
             [-bend, weight * z * theta.sin(), theta.sin(), theta.cos()]
         };
         let (mut y, h) = ([angle, 0.0, 0.0, 0.0], shoot.length / 400.0);

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use morphorod::tracking::{Pattern, Track};
 
+use super::orbits::{Orbits, Rates};
 use super::{ACROSS, HOUR, MINUTE, PULSE, Record, WINDOW};
 use morphorod_plot::{Figure, FramedPanel, Orbit, Series, Strip, Style, Table, println};
 
@@ -66,6 +67,53 @@ pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) 
     }
 }
 
+/// Prints the periodic orbits of the undisturbed shoot with the growth rates of their disturbances.
+pub fn print_orbits(found: &Result<Orbits, Box<dyn Error>>, has_proprioception: bool) {
+    let orbits = match found {
+        Ok(orbits) => orbits,
+        Err(error) => return println!("periodic orbits of the undisturbed shoot: none, {error}"),
+    };
+    let per_hour = |rate: f64| format!("{:+.5}", HOUR * rate);
+    let modulations = |rates: &Rates| match &rates.modulations[..] {
+        [] => "smaller than the others".to_owned(),
+        some => some
+            .iter()
+            .map(|rate| per_hour(*rate))
+            .collect::<Vec<_>>()
+            .join(" and "),
+    };
+    let stability = |unstable: bool| if unstable { "unstable" } else { "stable" };
+    println!(
+        "periodic orbits of the undisturbed shoot, solved directly, growth rates of disturbances per h:"
+    );
+    let rates = &orbits.circular_rates;
+    println!(
+        "  circular: period {:.6} min, radius {:.6} mm: {}; modulations {}, others at most {}",
+        orbits.circle.period() / MINUTE,
+        1e3 * orbits.circle.radius(),
+        stability(rates.unstable()),
+        modulations(rates),
+        per_hour(rates.others)
+    );
+    let [inside, outside] = &orbits.planar_rates;
+    println!(
+        "  planar: period {:.6} min, excursion {:.6} mm: {}; modulations {} in its plane and {} out of it, others \
+         at most {}",
+        orbits.planar_period / MINUTE,
+        1e3 * orbits.planar_excursion,
+        stability(inside.unstable() || outside.unstable()),
+        modulations(inside),
+        modulations(outside),
+        per_hour(inside.others.max(outside.others))
+    );
+    if !has_proprioception {
+        println!(
+            "  without proprioception the others, short waves, accumulate at zero from below; the largest depends on \
+             the mesh"
+        );
+    }
+}
+
 /// Draws the tip track, the shapes, and semi-axes and period over time.
 pub fn draw(
     out: &Path,
@@ -93,11 +141,7 @@ pub fn draw(
     Figure::new(out.join("tip.svg"), "Tip track, top view").orbits(&orbits)?;
 
     let period = exact.map_or(90.0 * MINUTE, |exact| exact[2]);
-    let panel = |name, end| FramedPanel {
-        name,
-        shapes: record.shapes_until(end, period),
-        track: record.tips_until(end, period),
-    };
+    let panel = |name, end| FramedPanel::of_period(name, &record.shapes, end / HOUR, period / HOUR);
     let mut panels = vec![panel("planar oscillation", ACROSS.min(end))];
     if end > opens {
         panels.push(panel("circular oscillation", end));

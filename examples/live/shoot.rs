@@ -3,7 +3,6 @@
 
 use std::cell::Cell;
 use std::error::Error;
-use std::f64::consts::PI;
 use std::rc::Rc;
 
 use morphorod::constitutive::{Lignifying, LinearElastic};
@@ -17,7 +16,7 @@ use morphorod::tracking::{Search, Track};
 use morphorod::tropism::{
     Gravitropism, Handedness, Memory, Oscillator, Proprioception, Remembered, Response, Statoliths,
 };
-use morphorod::{Environment, Laws, Shoot, Still};
+use morphorod::{Environment, Laws, Shoot, ShootParameters, Still};
 
 use morphorod_plot::Frame;
 
@@ -287,9 +286,11 @@ impl Live {
     /// Self-buckling length (m) of an upright shoot with the current parameters, by Greenhill's
     /// formula.
     pub fn buckling_length(&self) -> f64 {
-        let modulus = 1e6 * self.values[P::Stiffness as usize];
-        let weight = DENSITY * self.values[P::Gravity as usize] * PI * RADIUS * RADIUS;
-        (Weight::GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
+        let parameters = ShootParameters {
+            youngs_modulus: 1e6 * self.values[P::Stiffness as usize],
+            ..ShootParameters::default()
+        };
+        parameters.self_buckling_length(self.values[P::Gravity as usize])
     }
 
     /// Critical length (m) at which oscillations begin, for a shoot that responds to stimuli along

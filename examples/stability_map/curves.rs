@@ -1,15 +1,11 @@
 //! Curves of the map: roots on the imaginary axis on refined meshes, and the number of unstable
 //! roots beside them.
 
-use morphorod::constitutive::LinearElastic;
 use morphorod::ensemble;
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
 use morphorod::stability::{
     BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, crossings,
 };
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Scene, Shoot, Still};
+use morphorod::{ShootParameters, Still};
 
 /// One hour, s.
 pub const HOUR: f64 = 3600.0;
@@ -24,10 +20,8 @@ pub type Start = ([f64; 2], f64);
 /// Parameters of the shoots of one panel, which differ in growth time and length.
 #[derive(Clone, Copy)]
 pub struct Kind {
-    pub gravitropism: f64,
-    pub proprioception: f64,
+    pub parameters: ShootParameters,
     pub weightless: bool,
-    pub memory: Memory,
     pub refinement: Refinement,
 }
 
@@ -40,27 +34,12 @@ impl Kind {
         ratio: f64,
         elements: usize,
     ) -> Result<Linearisation, StabilityError> {
-        let length = ratio * greenhill();
-        let gravitropism = Gravitropism {
-            sensitivity: self.gravitropism,
-            perception: SettledStatoliths,
-        }
-        .remembered(self.memory);
-        let proprioception = Proprioception {
-            sensitivity: self.proprioception,
-        }
-        .remembered(self.memory);
-        let shoot = Shoot::builder(TISSUE)
-            .length(length)
-            .radius(RADIUS)
-            .elements(elements)
-            // Differential growth acts on the whole shoot, and the length is constant.
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 2.0 * length,
-                time: HOUR * hours,
-            }))
-            .tropism((gravitropism, proprioception))
-            .load(WEIGHT);
+        let parameters = ShootParameters {
+            length: ratio * greenhill(),
+            growth_time: HOUR * hours,
+            ..self.parameters
+        };
+        let shoot = parameters.reduced().elements(elements);
         // The upright shoot is a steady state. Other shoots would need solve_steady_state.
         if self.weightless {
             Linearisation::about(&shoot.scene(Still::weightless()).build()?)
@@ -206,13 +185,6 @@ pub struct Curve {
     pub linearisations: usize,
 }
 
-const RADIUS: f64 = 0.5e-3;
-const TISSUE: LinearElastic = LinearElastic {
-    youngs_modulus: 10e6,
-    poissons_ratio: 0.5,
-};
-const WEIGHT: Weight = Weight { density: 1000.0 };
-
 /// Whether a curve passes to the right of a point at the same length.
 pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
     curve.points.windows(2).any(|pair| {
@@ -224,9 +196,7 @@ pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
 
 /// Self-buckling length of Greenhill (1881), m.
 pub fn greenhill() -> f64 {
-    let gravity = Still::upright().environment(0.0).gravity.norm();
-    let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
-    (Weight::GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
+    ShootParameters::default().self_buckling_length(9.81)
 }
 
 /// Totals of all curves.

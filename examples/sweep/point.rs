@@ -3,31 +3,14 @@
 
 use std::error::Error;
 
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::rod::MaterialPoint;
 use morphorod::stability::{Linearisation, StabilityError, onset};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Model, ParameterError, Scene, Shoot, Still};
+use morphorod::{ParameterError, ReducedModel, Shoot, ShootParameters};
 use nalgebra::Vector3;
 
 use super::grid::Grid;
 
-/// Memory time and reaction time of all responses, s. This and the following parameters are those
-/// of Agostinelli, DeSimone and Noselli (2021).
-const MEMORY: Memory = Memory {
-    time: 720.0,
-    delay: 720.0,
-};
-/// Radius, m.
-const RADIUS: f64 = 0.5e-3;
-const TISSUE: LinearElastic = LinearElastic {
-    youngs_modulus: 1e7,
-    poissons_ratio: 0.5,
-};
-const WEIGHT: Weight = Weight { density: 1000.0 };
 /// Initial bending angle due to the perturbation, rad. It is small compared with oscillations of
 /// tens of degrees.
 const PERTURBATION: f64 = 0.01;
@@ -58,30 +41,15 @@ pub const COLUMNS: [&str; 6] = [
 pub type Numbers = [f64; COLUMNS.len()];
 
 /// Builds the upright shoot.
-fn upright(
-    grid: &Grid,
-    length: f64,
-    eta: f64,
-) -> Result<Shoot<impl Model + use<>>, ParameterError> {
-    let gravitropism = Gravitropism {
-        sensitivity: grid.beta,
-        perception: SettledStatoliths,
+fn upright(grid: &Grid, length: f64, eta: f64) -> Result<Shoot<ReducedModel>, ParameterError> {
+    let parameters = ShootParameters {
+        length,
+        growth_time: grid.growth_time,
+        gravitropic_sensitivity: grid.beta,
+        proprioceptive_sensitivity: eta,
+        ..ShootParameters::default()
     };
-    Shoot::builder(TISSUE)
-        .length(length)
-        .radius(RADIUS)
-        .elements(grid.elements)
-        // Differential growth acts on the whole shoot, and the length is constant.
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 2.0 * length,
-            time: grid.growth_time,
-        }))
-        .tropism((
-            gravitropism.remembered(MEMORY),
-            Proprioception { sensitivity: eta }.remembered(MEMORY),
-        ))
-        .load(WEIGHT)
-        .build()
+    parameters.reduced().elements(grid.elements).build()
 }
 
 /// Computes the results of one point of the grid.
@@ -176,7 +144,5 @@ pub fn critical_length(grid: &Grid, eta: f64) -> Option<f64> {
 /// Self-buckling length of Greenhill (1881), m.
 #[must_use]
 pub fn buckling_length() -> f64 {
-    let gravity = Still::upright().environment(0.0).gravity.norm();
-    let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
-    (Weight::GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
+    ShootParameters::default().self_buckling_length(9.81)
 }

@@ -5,7 +5,9 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use morphorod::tracking::{Nutation, RidgePoint, Search, Track};
+use nalgebra::Vector2;
 
+use super::average::moving_average;
 use super::mechanism::{Component, Judgement, Observation};
 use super::rows::COLUMNS;
 use super::{HOUR, MINUTE};
@@ -114,6 +116,33 @@ fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), 
             Axes::Equal,
         )?,
     )
+}
+
+/// Draws the positions without outliers as grey dots, and their moving average as a line.
+pub fn average(
+    out: &Path,
+    path: &Track,
+    outliers: &[usize],
+    count: usize,
+) -> Result<(), Box<dyn Error>> {
+    let good = || (0..path.times().len()).filter(|k| outliers.binary_search(k).is_err());
+    let times: Vec<f64> = good().map(|k| path.times()[k]).collect();
+    let positions = good().map(|k| path.positions()[k]).collect();
+    let track = Track::new(times, positions)?;
+    let place = |p: &Vector2<f64>| (MM_PER_M * p.x, MM_PER_M * p.y);
+    let mut line: Vec<(f64, f64)> = Vec::new();
+    for part in moving_average(&track, count, BREAK * HOUR) {
+        line.extend(part.positions().iter().map(place));
+        line.push((f64::NAN, f64::NAN));
+    }
+    let dots = track.positions().iter().map(place).collect();
+    let label = format!("mean of {count} positions");
+    let series = [
+        Series::new("positions", dots, Style::Dots, 5),
+        Series::new(label, line, Style::Line, 0),
+    ];
+    let figure = Figure::new(out.join("average.svg"), "Tracked tip, moving average");
+    Ok(figure.lines("x (mm)", "y (mm)", &series, Axes::Equal)?)
 }
 
 /// Draws the power against time and period, the ridge, and the cone of influence.

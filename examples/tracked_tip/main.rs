@@ -25,11 +25,16 @@
 //! - A table of your own, whose scale, time unit and axes are required: `--file mine.csv --time
 //!   frame --columns x,y --seconds 60 --mm 0.05 --axes +x,-y`. Lengths (`--lengths`) and tracks at
 //!   several levels of gravity (`--gravity`) decide where the tip alone does not.
+//! - A table of positions in space, one a minute, without times and without a header, as in the
+//!   experiment of that paper: `--file mine.csv --time '' --columns 1,2,3 --seconds 60 --mm 10
+//!   --axes +1,+2,+3` for centimetres. The figure `average.svg` corresponds to their figure
+//!   7B: the positions from above in grey, and their moving average over ten positions.
 //! - `--centre-lines lines.csv`, with the same options: rows of one time are points from the base
 //!   to the tip. Their curvature along the arc is written to `curvature.csv`.
 //!
 //! The example `fit` estimates the parameters of a shoot from such a table.
 
+mod average;
 mod criteria;
 mod evidence;
 mod figures;
@@ -80,6 +85,7 @@ fn options() -> Options {
         Opt::value("window", "H", "6", "length of the sliding window, h"),
         Opt::value("every", "H", "0.5", "time from one window to the next, h"),
         Opt::value("share", "MIN", "24", "period whose share in the squared amplitudes is computed, min"),
+        Opt::value("average", "N", "10", "number of positions in the moving average"),
         Opt::value("width", "MM", "2", "length over which the curvature is smoothed, mm"),
         Opt::value("make", "FILE", "", "only write the table of this example to a file"),
     ]);
@@ -118,6 +124,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let [window, every] = ["window", "every"].map(|name| HOUR * options.positive(name));
     let share = MINUTE * options.positive("share");
     let width = M_PER_MM * options.positive("width");
+    let average = options.get_if("average", "larger than 0", |count: &usize| *count > 0);
     let out = options.out_dir();
     if options.flag("centre-lines") {
         return curvatures(&options, &layout, width, &out);
@@ -179,9 +186,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     figures::draw(&out, &path, &nutation, &rows, window)?;
+    figures::average(&out, &path, &nutation.outliers, average)?;
     figures::mechanism(&out, &judgement, &observations)?;
     println!(
-        "windows.csv, ridge.csv, path.svg, scalogram.svg, amplitude.svg and mechanism.svg are in {}",
+        "windows.csv, ridge.csv, path.svg, average.svg, scalogram.svg, amplitude.svg and mechanism.svg are in {}",
         out.display()
     );
     Ok(())

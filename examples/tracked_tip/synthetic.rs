@@ -4,16 +4,10 @@
 use std::error::Error;
 use std::fmt::Write;
 
-use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::growth::UniformGrowth;
+use morphorod::ShootParameters;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
-use morphorod::{Model, ParameterError, Shoot};
 
 const MINUTE: f64 = 60.0;
-const HOUR: f64 = 3600.0;
-const DAY: f64 = 86400.0;
 
 /// Time between frames, s.
 pub const FRAME: f64 = 2.0 * MINUTE;
@@ -31,42 +25,6 @@ const ASTRAY: f64 = 150.0;
 const DRIFT: [f64; 2] = [60.0, -35.0];
 /// Frames without light.
 const DARK: std::ops::Range<u32> = 630..690;
-
-/// The shoot of the example `growing_shoot`.
-fn shoot() -> Result<Shoot<impl Model>, ParameterError> {
-    let memory = Memory {
-        time: 12.0 * MINUTE,
-        delay: 12.0 * MINUTE,
-    };
-    let young = LinearElastic {
-        youngs_modulus: 10e6,
-        poissons_ratio: 0.5,
-    };
-    Shoot::builder(Lignifying {
-        young,
-        mature_modulus: 200.0 * young.youngs_modulus,
-        time: 6.0 * DAY,
-    })
-    .length(0.068)
-    .radius(0.5e-3)
-    .growth(UniformGrowth {
-        zone_length: 0.07,
-        time: 40.0 * HOUR,
-    })
-    .tropism((
-        Oscillator::new(0.2, 24.0 * MINUTE),
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: Statoliths {
-                avalanche_time: 2.0 * MINUTE,
-            },
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: 20.0 }.remembered(memory),
-    ))
-    .load(Weight { density: 1000.0 })
-    .build()
-}
 
 /// Pseudo-random numbers that are the same in every run (xorshift).
 struct Draw(u64);
@@ -91,7 +49,8 @@ impl Draw {
 /// Returns the table: the tip from above and a stake beside it, with noise, drift of the stage,
 /// lost frames, outliers and two hours without light.
 pub fn table() -> Result<String, Box<dyn Error>> {
-    let mut shoot = shoot()?;
+    // The shoot of the example `growing_shoot`.
+    let mut shoot = ShootParameters::default().shoot().build()?;
     let mut run = MethodOfSteps::new(90.0);
     let mut draw = Draw(0x5eed_0f1e_55ed_0071);
     let mut text = String::from(

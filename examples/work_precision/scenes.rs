@@ -3,17 +3,13 @@
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 
-use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight, Whirl};
 use morphorod::rod::Rod;
-use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths,
-    Statoliths,
-};
-use morphorod::{Model, Order, Scene as _, Shoot, Still};
+use morphorod::tropism::Statoliths;
+use morphorod::{Model, Order, Scene as _, Shoot, ShootParameters, Still};
 use nalgebra::Vector3;
 
 use crate::measure::measure;
@@ -26,10 +22,6 @@ const YOUNG: LinearElastic = LinearElastic {
     poissons_ratio: 0.5,
 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
-const MEMORY: Memory = Memory {
-    time: 720.0,
-    delay: 720.0,
-};
 /// Tolerances.
 const TOLERANCES: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
@@ -337,35 +329,13 @@ where
     })
 }
 
-/// Shoot of constant length with gravitropism and proprioception, whose base is tilted by an angle,
-/// rad.
-fn tropic_shoot<P: Perception<Signal = [f64; 2]> + Clone>(
-    (length, tilt): (f64, f64),
-    elements: usize,
-    perception: P,
-) -> Result<Shoot<impl Model + Clone>, Box<dyn Error>>
-where
-    Gravitropism<P>: Response + Clone,
-{
-    Ok(Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
-        .elements(elements)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 20.0 * HOUR,
-        }))
-        .tropism((
-            Gravitropism {
-                sensitivity: 0.8,
-                perception,
-            }
-            .remembered(MEMORY),
-            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-        ))
-        .load(WEIGHT)
-        .scene(Still::tilted(tilt))
-        .build()?)
+/// Parameters of a shoot of the given length (m) with the growth time of 20 h.
+fn short_growth(length: f64) -> ShootParameters {
+    ShootParameters {
+        length,
+        growth_time: 20.0 * HOUR,
+        ..ShootParameters::default()
+    }
 }
 
 fn righting(quick: bool) -> Measured {
@@ -379,7 +349,10 @@ fn righting(quick: bool) -> Measured {
     in_time(
         quick,
         ("righting", what),
-        |n| tropic_shoot((0.05, FRAC_PI_2), n, SettledStatoliths),
+        |elements| {
+            let builder = short_growth(0.05).reduced().elements(elements);
+            Ok(builder.scene(Still::tilted(FRAC_PI_2)).build()?)
+        },
         &course,
     )
 }
@@ -398,7 +371,12 @@ fn fast_statoliths(quick: bool) -> Measured {
     in_time(
         quick,
         ("fast statoliths", what),
-        |n| tropic_shoot((0.05, FRAC_PI_2), n, statoliths),
+        |elements| {
+            let parameters = short_growth(0.05);
+            let builder = parameters.reduced().elements(elements);
+            let steered = builder.tropism(parameters.steering(statoliths));
+            Ok(steered.scene(Still::tilted(FRAC_PI_2)).build()?)
+        },
         &course,
     )
 }
@@ -410,24 +388,8 @@ fn circular_orbit(quick: bool) -> Measured {
         turns: 2.0,
     };
     let make = |elements: usize| -> Result<Shoot<_>, Box<dyn Error>> {
-        Ok(Shoot::builder(YOUNG)
-            .length(0.0659)
-            .radius(RADIUS)
-            .elements(elements)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.07,
-                time: 20.0 * HOUR,
-            }))
-            .tropism((
-                Gravitropism {
-                    sensitivity: 0.8,
-                    perception: SettledStatoliths,
-                }
-                .remembered(MEMORY),
-                Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-            ))
-            .load((WEIGHT, whirl))
-            .build()?)
+        let builder = short_growth(0.0659).reduced().elements(elements);
+        Ok(builder.load((WEIGHT, whirl)).build()?)
     };
     let course = Course {
         end: 10.0 * HOUR,
@@ -448,38 +410,18 @@ fn circular_orbit(quick: bool) -> Measured {
 
 fn growing_shoot(quick: bool) -> Measured {
     let make = |elements: usize| -> Result<Shoot<_>, Box<dyn Error>> {
-        Ok(Shoot::builder(Lignifying {
-            young: YOUNG,
-            mature_modulus: 2e9,
-            time: 144.0 * HOUR,
-        })
-        .length(0.068)
-        .radius(RADIUS)
-        .elements(elements)
-        // From 1e-3 with three elements to 1e-6 with eight, so that the error of merging is below
-        // that of the elements.
-        .merge_tolerance(1e-3 * 4_f64.powi(3 - elements as i32))
-        .growth(UniformGrowth {
-            zone_length: 0.07,
-            time: 40.0 * HOUR,
-        })
-        .tropism((
-            Oscillator::new(0.2, 1440.0),
-            Gravitropism {
-                sensitivity: 0.8,
-                perception: Statoliths {
-                    avalanche_time: 120.0,
-                },
-            }
-            .remembered(MEMORY),
-            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-        ))
-        .load((
-            WEIGHT,
-            Distributed(Vector3::new(0.0, -1e-6, 0.0)),
-            ApicalForce((|_t: f64| Vector3::new(-1e-7, -1e-7, 0.0)) as fn(f64) -> Vector3<f64>),
-        ))
-        .build()?)
+        Ok(ShootParameters::default()
+            .shoot()
+            .elements(elements)
+            // From 1e-3 with three elements to 1e-6 with eight, so that the error of merging is below
+            // that of the elements.
+            .merge_tolerance(1e-3 * 4_f64.powi(3 - elements as i32))
+            .load((
+                WEIGHT,
+                Distributed(Vector3::new(0.0, -1e-6, 0.0)),
+                ApicalForce((|_t: f64| Vector3::new(-1e-7, -1e-7, 0.0)) as fn(f64) -> Vector3<f64>),
+            ))
+            .build()?)
     };
     let (hours, what) = match quick {
         true => (1.0, "growing shoot (video 2), after 1 h"),

@@ -28,30 +28,15 @@
 //! ```
 //! use std::f64::consts::PI;
 //!
-//! use morphorod::constitutive::LinearElastic;
 //! use morphorod::cycle::{Continuation, CycleError, PeriodicSolver, RotatingWaveSolver};
-//! use morphorod::growth::{Ongoing, UniformGrowth};
 //! use morphorod::integrator::{Integrator, MethodOfSteps};
-//! use morphorod::load::Weight;
 //! use morphorod::nalgebra::Vector3;
 //! use morphorod::stability::{Linearisation, StabilityError, onset};
-//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-//! use morphorod::Shoot;
+//! use morphorod::ShootParameters;
 //!
 //! let upright = |length: f64| {
-//!     let memory = Memory { time: 720.0, delay: 720.0 };
-//!     let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-//!         .length(length)
-//!         .radius(0.5e-3)
-//!         .elements(4)
-//!         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72_000.0 }))
-//!         .tropism((
-//!             Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
-//!             Proprioception { sensitivity: 20.0 }.remembered(memory),
-//!         ))
-//!         .load(Weight { density: 1000.0 })
-//!         .build()?;
-//!     Ok::<_, StabilityError>(shoot)
+//!     let parameters = ShootParameters { length, growth_time: 72e3, ..Default::default() };
+//!     Ok::<_, StabilityError>(parameters.reduced().elements(4).build()?)
 //! };
 //! let family = |length: f64| Ok::<_, CycleError>(upright(length)?);
 //! let mut shoot = family(0.067)?;

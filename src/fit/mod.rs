@@ -7,23 +7,22 @@
 //!
 //! ```
 //! use morphorod::fit::{Family, Fit, Parameter, Series};
-//! # use morphorod::constitutive::LinearElastic;
-//! # use morphorod::growth::{Ongoing, UniformGrowth};
 //! # use morphorod::integrator::{Integrator, MethodOfSteps};
-//! # use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-//! # use morphorod::{Shoot, Still};
+//! # use morphorod::tropism::Memory;
+//! # use morphorod::{ShootParameters, Still};
 //! // A weightless horizontal shoot of 5 cm that rises, with unknown sensitivities and delay.
 //! let build = |p: &[f64]| {
 //!     let memory = Memory { time: 720.0, delay: p[2] };
-//!     Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-//!         .length(0.05).radius(5e-4).elements(4)
-//!         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
-//!         .tropism((
-//!             Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory),
-//!             Proprioception { sensitivity: p[1] }.remembered(memory),
-//!         ))
-//!         .scene(Still::tilted(1.57))
-//!         .build()
+//!     let shoot = ShootParameters {
+//!         length: 0.05,
+//!         growth_time: 72e3,
+//!         gravitropic_sensitivity: p[0],
+//!         proprioceptive_sensitivity: p[1],
+//!         gravitropic_memory: memory,
+//!         proprioceptive_memory: memory,
+//!         ..Default::default()
+//!     };
+//!     shoot.reduced().elements(4).load(()).scene(Still::tilted(1.57)).build()
 //! };
 //! # let mut plant = build(&[0.8, 20.0, 720.0])?;
 //! # let mut table = String::new();

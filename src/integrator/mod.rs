@@ -102,10 +102,10 @@ pub trait Integrator: Sized {
     /// already.
     ///
     /// ```
-    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// # use morphorod::ShootParameters;
     /// use morphorod::integrator::{Integrator, MethodOfSteps};
-    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// # let parameters = ShootParameters { length: 0.05, growth_time: 72e3, ..Default::default() };
+    /// # let mut shoot = parameters.shoot().build()?;
     /// let mut integrator = MethodOfSteps::new(600.0);
     /// while shoot.time() < 7200.0 {
     ///     integrator.step(&mut shoot, 7200.0)?;
@@ -132,10 +132,10 @@ pub trait Integrator: Sized {
     /// `latest` soon after the event costs least.
     ///
     /// ```
-    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// # use morphorod::ShootParameters;
     /// use morphorod::integrator::{Integrator, MethodOfSteps};
-    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// # let parameters = ShootParameters { length: 0.05, growth_time: 72e3, ..Default::default() };
+    /// # let mut shoot = parameters.shoot().build()?;
     /// // Until it is 6 cm long, within ten days.
     /// MethodOfSteps::new(600.0).advance_until(&mut shoot, 864e3, |shoot| shoot.rod().length() - 0.06)?;
     /// assert!((shoot.time() - 72e3 * f64::ln(6.0 / 5.0)).abs() < 1e-6);
@@ -165,10 +165,10 @@ pub trait Integrator: Sized {
     /// output time between two steps costs one further equilibrium, and does not count as a step.
     ///
     /// ```
-    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// # use morphorod::ShootParameters;
     /// use morphorod::integrator::{Integrator, MethodOfSteps};
-    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// # let parameters = ShootParameters { length: 0.05, growth_time: 72e3, ..Default::default() };
+    /// # let mut shoot = parameters.shoot().build()?;
     /// let minutes = (0..=60).map(|minute| 60.0 * f64::from(minute));
     /// let mut path = Vec::new();
     /// MethodOfSteps::new(600.0).advance_showing(&mut shoot, 3600.0, minutes, |shoot| path.push(shoot.tip()))?;
@@ -197,10 +197,10 @@ pub trait Integrator: Sized {
     /// [`advance_showing`](Self::advance_showing). Output times after the event have no effect.
     ///
     /// ```
-    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// # use morphorod::{Shoot, ShootParameters};
     /// use morphorod::integrator::{Integrator, MethodOfSteps};
-    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// # let parameters = ShootParameters { length: 0.05, growth_time: 72e3, ..Default::default() };
+    /// # let mut shoot = parameters.shoot().build()?;
     /// let hours = (0..240).map(|hour| 3600.0 * f64::from(hour));
     /// let mut lengths = Vec::new();
     /// let record = |shoot: &Shoot<_>| lengths.push(shoot.rod().length());

@@ -103,14 +103,10 @@ impl<M: Model> Shoot<M> {
     /// place. The shoot must be in equilibrium, as after any call of an integrator.
     ///
     /// ```
-    /// # use morphorod::Shoot;
-    /// # use morphorod::constitutive::LinearElastic;
-    /// # use morphorod::growth::UniformGrowth;
+    /// # use morphorod::ShootParameters;
     /// # use morphorod::integrator::{Integrator, MethodOfSteps};
-    /// # use morphorod::load::Weight;
-    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.03, time: 72e3 })
-    /// #     .load(Weight { density: 1000.0 }).scene(morphorod::Still::tilted(0.5)).build()?;
+    /// # let parameters = ShootParameters { length: 0.05, zone_length: 0.03, growth_time: 72e3, ..Default::default() };
+    /// # let mut shoot = parameters.shoot().scene(morphorod::Still::tilted(0.5)).build()?;
     /// MethodOfSteps::new(600.0).advance(&mut shoot, 36e3)?;
     /// let profile = shoot.profile();
     /// let tip = profile.at(shoot.rod().length()).expect("a number");

@@ -1,5 +1,7 @@
 //! Parameters of the shoot of Agostinelli, DeSimone and Noselli (2021) as one value.
 
+use std::f64::consts::PI;
+
 use super::{Shoot, ShootBuilder};
 use crate::constitutive::{Lignifying, LinearElastic};
 use crate::growth::{Ongoing, UniformGrowth};
@@ -35,7 +37,7 @@ pub type ReducedModel = Laws<LinearElastic, Ongoing<UniformGrowth>, Steering, We
 /// the growth time and the oscillator of its second video. Gravity, 9.81 m/s² by default, and the
 /// base belong to the [scene](ShootBuilder::scene).
 ///
-/// [`shoot`](Self::shoot) and [`reduced`](Self::reduced) return builders, with which laws can be
+/// [`shoot`](Self::shoot) and [`reduced`](Self::reduced) return builders, whose laws can be
 /// replaced. The other methods return single laws, for other combinations. The values are checked
 /// by [`build`](ShootBuilder::build).
 ///
@@ -225,5 +227,16 @@ impl ShootParameters {
         Weight {
             density: self.density,
         }
+    }
+
+    /// Greatest length at which an upright shoot of young tissue without tropism does not buckle
+    /// under its weight, m: ℓc = (α0 E I/(ρ g π r²))^(1/3), where α0 is
+    /// [`Weight::GREENHILL`] and `gravity` the acceleration g, m/s² (A. G. Greenhill 1881).
+    ///
+    /// It is infinite without weight.
+    #[must_use]
+    pub fn self_buckling_length(&self, gravity: f64) -> f64 {
+        let per_length = self.density * gravity * PI * self.radius.powi(2);
+        (Weight::GREENHILL * self.young().stiffness(self.radius).x / per_length).cbrt()
     }
 }

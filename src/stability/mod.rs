@@ -22,27 +22,13 @@
 //! The length at which an upright shoot begins to oscillate, and the period:
 //!
 //! ```
-//! use morphorod::Shoot;
-//! use morphorod::constitutive::LinearElastic;
-//! use morphorod::growth::{Ongoing, UniformGrowth};
-//! use morphorod::load::Weight;
+//! use morphorod::ShootParameters;
 //! use morphorod::stability::{Linearisation, StabilityError, onset, solve_steady_state};
-//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 //!
-//! let memory = Memory { time: 720.0, delay: 720.0 };
 //! // The linearisation of a shoot of a length (m). Its waves need more elements the longer it is.
 //! let family = |length: f64| -> Result<Linearisation, StabilityError> {
-//!     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-//!         .length(length)
-//!         .radius(0.5e-3)
-//!         .elements(4)
-//!         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
-//!         .tropism((
-//!             Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
-//!             Proprioception { sensitivity: 20.0 }.remembered(memory),
-//!         ))
-//!         .load(Weight { density: 1000.0 })
-//!         .build()?;
+//!     let parameters = ShootParameters { length, growth_time: 72e3, ..Default::default() };
+//!     let mut shoot = parameters.reduced().elements(4).build()?;
 //!     solve_steady_state(&mut shoot)?;
 //!     Linearisation::about(&shoot)
 //! };

@@ -138,31 +138,16 @@ impl Hold {
     /// A tie to a stake prevents the oscillations of a shoot:
     ///
     /// ```
-    /// use morphorod::Shoot;
-    /// use morphorod::constitutive::LinearElastic;
-    /// use morphorod::growth::{Ongoing, UniformGrowth};
-    /// use morphorod::load::Weight;
+    /// use morphorod::ShootParameters;
     /// use morphorod::nalgebra::{Matrix3, Vector3};
     /// use morphorod::stability::Linearisation;
     /// use morphorod::support::Hold;
-    /// use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
     ///
-    /// let memory = Memory { time: 720.0, delay: 720.0 };
     /// let length = 0.067;
     /// let tied = |stiffness: f64| {
     ///     let tie = Hold::apex().spring(Vector3::z() * length, Matrix3::identity() * stiffness);
-    ///     let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    ///         .length(length)
-    ///         .radius(0.5e-3)
-    ///         .elements(4)
-    ///         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
-    ///         .tropism((
-    ///             Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
-    ///             Proprioception { sensitivity: 20.0 }.remembered(memory),
-    ///         ))
-    ///         .load(Weight { density: 1000.0 })
-    ///         .support(tie)
-    ///         .build()?;
+    ///     let parameters = ShootParameters { length, growth_time: 72e3, ..Default::default() };
+    ///     let shoot = parameters.reduced().elements(4).support(tie).build()?;
     ///     Linearisation::about(&shoot)?.unstable()
     /// };
     /// assert_eq!(tied(1e-5)?, 4, "a pair of roots in each of two planes");

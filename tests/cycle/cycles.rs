@@ -2,8 +2,8 @@
 //! value problem and with reference values from two other methods.
 
 use super::{assert_complex_eq, mode, planes, shoot};
-use crate::fixtures::exact_orbit::{exact_orbit, rate};
-use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, steering};
+use crate::fixtures::exact_orbit::{GROWTH_TIME, exact_orbit, rate};
+use crate::fixtures::shoots::{HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::cycle::{PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver};
@@ -427,6 +427,53 @@ fn near_the_onset_roots_are_multiples_of_the_growth_rate_of_the_upright_shoot() 
         let rate = multiplier.norm().ln() / orbit.period * HOUR;
         assert_relative_eq!(rate, known, epsilon = 0.0, max_relative = 0.01);
     }
+}
+
+/// Graviceptive oscillations, without proprioception. Radius and height of the circle (mm) were
+/// computed by another program, which integrates the equation of `fixtures::exact_orbit` with a
+/// relative error below 1e-13; its critical length is 7.1003931 cm.
+#[test]
+fn without_proprioception_the_circle_is_exact_and_stable_and_the_swing_unstable() {
+    let parameters = |length: f64| Parameters {
+        youngs_modulus: 1e7,
+        beta: 0.8,
+        eta: 0.0,
+        growth_time: GROWTH_TIME,
+        memory: MEMORY,
+        length,
+    };
+    for (length, radius, height) in [
+        (0.0712, 12.7809522478, 69.6674545114),
+        (0.0715, 20.0657912690, 67.6598407635),
+    ] {
+        let shoot = parameters(length).shoot(12);
+        let wave = circle(&shoot, 1e-3 * radius);
+        // Twelve elements have the same relative error as with proprioception.
+        assert_relative_eq!(
+            1e3 * wave.radius(),
+            radius,
+            epsilon = 0.0,
+            max_relative = 1e-9
+        );
+        assert_relative_eq!(
+            1e3 * wave.height(),
+            height,
+            epsilon = 0.0,
+            max_relative = 1e-9
+        );
+        assert_relative_eq!(wave.rate, rate(), epsilon = 0.0, max_relative = 1e-10);
+        assert_eq!(wave.roots(&shoot, 1).unwrap().unstable(), 0, "{length}");
+    }
+    // Near the onset the disturbance out of the plane of a swing grows with 2/3 of the growth rate
+    // of the upright shoot, to the first order in the distance from the onset.
+    let shoot = parameters(0.07105).shoot(8);
+    let mu = mode(&shoot).value.re * HOUR;
+    let orbit = swing(&shoot, 7e-3, 16);
+    let found = orbit.multipliers(&shoot, 1).unwrap();
+    assert_eq!(found.unstable(), 1);
+    let [_, outside] = planes(&found.values);
+    let rate = outside[0].value.norm().ln() / orbit.period * HOUR;
+    assert_relative_eq!(rate, 2.0 / 3.0 * mu, epsilon = 0.0, max_relative = 0.01);
 }
 
 /// An initial guess of a third of the amplitude suffices, unless the shoot almost buckles.

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::plants::{Build, NOISE, family, righting, tips};
-use crate::fixtures::shoots::YOUNG;
+use crate::fixtures::shoots::{YOUNG, rod};
 use morphorod::fit::{Family, Fit, FitError, Parameter, Series, View, Warning};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -100,9 +100,7 @@ fn times_in_hours_and_in_milliseconds_are_recognised() {
             zone_length: 0.04,
             time: 72e3,
         };
-        Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(5e-4)
+        rod(YOUNG, 0.05)
             .growth(growth)
             .tropism(Oscillator::new(p[0], 1440.0))
             .build()

@@ -4,9 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::plants::{NAMES, NOISE, TRUTH, family, measured_of, righting, tips};
 use crate::fixtures::random::Draw;
-use crate::fixtures::shoots::HOUR;
+use crate::fixtures::shoots::{HOUR, rod, tissue};
 use approx::assert_abs_diff_eq;
-use morphorod::constitutive::LinearElastic;
 use morphorod::fit::{Family, Fit, FitError, Parameter, Series, View, Warning};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Pulse;
@@ -163,17 +162,12 @@ fn pushed(modulus: f64, peak: f64) -> Result<Shoot<DynLaws>, ParameterError> {
         start: 600.0,
         duration: 1200.0,
     };
-    Shoot::builder(LinearElastic {
-        youngs_modulus: modulus,
-        poissons_ratio: 0.5,
-    })
-    .length(0.05)
-    .radius(5e-4)
-    .elements(4)
-    .load(pulse)
-    .scene(morphorod::Still::tilted(FRAC_PI_2))
-    .into_dyn()
-    .build()
+    rod(tissue(modulus), 0.05)
+        .elements(4)
+        .load(pulse)
+        .scene(morphorod::Still::tilted(FRAC_PI_2))
+        .into_dyn()
+        .build()
 }
 
 /// Exact positions (m) of the tip at times (s), for a modulus of 10 MPa and a given size of the

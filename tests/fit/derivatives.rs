@@ -1,14 +1,12 @@
 //! Runs on the grid of another run, and derivatives by their differences.
 
-use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS};
+use crate::fixtures::shoots::{HOUR, MINUTE, remembering};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
-use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Grid, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::ApicalForce;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response};
-use morphorod::{DynLaws, Shoot};
+use morphorod::tropism::Memory;
+use morphorod::{DynLaws, Shoot, ShootParameters};
 use nalgebra::{DVector, Vector3};
 
 /// β, η, τm (s), τr (s), τg (s), ℓg (m), α, τe (s), E (Pa), ρ (kg/m³), ℓ0 (m).
@@ -32,38 +30,27 @@ fn shoot(p: &[f64]) -> Shoot<DynLaws> {
         time: p[2],
         delay: p[3],
     };
-    let young = LinearElastic {
-        youngs_modulus: p[8],
-        poissons_ratio: 0.5,
-    };
-    Shoot::builder(Lignifying {
-        young,
-        mature_modulus: 200.0 * p[8],
-        time: 24.0 * HOUR,
-    })
-    .length(p[10])
-    .radius(RADIUS)
-    .elements(4)
-    .growth(UniformGrowth {
+    let parameters = ShootParameters {
+        gravitropic_sensitivity: p[0],
+        proprioceptive_sensitivity: p[1],
+        growth_time: p[4],
         zone_length: p[5],
-        time: p[4],
-    })
-    .tropism((
-        Oscillator::new(p[6], p[7]),
-        Gravitropism {
-            sensitivity: p[0],
-            perception: STATOLITHS,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: p[1] }.remembered(memory),
-    ))
-    .load((
-        morphorod::load::Weight { density: p[9] },
-        ApicalForce(|_: f64| Vector3::new(2e-5, 1e-5, 0.0)),
-    ))
-    .into_dyn()
-    .build()
-    .unwrap()
+        oscillator_sensitivity: p[6],
+        oscillator_period: p[7],
+        youngs_modulus: p[8],
+        mature_modulus: 200.0 * p[8],
+        lignification_time: 24.0 * HOUR,
+        density: p[9],
+        length: p[10],
+        ..remembering(memory, memory)
+    };
+    let push = ApicalForce(|_: f64| Vector3::new(2e-5, 1e-5, 0.0));
+    let builder = parameters.shoot().elements(4);
+    builder
+        .load((parameters.weight(), push))
+        .into_dyn()
+        .build()
+        .unwrap()
 }
 
 /// Tips every ten minutes over four hours, and the shoot at the end.

@@ -3,15 +3,11 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::random::Draw;
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
-use morphorod::constitutive::LinearElastic;
+use crate::fixtures::shoots::{HOUR, remembering};
 use morphorod::fit::{Family, Parameter};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths,
-};
-use morphorod::{DynLaws, ParameterError, Shoot, Still};
+use morphorod::tropism::{Memory, Oscillator, SettledStatoliths};
+use morphorod::{DynLaws, ParameterError, Shoot, ShootParameters, Still};
 use nalgebra::Vector3;
 
 /// Noise of a coordinate, m.
@@ -37,30 +33,21 @@ pub fn oscillating(p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, 
         time: p[2],
         delay: p[3],
     };
-    Shoot::builder(LinearElastic {
+    let parameters = ShootParameters {
+        gravitropic_sensitivity: p[0],
+        proprioceptive_sensitivity: p[1],
+        growth_time: p[4],
         youngs_modulus: p[5],
-        poissons_ratio: 0.5,
-    })
-    .length(p[6])
-    .radius(RADIUS)
-    .elements(4)
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 0.07,
-        time: p[4],
-    }))
-    .tropism((
-        oscillator,
-        Gravitropism {
-            sensitivity: p[0],
-            perception: SettledStatoliths,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: p[1] }.remembered(memory),
-    ))
-    .load(WEIGHT)
-    .scene(Still::tilted(FRAC_PI_2))
-    .into_dyn()
-    .build()
+        length: p[6],
+        ..remembering(memory, memory)
+    };
+    let (gravitropism, proprioception) = parameters.steering(SettledStatoliths);
+    let builder = parameters.reduced().elements(4);
+    builder
+        .tropism((oscillator, gravitropism, proprioception))
+        .scene(Still::tilted(FRAC_PI_2))
+        .into_dyn()
+        .build()
 }
 
 /// Family of righting shoots. The initial values of the free parameters are their true values times

@@ -4,17 +4,13 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::shoots::HOUR;
 use approx::assert_relative_eq;
-use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::fit::{Estimates, Family, Fit, Parameter, Series, Verdict, View};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, Weight};
+use morphorod::load::ApicalForce;
 use morphorod::tracking::Track;
-use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths,
-};
-use morphorod::{DynLaws, ParameterError, Shoot, Still};
+use morphorod::tropism::{Oscillator, SettledStatoliths};
+use morphorod::{DynLaws, ParameterError, Shoot, ShootParameters, Still};
 use nalgebra::{Vector2, Vector3};
 
 /// Names of the parameters: β, η, α, E (Pa), r (m), ρ (kg/m³), force at the tip (N), ℓ0 (m), scale
@@ -30,40 +26,27 @@ const TRUTH: [f64; 9] = [0.8, 20.0, 0.2, 1e7, 5e-4, 1000.0, 5e-5, 0.05, 1.0];
 const STEP: f64 = 200.0;
 
 fn build(p: &[f64]) -> Result<Shoot<DynLaws>, ParameterError> {
-    let (memory, force) = (
-        Memory {
-            time: 720.0,
-            delay: 720.0,
-        },
-        p[6],
-    );
-    Shoot::builder(LinearElastic {
+    let force = p[6];
+    let parameters = ShootParameters {
+        gravitropic_sensitivity: p[0],
+        proprioceptive_sensitivity: p[1],
         youngs_modulus: p[3],
-        poissons_ratio: 0.5,
-    })
-    .length(p[7])
-    .radius(p[4])
-    .elements(4)
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 1.0,
-        time: 72e3,
-    }))
-    .tropism((
-        Oscillator::new(p[2], 2.0 * HOUR),
-        Gravitropism {
-            sensitivity: p[0],
-            perception: SettledStatoliths,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: p[1] }.remembered(memory),
-    ))
-    .load((
-        Weight { density: p[5] },
-        ApicalForce(move |_: f64| Vector3::new(0.0, force, 0.0)),
-    ))
-    .scene(Still::tilted(FRAC_PI_2))
-    .into_dyn()
-    .build()
+        radius: p[4],
+        density: p[5],
+        length: p[7],
+        growth_time: 72e3,
+        ..ShootParameters::default()
+    };
+    let oscillator = Oscillator::new(p[2], 2.0 * HOUR);
+    let push = ApicalForce(move |_: f64| Vector3::new(0.0, force, 0.0));
+    let (gravitropism, proprioception) = parameters.steering(SettledStatoliths);
+    let builder = parameters.reduced().elements(4);
+    builder
+        .tropism((oscillator, gravitropism, proprioception))
+        .load((parameters.weight(), push))
+        .scene(Still::tilted(FRAC_PI_2))
+        .into_dyn()
+        .build()
 }
 
 /// Fit of the named parameters to the exact tip from above, every 20 min over four hours, with a

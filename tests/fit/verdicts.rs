@@ -2,10 +2,8 @@
 
 use super::plants::{NAMES, NOISE, TRUTH, family, measured, righting, tips};
 use crate::fixtures::random::Draw;
-use crate::fixtures::shoots::HOUR;
+use crate::fixtures::shoots::{HOUR, rod, tissue};
 use approx::assert_abs_diff_eq;
-use morphorod::Shoot;
-use morphorod::constitutive::LinearElastic;
 use morphorod::fit::{Estimates, Family, Fit, FitError, Loss, Parameter, Series, Warning};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use nalgebra::Vector3;
@@ -222,13 +220,7 @@ fn wrong_frame_intervals_that_the_bounds_permit_are_in_the_table_of_dependences(
 /// does not move.
 #[test]
 fn a_shoot_at_rest_is_reported_without_an_error() {
-    let upright = |p: &[f64]| {
-        let elastic = LinearElastic {
-            youngs_modulus: p[0],
-            poissons_ratio: 0.5,
-        };
-        Shoot::builder(elastic).length(0.05).radius(5e-4).build()
-    };
+    let upright = |p: &[f64]| rod(tissue(p[0]), 0.05).build();
     let times: Vec<f64> = (1..=40).map(|k| 300.0 * f64::from(k)).collect();
     let circle = |t: &f64| {
         Vector3::new(

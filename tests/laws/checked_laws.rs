@@ -1,5 +1,6 @@
 //! Checks of laws: every wrong sign is found, with its component, and the laws of the crate pass.
 
+use crate::fixtures::shoots::{STATOLITHS, WEIGHT, YOUNG, gravitropism, rod};
 use morphorod::check::{self, LawError, Quantity};
 use morphorod::constitutive::{
     Constitutive, ElasticResponse, Graded, Lignifying, LineResponse, LinearElastic, Timoshenko,
@@ -7,13 +8,12 @@ use morphorod::constitutive::{
 };
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, Handedness, Memory, Oscillator, Perception, Proprioception,
     Response, SettledStatoliths, Site, Source, Statoliths, TropismLaw, Variable,
 };
-use morphorod::{Environment, Order, Section, Shoot, Still};
+use morphorod::{Environment, Order, Section, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// A law with the sign of one quantity changed.
@@ -219,13 +219,7 @@ const MEMORY: Memory = Memory {
 /// memories of strain.
 fn steering() -> impl TropismLaw + Copy {
     (
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: Statoliths {
-                avalanche_time: 120.0,
-            },
-        }
-        .remembered(MEMORY),
+        gravitropism(STATOLITHS),
         Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
     )
 }
@@ -542,19 +536,13 @@ fn declarations_that_a_law_does_not_keep_are_found() {
 
 #[test]
 fn laws_of_a_shoot_are_checked_at_its_places() {
-    let young = LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    };
     let growth = UniformGrowth {
         zone_length: 0.04,
         time: 72e3,
     };
-    let builder = Shoot::builder(Timoshenko::circular(young))
-        .length(0.06)
-        .radius(5e-4)
+    let builder = rod(Timoshenko::circular(YOUNG), 0.06)
         .growth(growth)
-        .load(Weight { density: 1000.0 });
+        .load(WEIGHT);
     let builder = builder.tropism(steering()).scene(Still::tilted(0.4));
     let mut shoot = builder.clone().build().unwrap();
     // Before and after growth, upright and bent.
@@ -589,14 +577,11 @@ fn laws_of_a_shoot_are_checked_at_its_places() {
     });
     assert_eq!(quantity(shoot.build().unwrap().check_laws()), Err(wrong));
     let wrong = Quantity::Tangent(2, 0);
-    let shoot = Shoot::builder(Flipped {
+    let flipped = Flipped {
         law: coupled(),
         wrong,
-    })
-    .length(0.06)
-    .radius(5e-4)
-    .build()
-    .unwrap();
+    };
+    let shoot = rod(flipped, 0.06).build().unwrap();
     assert_eq!(quantity(shoot.check_laws()), Err(wrong));
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing};
+use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing, reduced};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::checkpoint::{from_bytes, to_bytes};
 use morphorod::equilibrium::Unloaded;
@@ -228,15 +228,10 @@ fn drive_is_continuous_with_two_derivatives() {
 
 /// Shoot without weight whose response is the integral of the drive alone.
 fn driven() -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(0.03)
-        .radius(RADIUS)
+    reduced(0.03, 20.0 * HOUR)
         .elements(1)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 20.0 * HOUR,
-        }))
         .tropism(DRIVE)
+        .load(())
         .scene(Still::weightless())
         .into_dyn()
         .build()

@@ -3,10 +3,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG};
+use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, rod};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
-use morphorod::Shoot;
-use morphorod::constitutive::Lignifying;
+use morphorod::ShootParameters;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -60,9 +59,7 @@ fn integrated_motion_and_exit_times_match_the_linear_profile() {
 #[test]
 fn simulated_shoot_with_linear_profile_follows_the_closed_form() {
     let initial = 0.05;
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(initial)
-        .radius(5e-4)
+    let mut shoot = rod(YOUNG, initial)
         .merge_tolerance(0.0)
         .growth(LINEAR)
         .into_dyn()
@@ -139,13 +136,7 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
             swing,
         };
         let initial = 0.05;
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(initial)
-            .radius(5e-4)
-            .growth(law)
-            .into_dyn()
-            .build()
-            .unwrap();
+        let mut shoot = rod(YOUNG, initial).growth(law).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(0.1 * HOUR, Unloaded);
         for t in [6.0, 24.0, 72.0].map(|h| h * HOUR) {
             let exact = initial + law.zone * law.exponent(t);
@@ -245,14 +236,7 @@ impl GrowthLaw for Late {
 
 #[test]
 fn tissue_without_a_finite_exit_time_keeps_an_infinite_age() {
-    let tissue = Lignifying {
-        young: YOUNG,
-        mature_modulus: 2e9,
-        time: 6.0 * 86400.0,
-    };
-    let mut shoot = Shoot::builder(tissue)
-        .length(0.1)
-        .radius(5e-4)
+    let mut shoot = rod(ShootParameters::default().lignifying(), 0.1)
         .elements(16)
         .growth(Late)
         .load(WEIGHT)

@@ -3,7 +3,8 @@
 //! times.
 
 use crate::fixtures::gauss::gauss;
-use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG};
+use crate::fixtures::in_norm::InNorm;
+use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, rod};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::equilibrium::Unloaded;
@@ -12,6 +13,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::Rod;
 use morphorod::tropism::{Declaration, Growing, Site, TropismLaw};
 use nalgebra::Vector3;
+use std::f64::consts::LN_2;
 
 /// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005. With T0 = τg ln(ℓg/ℓ0) the
 /// length is ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg
@@ -227,13 +229,7 @@ fn very_long_growth_zone_takes_no_extra_steps() {
             zone_length: zone,
             time: 20.0 * HOUR,
         };
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(5e-4)
-            .growth(growth)
-            .into_dyn()
-            .build()
-            .unwrap();
+        let mut shoot = rod(YOUNG, 0.05).growth(growth).into_dyn().build().unwrap();
         let statistics = MethodOfSteps::with_solver(600.0, Unloaded)
             .advance(&mut shoot, HOUR)
             .unwrap();
@@ -276,11 +272,52 @@ fn tropisms_receive_the_material_point() {
         zone_length: 0.07,
         time: 72e3,
     };
-    let builder = Shoot::builder(YOUNG)
-        .length(0.02)
-        .radius(RADIUS)
-        .growth(growth)
-        .tropism(Identified);
+    let builder = rod(YOUNG, 0.02).growth(growth).tropism(Identified);
     let mut shoot = builder.into_dyn().build().unwrap();
     MethodOfSteps::new(360.0).advance(&mut shoot, 36e3).unwrap();
+}
+
+#[test]
+fn constant_growth_gradient_bends_by_gradient_times_logarithm_of_stretch() {
+    /// Growth rate REGR (1 + δ·x), equation (4), with δ along d1 and d2, 1/m.
+    struct Gradient([f64; 2]);
+    impl TropismLaw for Gradient {
+        fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            Vector3::new(self.0[1], -self.0[0], 0.0)
+        }
+    }
+    let delta = [300.0, -70.0];
+    let growth = UniformGrowth {
+        zone_length: 0.07,
+        time: 40.0 * HOUR,
+    };
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(2e-3)
+        .radius(RADIUS)
+        .elements(1)
+        .growth(growth)
+        .tropism(Gradient(delta))
+        .into_dyn()
+        .build()
+        .unwrap();
+    // The shoot is shorter than the growth zone. REGR is 1/τg everywhere, so that the length
+    // doubles in τg ln 2, and the integral of REGR over this time is ln 2.
+    MethodOfSteps::with_solver(900.0, Unloaded)
+        .advance(&mut shoot, growth.time * LN_2)
+        .unwrap();
+    assert_relative_eq!(
+        shoot.rod().length(),
+        4e-3,
+        epsilon = 0.0,
+        max_relative = 1e-13
+    );
+    let expected = Vector3::new(delta[1], -delta[0], 0.0) * LN_2;
+    for place in shoot.profile().sample(5) {
+        // The rate is constant, so that only the rounding of 111 steps remains.
+        assert_abs_diff_eq!(
+            InNorm(place.strain),
+            InNorm(expected),
+            epsilon = 1e-12 * expected.norm()
+        );
+    }
 }

@@ -4,11 +4,10 @@ use std::f64::consts::PI;
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, righting, steering,
+    BETA, ETA, HOUR, MEMORY, MINUTE, STATOLITHS, reduced, righting, steering,
 };
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::cycle::RotatingWaveSolver;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::{Linearisation, onset};
 use morphorod::tropism::{
@@ -396,16 +395,9 @@ fn transform(kernel: &MemoryKernel, z: Complex<f64>) -> Complex<f64> {
 
 /// Upright shoot of a length (m) with its weight.
 fn upright(kernel: &MemoryKernel, length: f64) -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
+    reduced(length, 20.0 * HOUR)
         .elements(4)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 1.0,
-            time: 20.0 * HOUR,
-        }))
         .tropism(filtered(kernel))
-        .load(WEIGHT)
         .into_dyn()
         .build()
         .unwrap()

@@ -5,18 +5,15 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::stability::solve_steady_state;
-use morphorod::tropism::{
-    AtApex, Gravitropism, Memory, Proprioception, Response, SettledStatoliths, TropismLaw,
-};
+use morphorod::tropism::{AtApex, Memory, SettledStatoliths, TropismLaw};
 use morphorod::{DynLaws, Scene, Shoot, Still};
 use nalgebra::{Complex, UnitQuaternion, Vector3};
 
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced,
+    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, gravitropism, reduced, remembering,
 };
 
 /// Growth time τg, s.
@@ -28,17 +25,10 @@ fn shoot(
     law: impl TropismLaw + Send + Sync + 'static,
     scene: impl Scene + Send + Sync + 'static,
 ) -> Shoot<DynLaws> {
-    let growth = Ongoing(UniformGrowth {
-        zone_length: 0.1,
-        time: GROWTH,
-    });
-    let builder = Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
+    reduced(length, GROWTH)
         .elements(8)
-        .growth(growth);
-    builder
         .tropism(law)
+        .load(())
         .scene(scene)
         .into_dyn()
         .build()
@@ -118,14 +108,7 @@ fn shoot_on_a_clinostat_has_the_shape_of_the_closed_form() {
     for (tilt, turns, memory) in cases {
         // Rotation by `turns` rad in the time τg/η of proprioception.
         let rate = turns * ETA / GROWTH;
-        let law = (
-            Gravitropism {
-                sensitivity: BETA,
-                perception: SettledStatoliths,
-            }
-            .remembered(memory),
-            Proprioception { sensitivity: ETA }.remembered(memory),
-        );
+        let law = remembering(memory, memory).steering(SettledStatoliths);
         let mut shoot = shoot(0.04, law, Clinostat { tilt, rate });
         // The transient decays as exp(−ηt/τg), with powers of t.
         MethodOfSteps::with_solver(TAU / rate.abs() / 120.0, Unloaded)
@@ -158,18 +141,7 @@ fn rate_of_bending_obeys_the_sine_law_at_any_magnitude_of_gravity() {
                 ..Still::tilted(tilt)
             };
             let expected = BETA * length / (RADIUS * GROWTH) * tilt.sin() * span;
-            let gravitropism = |perception| {
-                Gravitropism {
-                    sensitivity: BETA,
-                    perception,
-                }
-                .remembered(MEMORY)
-            };
-            let at_apex = Gravitropism {
-                sensitivity: BETA,
-                perception: AtApex(STATOLITHS),
-            }
-            .remembered(MEMORY);
+            let at_apex = gravitropism(AtApex(STATOLITHS));
             for mut shoot in [
                 shoot(length, gravitropism(SettledStatoliths), scene),
                 shoot(length, at_apex, scene),
@@ -220,14 +192,7 @@ fn apex_passes_the_vertical_beyond_a_balance_number_of_2_796() {
         // sin θ = θ to 2e-7. Without delay a step is iterated to an absolute tolerance, so that
         // smaller tilts have larger relative errors.
         let tilt = 1e-3;
-        let law = (
-            Gravitropism {
-                sensitivity: BETA,
-                perception: SettledStatoliths,
-            }
-            .remembered(memory),
-            Proprioception { sensitivity: ETA }.remembered(memory),
-        );
+        let law = remembering(memory, memory).steering(SettledStatoliths);
         let mut shoot = shoot(length, law, Still::tilted(tilt));
         let mut run = MethodOfSteps::with_solver(0.005 * GROWTH / ETA, Unloaded);
         // The memories begin at the stimuli, since a step does not resolve their time.

@@ -3,7 +3,8 @@
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering,
+    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, gravitropism, growing, righting,
+    steering,
 };
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::LinearElastic;
@@ -12,9 +13,8 @@ use morphorod::integrator::{Integrator, MethodOfSteps, Simulation};
 use morphorod::load::{Distributed, Load, Weight};
 use morphorod::stability::{Linearisation, solve_steady_state};
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception,
-    Proprioception, Remembered, Response, Rotation, SettledStatoliths, Site, Size, Source,
-    TropismLaw, Variable,
+    Declaration, DirectionalTropism, Growing, Memory, Oscillator, Perception, Proprioception,
+    Remembered, Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
 };
 use morphorod::{DynLaws, Laws, Model, Shoot, State, Still};
 use nalgebra::{Rotation3, Vector3};
@@ -287,7 +287,7 @@ impl TropismLaw for Straightens {
 
 #[test]
 fn present_stimuli_are_empty_for_laws_that_do_not_request_them() {
-    let gravitropism = || steering(SettledStatoliths).0;
+    let gravitropism = || gravitropism(SettledStatoliths);
     for at_once in [false, true] {
         let mut shoot = righting()
             .tropism((gravitropism(), Straightens { at_once }))
@@ -440,21 +440,13 @@ fn boxed_and_shared_laws_compose_like_plain_laws() {
         .build()
         .unwrap();
     advance(&mut expected, HOUR);
-    let (gravitropism, proprioception) = steering(STATOLITHS);
+    let (plain, proprioception) = steering(STATOLITHS);
     // Perceptions, responses, laws and models may be boxed, shared or borrowed.
     let shared = Arc::new(STATOLITHS);
-    let sensed = Gravitropism {
-        sensitivity: BETA,
-        perception: shared.clone(),
-    }
-    .remembered(MEMORY);
+    let sensed = gravitropism(shared.clone());
     let boxed: Box<dyn Perception<Signal = [f64; 2]> + Send + Sync> = Box::new(&STATOLITHS);
-    let dynamic = Gravitropism {
-        sensitivity: BETA,
-        perception: boxed,
-    }
-    .remembered(MEMORY);
-    let answered = Arc::new(gravitropism.response).remembered(MEMORY);
+    let dynamic = gravitropism(boxed);
+    let answered = Arc::new(plain.response).remembered(MEMORY);
     let laws: [Box<dyn TropismLaw + Send + Sync>; 3] =
         [Box::new(sensed), Box::new(dynamic), Box::new(answered)];
     for law in laws {
@@ -520,17 +512,10 @@ fn shoots_of_different_models_share_a_list_of_simulations() {
 /// A list of laws or loads equals the tuple of them.
 #[test]
 fn lists_of_laws_and_loads_equal_tuples() {
-    let gravitropism = || {
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: SettledStatoliths,
-        }
-        .remembered(MEMORY)
-    };
-    let proprioception = || Proprioception { sensitivity: ETA }.remembered(MEMORY);
+    let (gravitropism, proprioception) = steering(SettledStatoliths);
     let force = |x: f64| Distributed(Vector3::x() * x);
     let boxed: Vec<Box<dyn TropismLaw + Send + Sync>> =
-        vec![Box::new(gravitropism()), Box::new(proprioception())];
+        vec![Box::new(gravitropism), Box::new(proprioception)];
     let loads: Vec<Box<dyn Load + Send + Sync>> =
         vec![Box::new(force(1e-5)), Box::new(force(2e-5))];
     let run = |mut shoot: Shoot<DynLaws>| {
@@ -538,7 +523,7 @@ fn lists_of_laws_and_loads_equal_tuples() {
         shoot.tip()
     };
     let tuple = run(righting()
-        .tropism((gravitropism(), proprioception()))
+        .tropism((gravitropism, proprioception))
         .load(force(3e-5))
         .into_dyn()
         .build()
@@ -552,12 +537,12 @@ fn lists_of_laws_and_loads_equal_tuples() {
     // Only the order of additions differs.
     approx::assert_abs_diff_eq!((tuple - list).norm(), 0.0, epsilon = 1e-14);
     let same = run(righting()
-        .tropism(vec![proprioception(); 2])
+        .tropism(vec![proprioception; 2])
         .into_dyn()
         .build()
         .unwrap());
     let pair = run(righting()
-        .tropism((proprioception(), proprioception()))
+        .tropism((proprioception, proprioception))
         .into_dyn()
         .build()
         .unwrap());

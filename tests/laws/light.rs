@@ -3,10 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{BETA, HOUR, MINUTE, RADIUS, YOUNG};
+use crate::fixtures::shoots::{BETA, HOUR, MINUTE, RADIUS, YOUNG, reduced, rod};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{
     AtApex, During, Gravitropism, Light, LightSource, LineLight, Memory, ParallelLight,
@@ -28,15 +27,10 @@ fn shoot(
     base: UnitQuaternion<f64>,
     laws: impl TropismLaw + Send + Sync + 'static,
 ) -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
+    reduced(length, GROWTH_TIME)
         .elements(elements)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: GROWTH_TIME,
-        }))
         .tropism(laws)
+        .load(())
         .scene(Still {
             base,
             ..Still::upright()
@@ -352,13 +346,5 @@ fn light_out_of_range_is_refused() {
         perception: light,
     }
     .remembered(MEMORY);
-    assert!(
-        Shoot::builder(YOUNG)
-            .length(0.03)
-            .radius(RADIUS)
-            .tropism(law)
-            .into_dyn()
-            .build()
-            .is_err()
-    );
+    assert!(rod(YOUNG, 0.03).tropism(law).into_dyn().build().is_err());
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{BETA, HOUR, MEMORY, STATOLITHS, righting, steering};
+use crate::fixtures::shoots::{BETA, HOUR, MEMORY, STATOLITHS, gravitropism, righting, steering};
 use approx::assert_abs_diff_eq;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{
@@ -179,13 +179,7 @@ fn memories_of_a_computed_signal_give_the_same_shoot_as_those_of_a_declared_one(
 
 #[test]
 fn memories_of_a_computed_memory_give_the_same_shoot_as_those_of_a_declared_one() {
-    let once = || {
-        Gravitropism {
-            sensitivity: BETA,
-            perception: STATOLITHS,
-        }
-        .remembered(MEMORY)
-    };
+    let once = || gravitropism(STATOLITHS);
     let (tip, _) = righted(
         DirectionalTropism {
             sensitivity: BETA,

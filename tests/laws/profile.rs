@@ -3,16 +3,16 @@
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::solve_tight;
-use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering};
+use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, reduced, rod};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Constitutive, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, Unloaded};
-use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
+use morphorod::growth::{GrowthLaw, LinearProfile};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, GradedWeight, Load, PointForce, Weight};
+use morphorod::load::{ApicalForce, GradedWeight, Load, PointForce};
 use morphorod::profile::{Place, Profile};
 use morphorod::rod::Rod;
-use morphorod::{Order, Scene, Shoot, Still};
+use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const LENGTH: f64 = 0.06;
@@ -153,10 +153,7 @@ fn couple_strain_and_position_converge_at_their_order_between_material_points() 
 fn arc_length_of_inverts_the_initial_apex_distance_at_every_order() {
     for order in Order::ALL {
         let rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, order).unwrap();
-        let (load, environment) = (
-            Weight { density: 1000.0 },
-            Still::upright().environment(0.0),
-        );
+        let (load, environment) = (WEIGHT, Still::upright().environment(0.0));
         let profile = Profile::of(&rod, &YOUNG, &load, &environment);
         for place in profile.sample(37) {
             // Initial apex distances are linear along a rod that has not grown.
@@ -180,13 +177,7 @@ fn point_force_loads_only_the_part_below_it() {
         force,
     };
     let shoot = |steps: f64| {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .load(load)
-            .into_dyn()
-            .build()
-            .unwrap();
+        let mut shoot = rod(YOUNG, LENGTH).load(load).into_dyn().build().unwrap();
         let _ = MethodOfSteps::new(60.0).advance(&mut shoot, steps).unwrap();
         shoot
     };
@@ -207,9 +198,7 @@ fn profile_of_growing_shoot_matches_traced_growth() {
         zone_length: zone,
         time,
     };
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(initial)
-        .radius(RADIUS)
+    let mut shoot = rod(YOUNG, initial)
         .growth(law)
         .load(WEIGHT)
         .into_dyn()
@@ -273,15 +262,7 @@ fn profile_of_growing_shoot_matches_traced_growth() {
 
 #[test]
 fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(LENGTH)
-        .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 72e3,
-        }))
-        .tropism(steering(morphorod::tropism::SettledStatoliths))
-        .load(WEIGHT)
+    let mut shoot = reduced(LENGTH, 72e3)
         .scene(Still::tilted(1.2))
         .into_dyn()
         .build()
@@ -321,7 +302,7 @@ fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
 fn places_beyond_the_ends_of_a_rod_have_no_profile() {
     let scene = Still::upright();
     let rod = Rod::uniform(LENGTH, RADIUS, scene.base, 2, Order::Four).unwrap();
-    let (load, environment) = (Weight { density: 1000.0 }, scene.environment(0.0));
+    let (load, environment) = (WEIGHT, scene.environment(0.0));
     let profile = Profile::of(&rod, &YOUNG, &load, &environment);
     assert!(profile.at(f64::NAN).is_none() && rod.arc_length_of(f64::NAN).is_none());
     for beyond in [

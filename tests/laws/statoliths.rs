@@ -6,9 +6,8 @@ use crate::fixtures::shoots;
 use approx::abs_diff_eq;
 use std::f64::consts::TAU;
 
-use crate::fixtures::shoots::{Clinostat, HOUR, MEMORY, RADIUS, YOUNG};
+use crate::fixtures::shoots::{Clinostat, HOUR, MEMORY, reduced};
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::tropism::{Gravitropism, Perception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Model, Scene, Shoot};
@@ -25,14 +24,8 @@ struct Cell {
 
 impl Cell {
     fn new(avalanche_time: f64, step: f64, scene: impl Scene + Send + Sync + 'static) -> Self {
-        let shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
+        let shoot = reduced(0.05, 20.0 * HOUR)
             .elements(1)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.07,
-                time: 20.0 * HOUR,
-            }))
             .tropism(
                 Gravitropism {
                     sensitivity: 0.0,
@@ -40,6 +33,7 @@ impl Cell {
                 }
                 .remembered(MEMORY),
             )
+            .load(())
             .scene(scene)
             .into_dyn()
             .build()

@@ -4,18 +4,19 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{BETA, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG};
+use crate::fixtures::shoots::{
+    HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, reduced, rod, steering, tissue,
+};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::checkpoint::{from_bytes, to_bytes};
-use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::Linearisation;
 use morphorod::support::{Contact, Cylinder, HalfSpace, Hold, Obstacle};
 use morphorod::tropism::{
-    AtApex, DirectionalTropism, Gravitropism, Oscillator, Perception, Proprioception, Response,
-    SettledStatoliths, Thigmotropism, Touch, TropismLaw,
+    AtApex, DirectionalTropism, Oscillator, Perception, Response, SettledStatoliths, Thigmotropism,
+    Touch, TropismLaw,
 };
 use morphorod::{DynLaws, Shoot, State, Still, check};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -54,15 +55,10 @@ fn propped_on(side: Vector3<f64>, law: impl TropismLaw + Send + Sync + 'static) 
         through: side * (GAP + RADIUS),
         normal: -side,
     };
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(LENGTH)
-        .radius(RADIUS)
+    let mut shoot = reduced(LENGTH, GROWTH_TIME)
         .elements(10)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: GROWTH_TIME,
-        }))
         .tropism(law)
+        .load(())
         .scene(Still::weightless())
         .support(contact(wall))
         .into_dyn()
@@ -101,29 +97,24 @@ fn swinging(
         radius: 2e-3,
     };
     let still = Still::upright();
-    Shoot::builder(LinearElastic {
-        youngs_modulus: 1e8,
-        ..YOUNG
-    })
-    .length(0.06)
-    .radius(RADIUS)
-    .growth(UniformGrowth {
-        zone_length: 0.05,
-        time: 40.0 * HOUR,
-    })
-    .tropism((Oscillator::new(1.0, 2.0 * HOUR), law))
-    .load(WEIGHT)
-    .scene(Still {
-        base: turn * still.base,
-        gravity: turn * still.gravity,
-    })
-    .support(Contact {
-        friction,
-        ..contact(obstacle)
-    })
-    .into_dyn()
-    .build()
-    .unwrap()
+    rod(tissue(1e8), 0.06)
+        .growth(UniformGrowth {
+            zone_length: 0.05,
+            time: 40.0 * HOUR,
+        })
+        .tropism((Oscillator::new(1.0, 2.0 * HOUR), law))
+        .load(WEIGHT)
+        .scene(Still {
+            base: turn * still.base,
+            gravity: turn * still.gravity,
+        })
+        .support(Contact {
+            friction,
+            ..contact(obstacle)
+        })
+        .into_dyn()
+        .build()
+        .unwrap()
 }
 
 /// A law for the forces of [`swinging`] shoots.
@@ -146,11 +137,7 @@ fn on_table(length: f64, height: f64) -> Shoot<DynLaws> {
         through: Vector3::z() * (-height - RADIUS),
         normal: Vector3::z(),
     };
-    let builder = Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
-        .elements(30)
-        .load(WEIGHT);
+    let builder = rod(YOUNG, length).elements(30).load(WEIGHT);
     let mut shoot = builder
         .scene(Still::tilted(FRAC_PI_2))
         .support(contact(table))
@@ -406,15 +393,7 @@ fn methods_of_the_law_agree_in_contact() {
 
 #[test]
 fn holds_are_not_sensed_and_a_law_without_contact_does_not_change_stability() {
-    let gravitropism = Gravitropism {
-        sensitivity: BETA,
-        perception: SettledStatoliths,
-    }
-    .remembered(MEMORY);
-    let steering = (
-        gravitropism,
-        Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-    );
+    let steering = steering(SettledStatoliths);
     let wall = || {
         contact(HalfSpace {
             through: Vector3::x() * 0.02,
@@ -423,20 +402,10 @@ fn holds_are_not_sensed_and_a_law_without_contact_does_not_change_stability() {
     };
     let guide = || Hold::place(0.02).on_plane(Vector3::zeros(), Vector3::x_axis());
     let build = |law: Box<dyn TropismLaw + Send + Sync>, tilt: f64| {
-        let growth = Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: GROWTH_TIME,
-        });
-        let builder = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
+        reduced(LENGTH, GROWTH_TIME)
             .elements(8)
-            .growth(growth);
-        let builder = builder
             .tropism((steering, law))
-            .load(WEIGHT)
-            .scene(Still::tilted(tilt));
-        builder
+            .scene(Still::tilted(tilt))
             .support((guide(), wall()))
             .into_dyn()
             .build()

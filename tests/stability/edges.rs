@@ -4,19 +4,19 @@
 use std::f64::consts::PI;
 
 use approx::{abs_diff_eq, assert_relative_eq};
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::{Load, Weight};
+use morphorod::load::Load;
 use morphorod::stability::{
     BoundarySettings, Linearisation, StabilityError, boundary, crossings, onset, solve_steady_state,
 };
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, Memory, Proprioception, Remembered, Response,
-    SettledStatoliths, Site, Statoliths, TropismLaw, Variable,
+    SettledStatoliths, Site, TropismLaw, Variable,
 };
-use morphorod::{Scene, Shoot, Still};
+use morphorod::{Scene, Still};
 use nalgebra::Vector3;
 
-use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
+use crate::fixtures::shoots::{ETA, HOUR, MEMORY, STATOLITHS, WEIGHT, reduced, steering};
+use crate::fixtures::upright::linearisation;
 
 /// Linearisation about the upright shape of a shoot with the given laws, load, scene, growth time
 /// (h), length (m) and number of elements.
@@ -28,14 +28,8 @@ pub(super) fn analyse(
     length: f64,
     elements: usize,
 ) -> Result<Linearisation, StabilityError> {
-    let shoot = Shoot::builder(YOUNG)
-        .length(length)
-        .radius(5e-4)
+    let shoot = reduced(length, hours * HOUR)
         .elements(elements)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.1,
-            time: hours * HOUR,
-        }))
         .tropism(laws)
         .load(load)
         .scene(scene)
@@ -44,9 +38,8 @@ pub(super) fn analyse(
     Linearisation::about(&shoot)
 }
 
-pub(super) const WEIGHT: Weight = Weight { density: 1000.0 };
 pub(super) const BENDING: Remembered<Proprioception> = Remembered {
-    response: Proprioception { sensitivity: 20.0 },
+    response: Proprioception { sensitivity: ETA },
     memory: MEMORY,
 };
 
@@ -315,28 +308,11 @@ fn small_closed_stability_boundary_is_followed_all_around() {
 
 #[test]
 fn roots_of_a_shoot_on_a_tilted_base_with_statoliths_converge_with_the_mesh() {
-    let statoliths = Statoliths {
-        avalanche_time: 2.0 * MINUTE,
-    };
-    let laws = (
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: statoliths,
-        }
-        .remembered(MEMORY),
-        BENDING,
-    );
+    let laws = steering(STATOLITHS);
     let linear = |length: f64, elements: usize| {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(length)
-            .radius(5e-4)
+        let mut shoot = reduced(length, 20.0 * HOUR)
             .elements(elements)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.1,
-                time: 20.0 * HOUR,
-            }))
             .tropism(laws)
-            .load(WEIGHT)
             .scene(Still::tilted(0.5))
             .into_dyn()
             .build()?;

@@ -5,21 +5,17 @@
 //! `MORPHOROD_CASES=1000 cargo test --workspace --test all stability::extreme` analyses 1000 random
 //! shoots.
 
-use crate::fixtures::upright;
 use approx::relative_eq;
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
+use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing};
 use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::nalgebra::{Complex, Vector3};
 use morphorod::stability::{Linearisation, StabilityError, onset, solve_steady_state};
-use morphorod::tropism::{
-    Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
-};
-use morphorod::{DynLaws, Shoot, Still};
+use morphorod::tropism::{Memory, Perception, SettledStatoliths};
+use morphorod::{DynLaws, Shoot, ShootParameters, Still};
 use proptest::prelude::*;
 
 use crate::fixtures::random::number;
+use crate::fixtures::shoots::{gravitropism, reduced, remembering};
 use crate::fixtures::upright::continuous::Upright;
 
 /// Parameters of a shoot on a tilted base, with statoliths and with equal memories of gravitropism
@@ -56,18 +52,22 @@ const LONG: Leaning = Leaning {
 };
 
 impl Leaning {
+    fn parameters(&self) -> ShootParameters {
+        ShootParameters {
+            length: self.length,
+            growth_time: self.growth_time,
+            youngs_modulus: self.stiffness,
+            avalanche_time: self.avalanche_time,
+            gravitropic_sensitivity: self.beta,
+            proprioceptive_sensitivity: self.eta,
+            ..remembering(self.memory, self.memory)
+        }
+    }
+
     /// Stationary shoot with uniform growth and statoliths.
     fn shoot(&self) -> Result<Shoot<DynLaws>, StabilityError> {
-        let growth = UniformGrowth {
-            zone_length: 0.1,
-            time: self.growth_time,
-        };
-        self.with(
-            growth,
-            Statoliths {
-                avalanche_time: self.avalanche_time,
-            },
-        )
+        let parameters = self.parameters();
+        self.with(parameters.growth(), parameters.statoliths())
     }
 
     /// Stationary shoot with a given growth law and a given perception of gravity.
@@ -77,32 +77,16 @@ impl Leaning {
         perception: P,
     ) -> Result<Shoot<DynLaws>, StabilityError>
     where
-        P: Perception + Send + Sync + 'static,
-        Gravitropism<P>: Response,
+        P: Perception<Signal = [f64; 2]> + Send + Sync + 'static,
     {
-        let mut shoot = Shoot::builder(LinearElastic {
-            youngs_modulus: self.stiffness,
-            poissons_ratio: 0.5,
-        })
-        .length(self.length)
-        .radius(5e-4)
-        .elements(self.elements)
-        .growth(Ongoing(growth))
-        .tropism((
-            Gravitropism {
-                sensitivity: self.beta,
-                perception,
-            }
-            .remembered(self.memory),
-            Proprioception {
-                sensitivity: self.eta,
-            }
-            .remembered(self.memory),
-        ))
-        .load(Weight { density: 1000.0 })
-        .scene(Still::tilted(self.tilt))
-        .into_dyn()
-        .build()?;
+        let parameters = self.parameters();
+        let builder = parameters.reduced().elements(self.elements);
+        let mut shoot = builder
+            .growth(Ongoing(growth))
+            .tropism(parameters.steering(perception))
+            .scene(Still::tilted(self.tilt))
+            .into_dyn()
+            .build()?;
         solve_steady_state(&mut shoot)?;
         Ok(shoot)
     }
@@ -230,21 +214,9 @@ fn onset_does_not_depend_on_the_upper_end_of_the_search_range() {
 
 #[test]
 fn roots_left_of_zero_are_refused_without_proprioception() {
-    let gravity = Gravitropism {
-        sensitivity: 0.8,
-        perception: SettledStatoliths,
-    }
-    .remembered(upright::MEMORY);
-    let shoot = Shoot::builder(upright::YOUNG)
-        .length(0.05)
-        .radius(5e-4)
+    let shoot = reduced(0.05, 72e3)
         .elements(4)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.1,
-            time: 72e3,
-        }))
-        .tropism(gravity)
-        .load(Weight { density: 1000.0 })
+        .tropism(gravitropism(SettledStatoliths))
         .into_dyn()
         .build()
         .unwrap();

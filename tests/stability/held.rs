@@ -2,20 +2,16 @@
 //! linear theory.
 
 use crate::fixtures::secant::zero_near;
-use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
+use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, RADIUS, WEIGHT, reduced};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::{Load, Weight};
+use morphorod::load::Load;
 use morphorod::stability::{Linearisation, Root, solve_steady_state};
 use morphorod::support::{Hold, Joint, Support};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::Memory;
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::{Complex, Matrix2, Matrix3, UnitQuaternion, Vector3};
 
-pub const RADIUS: f64 = 5e-4;
 pub const GROWTH_TIME: f64 = 20.0 * HOUR;
-pub const BETA: f64 = 0.8;
-pub const ETA: f64 = 20.0;
 /// Length of the shoots, m. Free ones oscillate with increasing amplitude.
 pub const LENGTH: f64 = 0.067;
 /// Bending stiffness of the tissue, N m².
@@ -27,22 +23,8 @@ pub fn shoot(
     load: impl Load + Send + Sync + 'static,
     support: impl Support + Send + Sync + 'static,
 ) -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
+    reduced(length, GROWTH_TIME)
         .elements(elements)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.1,
-            time: GROWTH_TIME,
-        }))
-        .tropism((
-            Gravitropism {
-                sensitivity: BETA,
-                perception: SettledStatoliths,
-            }
-            .remembered(MEMORY),
-            Proprioception { sensitivity: ETA }.remembered(MEMORY),
-        ))
         .load(load)
         .scene(Still::tilted(lean))
         .support(support)
@@ -50,8 +32,6 @@ pub fn shoot(
         .build()
         .unwrap()
 }
-
-pub const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// A heavy upright shoot with a support, on four elements.
 fn heavy(support: impl Support + Send + Sync + 'static) -> Shoot<DynLaws> {
@@ -255,9 +235,9 @@ fn filter(z: Complex<f64>) -> Complex<f64> {
     (-z * delay).exp() / (z * GROWTH_TIME * (z * time + 1.0))
 }
 
-/// Without load the couple of the guide's reaction R is R (ℓ − s), so that θ' + κ θ = R (ℓ − s)/((1
-/// + b) E I) with κ = a/(1 + b), θ(0) = 0. The apex stays on the axis, ∫θ ds = 0, if z = κℓ
-/// satisfies z²/2 = 1 − (1 + z) exp(−z).
+/// Without load the couple of the guide's reaction R is R (ℓ − s), so that
+/// θ' + κ θ = R (ℓ − s)/((1 + b) E I) with κ = a/(1 + b), θ(0) = 0. The apex stays on the axis,
+/// ∫θ ds = 0, if z = κℓ satisfies z²/2 = 1 − (1 + z) exp(−z).
 #[test]
 fn weightless_shoot_with_a_guided_apex_has_the_roots_of_the_closed_form() {
     let shoot = shoot(

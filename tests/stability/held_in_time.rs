@@ -1,7 +1,7 @@
 //! Steady states and roots of held shoots compared with integration in time.
 
-use super::held::{LENGTH, WEIGHT, shoot, top, upright};
-use crate::fixtures::upright::HOUR;
+use super::held::{LENGTH, shoot, top, upright};
+use crate::fixtures::shoots::{HOUR, WEIGHT};
 use approx::assert_abs_diff_eq;
 use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::stability::{Linearisation, onset, solve_steady_state};

@@ -1,6 +1,7 @@
 //! Held shoots that a stability analysis must refuse.
 
-use super::held::{LENGTH, WEIGHT, lateral, shoot, top};
+use super::held::{LENGTH, lateral, shoot, top};
+use crate::fixtures::shoots::WEIGHT;
 use approx::assert_abs_diff_eq;
 use morphorod::ParameterError;
 use morphorod::equilibrium::EquilibriumError;

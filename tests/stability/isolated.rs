@@ -6,16 +6,12 @@
 
 use std::time::Instant;
 
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Refinement, Root, StabilityError, solve_steady_state};
-use morphorod::tropism::{
-    Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths,
-};
-use morphorod::{DynLaws, Shoot, Still};
+use morphorod::tropism::{Memory, Statoliths};
+use morphorod::{DynLaws, Shoot, ShootParameters, Still};
 
 use crate::fixtures::random::{Draw, number};
+use crate::fixtures::shoots::remembering;
 use crate::fixtures::upright::continuous::Upright;
 
 #[test]
@@ -139,44 +135,22 @@ impl Random {
 
     /// Shoot in its steady state.
     fn shoot(&self, elements: usize) -> Result<Shoot<DynLaws>, StabilityError> {
-        let builder = Shoot::builder(LinearElastic {
+        let parameters = ShootParameters {
+            length: self.length,
+            growth_time: self.growth_time,
             youngs_modulus: self.stiffness,
-            poissons_ratio: 0.5,
-        })
-        .length(self.length)
-        .radius(5e-4)
-        .elements(elements)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 1.0,
-            time: self.growth_time,
-        }))
-        .load(Weight { density: 1000.0 })
-        .scene(Still::tilted(self.tilt));
-        let (sensitivity, bending) = (
-            self.beta,
-            Proprioception {
-                sensitivity: self.eta,
-            }
-            .remembered(self.bending),
-        );
+            gravitropic_sensitivity: self.beta,
+            proprioceptive_sensitivity: self.eta,
+            ..remembering(self.gravity, self.bending)
+        };
+        let builder = parameters.reduced().elements(elements);
+        let builder = builder.scene(Still::tilted(self.tilt));
         let mut shoot = if let Some(avalanche_time) = self.avalanche_time {
-            let gravity = Gravitropism {
-                sensitivity,
-                perception: Statoliths { avalanche_time },
-            };
-            builder
-                .tropism((gravity.remembered(self.gravity), bending))
-                .into_dyn()
-                .build()?
+            let statoliths = Statoliths { avalanche_time };
+            let laws = parameters.steering(statoliths);
+            builder.tropism(laws).into_dyn().build()?
         } else {
-            let gravity = Gravitropism {
-                sensitivity,
-                perception: SettledStatoliths,
-            };
-            builder
-                .tropism((gravity.remembered(self.gravity), bending))
-                .into_dyn()
-                .build()?
+            builder.into_dyn().build()?
         };
         solve_steady_state(&mut shoot)?;
         Ok(shoot)

@@ -1,17 +1,16 @@
 //! User-defined laws in the linearisation, and stability boundaries in two parameters.
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
+use morphorod::ParameterError;
 use morphorod::stability::{BoundarySettings, Linearisation, StabilityError, boundary, onset};
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site,
-    TropismLaw, Variable,
+    Declaration, Growing, Memory, Proprioception, Response, SettledStatoliths, Site, TropismLaw,
+    Variable,
 };
-use morphorod::{ParameterError, Shoot};
 use nalgebra::Vector3;
 
-use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
+use crate::fixtures::shoots::{HOUR, MEMORY, MINUTE, gravitropism, reduced};
+use crate::fixtures::upright::linearisation;
 
 /// Gravitropism that saturates. Its variables are two concentrations c, whose magnitude is of the
 /// order of `scale` C, and u̇* = REGR (β/r) tanh(c/C).
@@ -56,19 +55,12 @@ fn problem(
     gravity: impl TropismLaw + Send + Sync + 'static,
     length: f64,
 ) -> Result<Linearisation, StabilityError> {
-    let shoot = Shoot::builder(YOUNG)
-        .length(length)
-        .radius(5e-4)
+    let shoot = reduced(length, 20.0 * HOUR)
         .elements(4)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.1,
-            time: 20.0 * HOUR,
-        }))
         .tropism((
             gravity,
             Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
         ))
-        .load(Weight { density: 1000.0 })
         .into_dyn()
         .build()?;
     Linearisation::about(&shoot)
@@ -269,11 +261,7 @@ fn invalid_boundary_settings_and_unstable_families_are_refused() {
             "{wrong:?}"
         );
     }
-    let gravity = Gravitropism {
-        sensitivity: 0.8,
-        perception: SettledStatoliths,
-    }
-    .remembered(MEMORY);
+    let gravity = gravitropism(SettledStatoliths);
     // Shoots of this family are longer than the buckling length.
     assert!(matches!(
         boundary(|_, _| problem(gravity, 0.081), &settings),

@@ -4,13 +4,11 @@
 use approx::assert_relative_eq;
 use morphorod::Still;
 use morphorod::stability::{Linearisation, StabilityError};
-use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Response, SettledStatoliths, Site, TropismLaw, Variable,
-};
+use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, TropismLaw, Variable};
 use nalgebra::Vector3;
 
-use super::edges::{BENDING, WEIGHT, analyse};
-use crate::fixtures::upright::MEMORY;
+use super::edges::{BENDING, analyse};
+use crate::fixtures::shoots::{MEMORY, WEIGHT, gravitropism};
 
 /// Gravitropism with pairs of memories of the vertical.
 struct Pairs {
@@ -68,14 +66,7 @@ fn linear(law: impl TropismLaw + Send + Sync + 'static) -> Result<Linearisation,
 /// eigenvalues and its factorisation at every λ.
 #[test]
 fn thousand_equal_memories_have_the_roots_of_one_memory() {
-    let one = linear(
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: SettledStatoliths,
-        }
-        .remembered(MEMORY),
-    )
-    .unwrap();
+    let one = linear(gravitropism(SettledStatoliths)).unwrap();
     let many = linear(Pairs {
         number: 500,
         chain: false,

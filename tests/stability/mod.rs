@@ -9,6 +9,7 @@ mod isolated;
 mod laws;
 mod many_memories;
 mod onset;
+mod proprioception;
 mod refinement;
 mod refusals;
 mod roots;

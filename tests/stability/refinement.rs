@@ -9,19 +9,19 @@ use std::f64::consts::TAU;
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::{Graded, Tissue};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::{PointForce, Weight};
+use morphorod::load::PointForce;
 use morphorod::stability::{
     BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, boundary, crossings,
     onset, solve_steady_state,
 };
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::{Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use crate::fixtures::random::number;
+use crate::fixtures::shoots::{HOUR, MEMORY, WEIGHT, YOUNG, reduced, rod, steering};
 use crate::fixtures::upright::continuous::Upright;
-use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 
 /// Parameters of a shoot with short waves. The relative error of its length at onset on four
 /// elements is 2e-4.
@@ -257,15 +257,10 @@ fn roots_have_error_estimates_and_meet_tolerances() {
 fn error_estimates_of_essential_crossings_are_rounding_errors() {
     // For η < 0 the curvature grows exponentially.
     let weightless = |eta: f64, growth_time: f64, elements: usize| {
-        let shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(5e-4)
+        let shoot = reduced(0.05, growth_time)
             .elements(elements)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.07,
-                time: growth_time,
-            }))
             .tropism(Proprioception { sensitivity: eta }.remembered(MEMORY))
+            .load(())
             .scene(Still::weightless())
             .into_dyn()
             .build()?;
@@ -400,24 +395,15 @@ fn leaning(elements: usize) -> Result<Shoot<DynLaws>, StabilityError> {
         law: YOUNG,
         factor: |tissue: &Tissue| 1.0 + 10.0 * tissue.initial_apex_distance,
     };
-    let mut shoot = Shoot::builder(graded)
-        .length(0.06)
-        .radius(5e-4)
+    let mut shoot = rod(graded, 0.06)
         .elements(elements)
         .growth(Ongoing(UniformGrowth {
             zone_length: 0.1,
             time: 20.0 * HOUR,
         }))
-        .tropism((
-            Gravitropism {
-                sensitivity: 0.8,
-                perception: SettledStatoliths,
-            }
-            .remembered(MEMORY),
-            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-        ))
+        .tropism(steering(SettledStatoliths))
         .load((
-            Weight { density: 1000.0 },
+            WEIGHT,
             PointForce {
                 initial_apex_distance: 0.017,
                 force: Vector3::new(0.0, 0.0, -1e-6),

@@ -4,20 +4,17 @@
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
 
-use super::edges::{BENDING, WEIGHT, analyse};
+use super::edges::analyse;
+use crate::fixtures::shoots::{HOUR, WEIGHT, gravitropism, reduced, remembering, steering};
 use approx::assert_abs_diff_eq;
-use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
+use morphorod::growth::{GrowthLaw, Ongoing};
 use morphorod::load::ApicalForce;
 use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site,
-    TropismLaw, Variable,
+    Declaration, Growing, Memory, SettledStatoliths, Site, TropismLaw, Variable,
 };
-use morphorod::{Scene, Shoot, Still};
+use morphorod::{Scene, ShootParameters, Still};
 use nalgebra::{UnitQuaternion, Vector3};
-
-use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 
 #[test]
 fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
@@ -32,16 +29,7 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
             UnitQuaternion::identity()
         }
     }
-    let laws = || {
-        (
-            Gravitropism {
-                sensitivity: 0.8,
-                perception: SettledStatoliths,
-            }
-            .remembered(MEMORY),
-            BENDING,
-        )
-    };
+    let laws = || steering(SettledStatoliths);
     let answer = analyse(laws(), WEIGHT, Clinostat, 20.0, 0.05, 3);
     assert!(
         matches!(answer, Err(StabilityError::NotAutonomous { .. })),
@@ -80,20 +68,9 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
 #[test]
 fn tilted_shoot_without_proprioception_has_no_steady_state() {
     let build = |tilt: f64| {
-        Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(5e-4)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.07,
-                time: 20.0 * HOUR,
-            }))
-            .tropism(
-                Gravitropism {
-                    sensitivity: 0.8,
-                    perception: SettledStatoliths,
-                }
-                .remembered(MEMORY),
-            )
+        reduced(0.05, 20.0 * HOUR)
+            .tropism(gravitropism(SettledStatoliths))
+            .load(())
             .scene(Still::tilted(tilt))
             .build()
             .unwrap()
@@ -117,17 +94,8 @@ fn growth_rate_that_depends_on_time_is_refused_as_forced() {
             0.1
         }
     }
-    let gravitropism = Gravitropism {
-        sensitivity: 0.8,
-        perception: SettledStatoliths,
-    }
-    .remembered(MEMORY);
-    let shoot = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(5e-4)
+    let shoot = reduced(0.05, 20.0 * HOUR)
         .growth(Ongoing(Days))
-        .tropism((gravitropism, BENDING))
-        .load(WEIGHT)
         .into_dyn()
         .build()
         .unwrap();
@@ -157,14 +125,12 @@ fn coarse_meshes_do_not_report_an_unstable_shoot_as_stable() {
     for (beta, eta, [time, delay], hours, length) in cases {
         for elements in [1, 2, 3, 4] {
             let memory = Memory { time, delay };
-            let laws = (
-                Gravitropism {
-                    sensitivity: beta,
-                    perception: SettledStatoliths,
-                }
-                .remembered(memory),
-                Proprioception { sensitivity: eta }.remembered(memory),
-            );
+            let parameters = ShootParameters {
+                gravitropic_sensitivity: beta,
+                proprioceptive_sensitivity: eta,
+                ..remembering(memory, memory)
+            };
+            let laws = parameters.steering(SettledStatoliths);
             let answer = analyse(laws, WEIGHT, Still::upright(), hours, length, elements)
                 .unwrap()
                 .unstable();
@@ -205,21 +171,13 @@ fn twisted_stationary_shoot_is_linearised_and_invalid_delays_are_refused() {
     }
     let delay = Arc::new(Mutex::new(720.0));
     let shoot = || {
-        Shoot::builder(LinearElastic {
-            youngs_modulus: 1e7,
-            poissons_ratio: 0.5,
-        })
-        .length(0.05)
-        .radius(5e-4)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.1,
-            time: 20.0 * HOUR,
-        }))
-        .tropism(Twist {
-            delay: Arc::clone(&delay),
-        })
-        .into_dyn()
-        .build()
+        reduced(0.05, 20.0 * HOUR)
+            .tropism(Twist {
+                delay: Arc::clone(&delay),
+            })
+            .load(())
+            .into_dyn()
+            .build()
     };
     let mut twisted = shoot().unwrap();
     solve_steady_state(&mut twisted).unwrap();

@@ -5,21 +5,20 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::in_norm::InNorm;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
 use morphorod::tropism::{
-    Gravitropism, Growing, Handedness, Memory, Proprioception, Response, SettledStatoliths,
-    Statoliths, TropismLaw,
+    Growing, Handedness, Memory, Proprioception, Response, SettledStatoliths, TropismLaw,
 };
-use morphorod::{DynLaws, Shoot, Still};
+use morphorod::{DynLaws, Shoot, ShootParameters, Still};
 use nalgebra::{Complex, Vector3};
 use proptest::prelude::*;
 
 use crate::fixtures::random::number;
 use crate::fixtures::rods::cases;
-use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
+use crate::fixtures::shoots::{
+    HOUR, MEMORY, STATOLITHS, YOUNG, gravitropism, reduced, remembering, steering,
+};
 
 /// Shoot of constant length (m) with the given tropisms on a base tilted by `lean` (rad).
 fn shoot(
@@ -28,16 +27,9 @@ fn shoot(
     elements: usize,
     laws: impl TropismLaw + Send + Sync + 'static,
 ) -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(length)
-        .radius(5e-4)
+    reduced(length, 20.0 * HOUR)
         .elements(elements)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.1,
-            time: 20.0 * HOUR,
-        }))
         .tropism(laws)
-        .load(Weight { density: 1000.0 })
         .scene(Still::tilted(lean))
         .into_dyn()
         .build()
@@ -97,29 +89,12 @@ fn root_in_time(
 
 #[test]
 fn growth_rate_and_frequency_of_small_disturbances_are_those_of_a_root() {
-    let gravity = |memory| {
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: SettledStatoliths,
-        }
-        .remembered(memory)
+    let equal = steering(SettledStatoliths);
+    let other = Memory {
+        time: 600.0,
+        delay: 840.0,
     };
-    let bending = |memory| Proprioception { sensitivity: 20.0 }.remembered(memory);
-    let equal = (gravity(MEMORY), bending(MEMORY));
-    let slow = Gravitropism {
-        sensitivity: 0.8,
-        perception: Statoliths {
-            avalanche_time: 120.0,
-        },
-    }
-    .remembered(MEMORY);
-    let unequal = (
-        slow,
-        bending(Memory {
-            time: 600.0,
-            delay: 840.0,
-        }),
-    );
+    let unequal = remembering(MEMORY, other).steering(STATOLITHS);
     let cases = [
         ("below onset", root_in_time(0.060, 0.0, equal, 10.0 * HOUR)),
         (
@@ -202,23 +177,14 @@ fn rotating_root_reports_the_sense_of_rotation_seen_in_time() {
 
 #[test]
 fn roots_are_double_on_an_upright_base_and_single_on_a_tilted_base() {
-    let laws = || {
-        (
-            Gravitropism {
-                sensitivity: 0.8,
-                perception: SettledStatoliths,
-            }
-            .remembered(MEMORY),
-            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-        )
-    };
-    let mut upright = shoot(0.067, 0.0, 4, laws());
+    let laws = steering(SettledStatoliths);
+    let mut upright = shoot(0.067, 0.0, 4, laws);
     solve_steady_state(&mut upright).unwrap();
     let root = Linearisation::about(&upright).unwrap().rightmost().unwrap();
     assert_eq!((root.handedness, root.multiplicity), (None, 2));
     assert!(root.growth_rate() > 0.0 && root.residual < 1e-12);
     assert_eq!(root.displacement[0].norm(), 0.0, "displacement of the base");
-    let mut righted = shoot(0.06, 0.5, 4, laws());
+    let mut righted = shoot(0.06, 0.5, 4, laws);
     solve_steady_state(&mut righted).unwrap();
     let linear = Linearisation::about(&righted).unwrap();
     assert_eq!(linear.rightmost().unwrap().multiplicity, 1);
@@ -236,25 +202,16 @@ fn stationary_shape_on_a_horizontal_base_has_a_closed_form_at_any_weight_and_sti
     );
     for scale in [1e-2, 1e-1, 1.0, 10.0, 100.0] {
         for (stiffness, density) in [(1e7 / scale, 1000.0), (1e7, 1000.0 * scale)] {
-            let mut tissue = YOUNG;
-            tissue.youngs_modulus = stiffness;
-            let mut shoot = Shoot::builder(tissue)
-                .length(length)
-                .radius(5e-4)
+            let parameters = ShootParameters {
+                length,
+                density,
+                youngs_modulus: stiffness,
+                growth_time: 20.0 * HOUR,
+                ..ShootParameters::default()
+            };
+            let mut shoot = parameters
+                .reduced()
                 .elements(8)
-                .growth(Ongoing(UniformGrowth {
-                    zone_length: 0.07,
-                    time: 20.0 * HOUR,
-                }))
-                .tropism((
-                    Gravitropism {
-                        sensitivity: 0.8,
-                        perception: SettledStatoliths,
-                    }
-                    .remembered(MEMORY),
-                    Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-                ))
-                .load(Weight { density })
                 .scene(Still::tilted(FRAC_PI_2))
                 .into_dyn()
                 .build()
@@ -409,30 +366,18 @@ fn unstable(problem: &Continuous) -> (Vec<usize>, f64) {
     let mut counts = Vec::new();
     let mut essential = f64::NEG_INFINITY;
     for elements in [3, 4, 6, 8, 12, 16, 24, 36, 48, 64, 96] {
-        let memory = problem.memory;
-        let laws = (
-            Gravitropism {
-                sensitivity: problem.beta,
-                perception: SettledStatoliths,
-            }
-            .remembered(memory),
-            (problem.eta > 0.0).then_some(
-                Proprioception {
-                    sensitivity: problem.eta,
-                }
-                .remembered(memory),
-            ),
-        );
-        let shoot = Shoot::builder(YOUNG)
-            .length(problem.length)
-            .radius(5e-4)
+        let parameters = ShootParameters {
+            length: problem.length,
+            growth_time: problem.growth_time,
+            gravitropic_sensitivity: problem.beta,
+            proprioceptive_sensitivity: problem.eta,
+            ..remembering(problem.memory, problem.memory)
+        };
+        let (gravity, bending) = parameters.steering(SettledStatoliths);
+        let shoot = parameters
+            .reduced()
             .elements(elements)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.1,
-                time: problem.growth_time,
-            }))
-            .tropism(laws)
-            .load(Weight { density: 1000.0 })
+            .tropism((gravity, (problem.eta > 0.0).then_some(bending)))
             .into_dyn()
             .build()
             .unwrap();
@@ -519,24 +464,10 @@ fn unstable_roots_are_counted_next_to_the_essential_spectrum_and_without_proprio
 fn every_counted_root_is_found_and_coarse_meshes_are_reported() {
     // Gravitropism without proprioception causes short waves in a fast-growing shoot. A mesh of
     // four elements then has spurious roots to the right of the imaginary axis.
-    let gravity = || {
-        Gravitropism {
-            sensitivity: 0.8,
-            perception: SettledStatoliths,
-        }
-        .remembered(MEMORY)
-    };
     let fast = |length: f64, hours: f64, elements: usize| {
-        let shoot = Shoot::builder(YOUNG)
-            .length(length)
-            .radius(5e-4)
+        let shoot = reduced(length, hours * HOUR)
             .elements(elements)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.1,
-                time: hours * HOUR,
-            }))
-            .tropism(gravity())
-            .load(Weight { density: 1000.0 })
+            .tropism(gravitropism(SettledStatoliths))
             .into_dyn()
             .build()
             .unwrap();

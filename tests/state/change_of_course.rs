@@ -3,7 +3,7 @@
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots;
 use crate::fixtures::shoots::{
-    HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering,
+    HOUR, MEMORY, STATOLITHS, WEIGHT, YOUNG, elongating, reduced, righting, rod, steering,
 };
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Graded, Tissue};
@@ -152,15 +152,7 @@ fn added_load_acts_at_once_and_its_removal_restores_the_shape() {
 #[test]
 fn tissue_outside_a_shorter_zone_stops_growing() {
     let (initial, zone, time) = (0.05, 0.06, 20.0 * HOUR);
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(initial)
-        .radius(RADIUS)
-        .growth(UniformGrowth {
-            zone_length: zone,
-            time,
-        })
-        .tropism(steering(SettledStatoliths))
-        .load(WEIGHT)
+    let mut shoot = elongating(initial, zone, time)
         .scene(Still::tilted(0.3))
         .into_dyn()
         .build()
@@ -443,9 +435,7 @@ fn setting_the_same_laws_again_is_accepted_on_coarse_meshes() {
     // On coarse meshes the sum of the element lengths equals the length of the zone only to the
     // accuracy of the mesh.
     for order in Order::ALL {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
+        let mut shoot = rod(YOUNG, 0.05)
             .order(order)
             .growth(CosineProfile {
                 zone_length: 0.03,
@@ -465,13 +455,7 @@ fn setting_the_same_laws_again_is_accepted_on_coarse_meshes() {
 
 #[test]
 fn growth_may_begin_late_and_its_zone_may_change_repeatedly() {
-    let resting = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .load(WEIGHT)
-        .into_dyn()
-        .build()
-        .unwrap();
+    let resting = rod(YOUNG, 0.05).load(WEIGHT).into_dyn().build().unwrap();
     let growth = UniformGrowth {
         zone_length: 0.06,
         time: 20.0 * HOUR,
@@ -515,10 +499,7 @@ fn added_point_force_gives_the_shape_of_one_present_from_the_start_at_every_orde
                     force,
                 },
             );
-            let builder = Shoot::builder(YOUNG)
-                .length(0.05)
-                .radius(RADIUS)
-                .order(order);
+            let builder = rod(YOUNG, 0.05).order(order);
             let mut built = builder.clone().load(load).into_dyn().build().unwrap();
             let bare = builder.load(WEIGHT).into_dyn().build().unwrap();
             let mut loaded = bare

@@ -4,13 +4,12 @@
 use std::sync::Arc;
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{DAY, HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
+use crate::fixtures::shoots::{DAY, HOUR, YOUNG, growing, reduced, righting, rod};
 use approx::assert_abs_diff_eq;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::{Rod, RodError};
-use morphorod::tropism::SettledStatoliths;
-use morphorod::{Along, Order, Scene, Shoot, StateError, Still, Turned};
+use morphorod::{Along, Order, Scene, StateError, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 
 #[test]
@@ -37,13 +36,7 @@ fn state_of_another_growth_zone_is_refused() {
             zone_length,
             time: 20.0 * HOUR,
         };
-        Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
-            .growth(growth)
-            .into_dyn()
-            .build()
-            .unwrap()
+        rod(YOUNG, 0.05).growth(growth).into_dyn().build().unwrap()
     };
     for (zone, other, hours) in [
         (0.04, 0.02, 0.0),
@@ -164,12 +157,8 @@ fn state_with_a_nan_strain_is_refused() {
 /// states.
 fn assert_own_states_are_accepted(growth: impl GrowthLaw + Copy + Send + Sync + 'static) {
     for (order, elements) in [(Order::Two, 16), (Order::Eight, 2)] {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
+        let mut shoot = reduced(0.05, 20.0 * HOUR)
             .growth(growth)
-            .tropism(steering(SettledStatoliths))
-            .load(WEIGHT)
             .elements(elements)
             .order(order)
             .into_dyn()

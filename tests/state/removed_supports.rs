@@ -1,9 +1,8 @@
 //! Shoots whose support is removed while they touch it.
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT};
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, rod};
 use approx::assert_abs_diff_eq;
-use morphorod::constitutive::LinearElastic;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::support::{Contact, Cylinder};
@@ -24,15 +23,7 @@ fn leaning(pole: bool, sensing: bool) -> Shoot<DynLaws> {
     });
     // With sensitivity zero the law has stimuli, and no effect on the shape.
     let law = sensing.then_some(Proprioception { sensitivity: 0.0 }.remembered(MEMORY));
-    let tissue = LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    };
-    let builder = Shoot::builder(tissue)
-        .length(0.04)
-        .radius(RADIUS)
-        .load(WEIGHT)
-        .scene(Still::tilted(0.5));
+    let builder = rod(YOUNG, 0.04).load(WEIGHT).scene(Still::tilted(0.5));
     let builder = builder.growth(UniformGrowth {
         zone_length: 0.04,
         time: 20.0 * HOUR,

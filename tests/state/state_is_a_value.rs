@@ -3,14 +3,14 @@
 //! unchanged.
 
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting,
+    HOUR, MEMORY, MINUTE, STATOLITHS, WEIGHT, YOUNG, growing, reduced, remembering, righting, rod,
     steering,
 };
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
+use morphorod::growth::GrowthLaw;
 use morphorod::integrator::{ConstantHistory, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Whirl};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::{Memory, SettledStatoliths};
 use morphorod::{Model, Scene, Shoot, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -96,20 +96,10 @@ fn shoot_of_constant_length_resumed_from_a_state_repeats_the_uninterrupted_run()
         time: 12.0 * MINUTE,
         delay: 0.0,
     };
-    let laws = || {
-        let gravitropism = Gravitropism {
-            sensitivity: BETA,
-            perception: SettledStatoliths,
-        }
-        .remembered(present);
-        (
-            gravitropism,
-            Proprioception { sensitivity: ETA }.remembered(MEMORY),
-        )
-    };
+    let laws = remembering(present, MEMORY).steering(SettledStatoliths);
     let shoot = righting()
         .elements(4)
-        .tropism(laws())
+        .tropism(laws)
         .into_dyn()
         .build()
         .unwrap();
@@ -125,14 +115,7 @@ fn integrator_used_for_several_shoots_in_turn_gives_independent_results() {
         };
         righting()
             .elements(4)
-            .tropism((
-                Gravitropism {
-                    sensitivity: BETA,
-                    perception: SettledStatoliths,
-                }
-                .remembered(memory),
-                Proprioception { sensitivity: ETA }.remembered(memory),
-            ))
+            .tropism(remembering(memory, memory).steering(SettledStatoliths))
             .into_dyn()
             .build()
             .unwrap()
@@ -256,9 +239,7 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
     let before = pot.state().clone();
     assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());
     assert!(&before == pot.state());
-    let mut pot = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
+    let mut pot = rod(YOUNG, 0.05)
         .scene(BrokenPot)
         .into_dyn()
         .build()
@@ -277,14 +258,7 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
 #[test]
 fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
     let push = ApicalForce(|t: f64| Vector3::new(if t < 1800.0 { 0.0 } else { 1e-9 }, 0.0, 0.0));
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 20.0 * HOUR,
-        }))
-        .tropism(steering(SettledStatoliths))
+    let mut shoot = reduced(0.05, 20.0 * HOUR)
         .load(push)
         .scene(Still::tilted(1.0))
         .into_dyn()
@@ -395,9 +369,7 @@ impl GrowthLaw for Dormant {
 #[test]
 fn infinitely_early_exit_times_are_written_and_read() {
     let shoot = || {
-        Shoot::builder(YOUNG)
-            .length(0.1)
-            .radius(RADIUS)
+        rod(YOUNG, 0.1)
             .growth(Dormant)
             .tropism(steering(STATOLITHS))
     };

@@ -1,9 +1,8 @@
 //! Equilibria of a uniform shoot at any tilt under any weight, from a straight initial guess.
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::rods::{
-    Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue,
-};
+use crate::fixtures::rods::{Hanging, LENGTH, bending_stiffness, density_for, sag};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 use approx::abs_diff_eq;
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
@@ -34,7 +33,7 @@ fn solve(rod: &mut Rod, load: f64, scene: &Still) -> Equilibrium {
         density: density_for(load, LENGTH),
     };
     NewtonSolver::default()
-        .solve(rod, &young_tissue(), &weight, &scene.environment(0.0))
+        .solve(rod, &YOUNG, &weight, &scene.environment(0.0))
         .expect("an equilibrium")
 }
 
@@ -170,7 +169,7 @@ fn coarse_meshes_give_a_stable_shape_or_a_recoverable_error() {
                     };
                     let found = NewtonSolver::default().solve(
                         &mut rod,
-                        &young_tissue(),
+                        &YOUNG,
                         &weight,
                         &scene.environment(0.0),
                     );

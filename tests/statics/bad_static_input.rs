@@ -4,7 +4,8 @@
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::messages::names;
 use crate::fixtures::rods;
-use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, young_tissue};
+use crate::fixtures::rods::{DENSITY, LENGTH, density_for, weightless};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
@@ -126,14 +127,10 @@ fn force_in_a_rod_of_another_length_is_refused() {
         Rod::uniform(length, RADIUS, UnitQuaternion::identity(), 4, Order::Eight).unwrap()
     };
     let environment = Still::tilted(1.0).environment(0.0);
-    let force = InternalForce::of(
-        &rod(2.0 * LENGTH),
-        &Weight { density: 1000.0 },
-        &environment,
-    );
+    let force = InternalForce::of(&rod(2.0 * LENGTH), &WEIGHT, &environment);
     let mut kept = rod(LENGTH);
     let error = NewtonSolver::default()
-        .equilibrate(&mut kept, &young_tissue(), &force)
+        .equilibrate(&mut kept, &YOUNG, &force)
         .unwrap_err();
     assert!(
         error
@@ -153,7 +150,7 @@ fn tissues_refuse_invalid_parameters() {
     for bad in [0.0, -1e7, NAN, INF] {
         refused(tissue(bad, 0.5).check(), "Young's modulus", bad);
         let law = |mature_modulus, time| Lignifying {
-            young: young_tissue(),
+            young: YOUNG,
             mature_modulus,
             time,
         };
@@ -328,7 +325,7 @@ fn exceeded_iteration_limit_reports_the_residual_and_leaves_the_rod() {
             let error = fails(
                 &mut solver,
                 &mut rod,
-                &young_tissue(),
+                &YOUNG,
                 &weight,
                 &scene.environment(0.0),
             );
@@ -360,13 +357,8 @@ fn exceeded_iteration_limit_reports_the_residual_and_leaves_the_rod() {
     // A solver without the limit finds the same equilibrium from this rod as from a new one.
     let mut fresh = Rod::uniform(LENGTH, RADIUS, scene.base, 16, Order::default()).expect("a rod");
     let mut solver = NewtonSolver::default();
-    let again = solver.solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0));
-    let first = NewtonSolver::default().solve(
-        &mut fresh,
-        &young_tissue(),
-        &weight,
-        &scene.environment(0.0),
-    );
+    let again = solver.solve(&mut rod, &YOUNG, &weight, &scene.environment(0.0));
+    let first = NewtonSolver::default().solve(&mut fresh, &YOUNG, &weight, &scene.environment(0.0));
     assert_eq!((again, rod), (first, fresh));
 }
 
@@ -376,7 +368,7 @@ fn invalid_solver_settings_are_refused() {
         let error = fails(
             &mut NewtonSolver::with_tolerance(bad),
             &mut upright(4),
-            &young_tissue(),
+            &YOUNG,
             &(),
             &weightless(),
         );
@@ -389,13 +381,7 @@ fn invalid_solver_settings_are_refused() {
         max_iterations: 0,
         ..NewtonSolver::default()
     };
-    let error = fails(
-        &mut idle,
-        &mut upright(4),
-        &young_tissue(),
-        &(),
-        &weightless(),
-    );
+    let error = fails(&mut idle, &mut upright(4), &YOUNG, &(), &weightless());
     assert!(
         matches!(error, EquilibriumError::NoConvergence { iterations: 0, .. }),
         "{error}"
@@ -411,7 +397,7 @@ fn infinite_and_nan_inputs_are_refused_as_not_finite() {
             let error = fails(
                 &mut NewtonSolver::default(),
                 &mut upright(4),
-                &young_tissue(),
+                &YOUNG,
                 &weight,
                 &environment,
             );
@@ -419,12 +405,8 @@ fn infinite_and_nan_inputs_are_refused_as_not_finite() {
                 matches!(error, EquilibriumError::NotFinite { .. }) && !error.is_recoverable(),
                 "{error}"
             );
-            let inertia = NewtonSolver::default().inertia(
-                &upright(4),
-                &young_tissue(),
-                &weight,
-                &environment,
-            );
+            let inertia =
+                NewtonSolver::default().inertia(&upright(4), &YOUNG, &weight, &environment);
             assert!(
                 matches!(inertia, Err(EquilibriumError::NotFinite { .. })),
                 "{inertia:?}"
@@ -444,7 +426,7 @@ fn infinite_and_nan_inputs_are_refused_as_not_finite() {
             let error = fails(
                 &mut NewtonSolver::default(),
                 &mut rod,
-                &young_tissue(),
+                &YOUNG,
                 &weight,
                 &environment,
             );
@@ -452,7 +434,7 @@ fn infinite_and_nan_inputs_are_refused_as_not_finite() {
                 matches!(error, EquilibriumError::NotFinite { .. }),
                 "{error}"
             );
-            let error = fails(&mut Unloaded, &mut rod, &young_tissue(), &(), &weightless());
+            let error = fails(&mut Unloaded, &mut rod, &YOUNG, &(), &weightless());
             assert!(
                 matches!(error, EquilibriumError::NotFinite { .. }),
                 "{error}"
@@ -468,8 +450,8 @@ fn unloaded_solver_refuses_every_load() {
     let error = fails(
         &mut Unloaded,
         &mut upright(4),
-        &young_tissue(),
-        &Weight { density: DENSITY },
+        &YOUNG,
+        &WEIGHT,
         &environment,
     );
     let EquilibriumError::Parameter(ParameterError { value: force, .. }) = error else {
@@ -483,23 +465,12 @@ fn unloaded_solver_refuses_every_load() {
         max_relative = 8.0 * f64::EPSILON
     );
     let pull = ApicalForce(|_: f64| Vector3::new(0.0, 0.0, 1e-150));
-    let error = fails(
-        &mut Unloaded,
-        &mut upright(4),
-        &young_tissue(),
-        &pull,
-        &environment,
-    );
+    let error = fails(&mut Unloaded, &mut upright(4), &YOUNG, &pull, &environment);
     assert!(matches!(error, EquilibriumError::Parameter(_)), "{error}");
     // A weight without gravity is not a load.
     assert!(
         Unloaded
-            .solve(
-                &mut upright(4),
-                &young_tissue(),
-                &Weight { density: DENSITY },
-                &weightless()
-            )
+            .solve(&mut upright(4), &YOUNG, &WEIGHT, &weightless())
             .is_ok()
     );
 }

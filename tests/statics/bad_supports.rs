@@ -4,7 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::held::Held;
 use crate::fixtures::messages::in_words;
-use crate::fixtures::rods::{DENSITY, tight};
+use crate::fixtures::rods::tight;
+use crate::fixtures::shoots::WEIGHT;
 use morphorod::Scene;
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::EquilibriumSolver;
@@ -18,7 +19,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 const LENGTH: f64 = 0.05;
 
 fn horizontal() -> Held<Weight> {
-    Held::straight(LENGTH, FRAC_PI_2, 8, Weight { density: DENSITY })
+    Held::straight(LENGTH, FRAC_PI_2, 8, WEIGHT)
 }
 
 /// Fails unless a support is refused at a time (s) by an error that contains all words, and the rod

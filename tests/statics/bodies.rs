@@ -5,8 +5,9 @@ use std::f64::consts::FRAC_PI_2;
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 
 use crate::fixtures::held::Held;
-use crate::fixtures::rods::{DENSITY, RADIUS, bending_stiffness};
-use morphorod::constitutive::{Constitutive, LinearElastic};
+use crate::fixtures::rods::bending_stiffness;
+use crate::fixtures::shoots::{RADIUS, WEIGHT, tissue};
+use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::load::{Load, Weight};
 use morphorod::rod::Rod;
@@ -22,7 +23,7 @@ const LENGTH: f64 = 0.05;
 
 /// Equilibrium of a straight heavy rod, clamped horizontally along e1, with a support.
 fn horizontal(support: &dyn Support) -> Held<Weight> {
-    let mut held = Held::straight(LENGTH, FRAC_PI_2, 10, Weight { density: DENSITY });
+    let mut held = Held::straight(LENGTH, FRAC_PI_2, 10, WEIGHT);
     held.hold(support);
     held
 }
@@ -93,7 +94,7 @@ fn rod_bends_over_an_edge_as_over_a_cylinder() {
 
 #[test]
 fn contact_of_radius_zero_with_an_edge_is_refused() {
-    let mut held = Held::straight(LENGTH, FRAC_PI_2, 10, Weight { density: DENSITY });
+    let mut held = Held::straight(LENGTH, FRAC_PI_2, 10, WEIGHT);
     let bodies: [Box<dyn Obstacle>; 2] = [Box::new(table()), Box::new(Union(vec![table()]))];
     for obstacle in bodies {
         held.assert_refused(
@@ -319,12 +320,9 @@ fn rods_do_not_penetrate_edges_between_their_stations() {
         };
         let mut rod = Rod::uniform(length, radius, scene.base, elements, order).expect("a rod");
         rod.set_intrinsic(|_| intrinsic.into());
-        let tissue: &dyn Constitutive = &LinearElastic {
-            youngs_modulus,
-            poissons_ratio: 0.5,
-        };
+        let tissue: &dyn Constitutive = &tissue(youngs_modulus);
         let (load, support): (&dyn Load, &dyn Support) = (
-            &Weight { density: DENSITY },
+            &WEIGHT,
             &Contact {
                 obstacle,
                 radius,

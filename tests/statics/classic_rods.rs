@@ -4,7 +4,8 @@
 use std::f64::consts::{FRAC_PI_4, PI};
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::rods::{back_to_base, cases, solve_tight, weightless, young_tissue};
+use crate::fixtures::rods::{back_to_base, cases, solve_tight, weightless};
+use crate::fixtures::shoots::YOUNG;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
@@ -26,10 +27,9 @@ fn with_strain(elements: usize, order: Order, strain: impl Fn(f64) -> Vector3<f6
 fn relaxed(rod: &Rod) -> [Rod; 2] {
     let (mut direct, mut newton) = (rod.clone(), rod.clone());
     let _ = Unloaded
-        .solve(&mut direct, &young_tissue(), &(), &weightless())
+        .solve(&mut direct, &YOUNG, &(), &weightless())
         .expect("an equilibrium");
-    let found =
-        solve_tight(&mut newton, &young_tissue(), &(), &weightless()).expect("an equilibrium");
+    let found = solve_tight(&mut newton, &YOUNG, &(), &weightless()).expect("an equilibrium");
     assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0));
     [direct, newton]
 }
@@ -341,13 +341,9 @@ fn coil_is_found_from_a_straight_initial_guess_in_few_iterations() {
         for order in [Order::Four, Order::Six, Order::Eight] {
             for load in [None, Some(Weight { density: 100.0 })] {
                 let mut rod = with_strain(elements, order, |_| u);
-                let found = solve_tight(
-                    &mut rod,
-                    &young_tissue(),
-                    &load,
-                    &Still::upright().environment(0.0),
-                )
-                .unwrap();
+                let found =
+                    solve_tight(&mut rod, &YOUNG, &load, &Still::upright().environment(0.0))
+                        .unwrap();
                 assert!(
                     found.iterations <= 6,
                     "{} iterations for {u:?} at {order:?} with {load:?}",
@@ -365,12 +361,7 @@ fn coil_that_no_element_resolves_is_refused_with_a_clear_message() {
     let kept = rod.clone();
     let load = Weight { density: 100.0 };
     let error = NewtonSolver::default()
-        .solve(
-            &mut rod,
-            &young_tissue(),
-            &load,
-            &Still::upright().environment(0.0),
-        )
+        .solve(&mut rod, &YOUNG, &load, &Still::upright().environment(0.0))
         .unwrap_err();
     assert!(
         matches!(error, EquilibriumError::Folded { element: 0, .. }),
@@ -380,7 +371,7 @@ fn coil_that_no_element_resolves_is_refused_with_a_clear_message() {
     assert_eq!(rod, kept);
     // An axial force straightens the rod, and the elements then resolve it.
     let pull: &dyn Load = &ApicalForce(|_| Vector3::z() * 1e3);
-    let law: &dyn Constitutive = &young_tissue();
+    let law: &dyn Constitutive = &YOUNG;
     let _ = NewtonSolver::default()
         .solve(&mut rod, &law, &pull, &Still::upright().environment(0.0))
         .unwrap();

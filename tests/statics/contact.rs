@@ -6,19 +6,15 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::fixtures::rods::{
-    DENSITY, GRAVITY, RADIUS, bending_stiffness, weightless, young_tissue,
-};
+use crate::fixtures::rods::{DENSITY, GRAVITY, bending_stiffness, weightless};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use morphorod::equilibrium::{EquilibriumSolver, Held, NewtonSolver};
-use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::support::{
     Contact, Cylinder, Distance, HalfSpace, Obstacle, Reaction, Sphere, Support,
 };
 use morphorod::{Environment, Order, Scene, Still};
 use nalgebra::{Matrix3, Vector3};
-
-const WEIGHT: Weight = Weight { density: DENSITY };
 
 /// Weight per length, N/m.
 fn per_length() -> f64 {
@@ -43,13 +39,7 @@ fn horizontal(length: f64, elements: usize, order: Order, support: &impl Support
     let scene = Still::tilted(FRAC_PI_2);
     let mut rod = Rod::uniform(length, RADIUS, scene.base, elements, order).unwrap();
     NewtonSolver::default()
-        .solve_held(
-            &mut rod,
-            &young_tissue(),
-            &WEIGHT,
-            support,
-            &scene.environment(0.0),
-        )
+        .solve_held(&mut rod, &YOUNG, &WEIGHT, support, &scene.environment(0.0))
         .unwrap()
 }
 
@@ -271,7 +261,7 @@ fn rod_that_leans_against_a_pole_has_the_reference_contact() {
         let free = |azimuth: f64| {
             let mut rod = curved(azimuth);
             let _ = NewtonSolver::default()
-                .solve(&mut rod, &young_tissue(), &WEIGHT, &environment)
+                .solve(&mut rod, &YOUNG, &WEIGHT, &environment)
                 .unwrap();
             rod
         };
@@ -295,7 +285,7 @@ fn rod_that_leans_against_a_pole_has_the_reference_contact() {
                 rod.set_intrinsic(|_| Vector3::new(-azimuth.sin(), azimuth.cos(), 0.0) * 40.0);
                 let solve = NewtonSolver::default().solve_held(
                     &mut rod,
-                    &young_tissue(),
+                    &YOUNG,
                     &WEIGHT,
                     &POLE,
                     &environment,
@@ -455,7 +445,7 @@ fn moving_obstacle_of_a_user_is_taken_at_the_present_time() {
     for time in [0.0, 500.0, 1000.0, 1400.0] {
         let environment: Environment = scene.environment(time);
         let held = solver
-            .solve_held(&mut rod, &young_tissue(), &WEIGHT, &support, &environment)
+            .solve_held(&mut rod, &YOUNG, &WEIGHT, &support, &environment)
             .unwrap();
         let fixed = horizontal(0.06, 12, Order::Eight, &floor(0.02 - 1e-5 * time));
         assert!(
@@ -491,7 +481,7 @@ fn coil_on_a_cylinder_presses_by_its_excess_of_curvature() {
     let mut rod = Rod::uniform(length, RADIUS, Still::upright().base, 40, Order::Eight).unwrap();
     rod.set_intrinsic(|_| Vector3::y() * (0.9 / radius));
     let _ = NewtonSolver::default()
-        .solve(&mut rod, &young_tissue(), &(), &weightless())
+        .solve(&mut rod, &YOUNG, &(), &weightless())
         .unwrap();
     // The tightly curved coil is unstable: it would leave its plane.
     let mut solver = NewtonSolver {
@@ -507,7 +497,7 @@ fn coil_on_a_cylinder_presses_by_its_excess_of_curvature() {
     ] {
         rod.set_intrinsic(|_| Vector3::y() * (curvature / radius));
         let held = solver
-            .solve_held(&mut rod, &young_tissue(), &(), &support, &weightless())
+            .solve_held(&mut rod, &YOUNG, &(), &support, &weightless())
             .unwrap();
         let negative = usize::from(curvature == 2.0);
         assert_eq!(held.equilibrium.inertia.negative, negative, "{curvature}");

@@ -3,9 +3,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::fixtures::rods::{
-    RADIUS, bending_stiffness, cases, solve_tight, weightless, young_tissue,
-};
+use crate::fixtures::rods::{bending_stiffness, cases, solve_tight, weightless};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, Inertia, NewtonSolver};
@@ -120,8 +119,8 @@ fn cantilever_under_an_end_load_matches_elliptic_integrals() {
         let miss = |elements: usize| {
             let mut rod = straight(elements, base);
             let pull = apical(0.0, 0.0, -load);
-            let found = solve_tight(&mut rod, &young_tissue(), &pull, &weightless())
-                .expect("an equilibrium");
+            let found =
+                solve_tight(&mut rod, &YOUNG, &pull, &weightless()).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
             let end = Still::tilted(FRAC_PI_2 + slope).base;
             let tip = rod.tip() / SPAN - Vector3::new(x, 0.0, -z);
@@ -206,16 +205,16 @@ fn each_euler_load_adds_two_negative_eigenvalues_and_tension_adds_none() {
         // The discretisation error of an eigenvalue with 16 elements of order p = 8 is of order
         // h²ᵖ. It is far below 1e-6.
         assert_eq!(
-            axial(&mut solver, &young_tissue(), euler(mode) * (1.0 - 1e-6)).negative,
+            axial(&mut solver, &YOUNG, euler(mode) * (1.0 - 1e-6)).negative,
             negative - 2
         );
         assert_eq!(
-            axial(&mut solver, &young_tissue(), euler(mode) * (1.0 + 1e-6)).negative,
+            axial(&mut solver, &YOUNG, euler(mode) * (1.0 + 1e-6)).negative,
             negative
         );
     }
     for tension in [0.0, 1.0, 100.0, 1e6] {
-        let signs = axial(&mut solver, &young_tissue(), -tension);
+        let signs = axial(&mut solver, &YOUNG, -tension);
         assert_eq!((signs.negative, signs.neutral), (0, 0), "tension {tension}");
     }
 }
@@ -231,8 +230,8 @@ fn buckled_column_matches_the_elastica() {
         let miss = |elements: usize| {
             let mut rod = straight(elements, UnitQuaternion::identity());
             let push = apical(0.0, 0.0, -k * k);
-            let found = solve_tight(&mut rod, &young_tissue(), &push, &weightless())
-                .expect("an equilibrium");
+            let found =
+                solve_tight(&mut rod, &YOUNG, &push, &weightless()).expect("an equilibrium");
             // The shape is stable, and a rotation about the load is neutral.
             assert_eq!(
                 (found.inertia.negative, found.inertia.neutral),
@@ -263,7 +262,7 @@ fn lateral_force_selects_the_direction_of_buckling() {
         let (sin, cos) = f64::sin_cos(azimuth);
         let mut rod = straight(16, UnitQuaternion::identity());
         let push = apical(4e-4 * cos, 4e-4 * sin, -4.0);
-        let (law, push): (&dyn Constitutive, &dyn Load) = (&young_tissue(), &push);
+        let (law, push): (&dyn Constitutive, &dyn Load) = (&YOUNG, &push);
         let found = NewtonSolver::default()
             .solve(&mut rod, &law, &push, &weightless())
             .expect("an equilibrium");

@@ -5,8 +5,9 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::fixtures::in_norm::InNorm;
+use crate::fixtures::shoots::{WEIGHT, YOUNG, tissue};
 use approx::abs_diff_eq;
-use morphorod::constitutive::{Graded, LinearElastic, Tissue};
+use morphorod::constitutive::{Graded, Tissue};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
@@ -19,18 +20,15 @@ fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<DynLaws> {
     let (radius, density) = (1e-3, 1000.0);
     // The modulus follows from q ℓ³/(E I), with q = ρ g π r², I = π r⁴/4 and ℓ = 1 m.
     let youngs_modulus = density * 9.81 * 4.0 / (radius * radius * softness);
-    let mut shoot = Shoot::builder(LinearElastic {
-        youngs_modulus,
-        poissons_ratio: 0.5,
-    })
-    .length(1.0)
-    .radius(radius)
-    .elements(elements)
-    .load(Weight { density })
-    .scene(Still::tilted(FRAC_PI_2))
-    .into_dyn()
-    .build()
-    .unwrap();
+    let mut shoot = Shoot::builder(tissue(youngs_modulus))
+        .length(1.0)
+        .radius(radius)
+        .elements(elements)
+        .load(Weight { density })
+        .scene(Still::tilted(FRAC_PI_2))
+        .into_dyn()
+        .build()
+        .unwrap();
     shoot.set_intrinsic(|_| strain);
     shoot
 }
@@ -132,13 +130,7 @@ fn adaptive_mesh_resolves_a_coil_of_a_hundred_turns() {
 fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
     for (place, factor) in [(0.37, 3.0), (0.123, 5.0), (0.5, 0.2), (0.71, 1e3)] {
         let make = |nodes: Option<Vec<f64>>| {
-            let (length, law) = (
-                0.06,
-                LinearElastic {
-                    youngs_modulus: 1e7,
-                    poissons_ratio: 0.5,
-                },
-            );
+            let (length, law) = (0.06, YOUNG);
             let beyond = length * (1.0 - place);
             let factor = move |tissue: &Tissue| {
                 if tissue.initial_apex_distance < beyond {
@@ -149,7 +141,7 @@ fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
             };
             let builder = Shoot::builder(Graded { law, factor })
                 .radius(5e-4)
-                .load(Weight { density: 1000.0 });
+                .load(WEIGHT);
             let builder = builder.scene(Still::tilted(FRAC_PI_2));
             match nodes {
                 Some(nodes) => builder

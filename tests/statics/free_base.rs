@@ -4,7 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::elastica::legendre;
 use crate::fixtures::held::assert_close;
-use crate::fixtures::rods::{RADIUS, bending_stiffness, density_for, weightless, young_tissue};
+use crate::fixtures::rods::{bending_stiffness, density_for, weightless};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 use morphorod::equilibrium::{EquilibriumError, Held, NewtonSolver};
 use morphorod::load::{ApicalForce, Load, PointForce, Weight};
 use morphorod::rod::Rod;
@@ -23,7 +24,7 @@ fn solve(
     support: &dyn Support,
     environment: &Environment,
 ) -> Result<Held, EquilibriumError> {
-    NewtonSolver::default().solve_held(rod, &young_tissue(), &load, &support, environment)
+    NewtonSolver::default().solve_held(rod, &YOUNG, &load, &support, environment)
 }
 
 /// A straight horizontal rod along e1 whose middle is at a place (m).

@@ -7,9 +7,10 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::rods::{
-    DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, RADIUS, back_to_base, bending_stiffness, cases,
-    sag, solve_tight, young_tissue,
+    DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, back_to_base, bending_stiffness, cases, sag,
+    solve_tight,
 };
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG, tissue};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::load::{ApicalForce, Distributed, Load, Weight};
@@ -147,7 +148,7 @@ proptest! {
         let unit = bending_stiffness() / LENGTH.powi(2);
         let apical = Vector3::from(push) * unit;
         let loads = (
-            Weight { density: DENSITY },
+            WEIGHT,
             ApicalForce(move |_: f64| apical),
             Distributed(Vector3::from(wind) * (unit / LENGTH)),
         );
@@ -159,7 +160,7 @@ proptest! {
         let solve = |elements: usize| {
             let mut rod = Rod::uniform(LENGTH, RADIUS, base, elements, Order::default()).expect("a rod");
             rod.set_intrinsic(|point| intrinsic(LENGTH - point.apex_distance));
-            let (law, load): (&dyn Constitutive, &dyn Load) = (&young_tissue(), &loads);
+            let (law, load): (&dyn Constitutive, &dyn Load) = (&YOUNG, &loads);
             let mut solver = NewtonSolver::with_tolerance(1e-12);
             let found = solver.solve(&mut rod, &law, &load, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
@@ -170,7 +171,7 @@ proptest! {
         // coarser mesh, the error estimate of the solver, and amplified rounding.
         let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error
             + 4.0 * f64::EPSILON / found.inertia.margin;
-        let stiffness = young_tissue().stiffness(RADIUS);
+        let stiffness = YOUNG.stiffness(RADIUS);
         let strain = |s: f64, couple: &Vector3<f64>| intrinsic(s) + couple.component_div(&stiffness);
         let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, strain);
         prop_assert!(missed < promised, "{missed:e} against {promised:e}");
@@ -364,7 +365,7 @@ fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
     // Equation (13) has E0 = 10 MPa, E1 = 200 E0 and a lignification time of 6 days. The cases are
     // growing tissue, tissue at its exit from the growth zone, and tissue 6 days after its exit.
     let law = Lignifying {
-        young: young_tissue(),
+        young: YOUNG,
         mature_modulus: 200.0 * MODULUS,
         time: 518_400.0,
     };
@@ -373,10 +374,7 @@ fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
         (518_400.0, 1.0),
         (0.0, 200.0 - 199.0 * (-1_f64).exp()),
     ] {
-        let tissue = LinearElastic {
-            youngs_modulus: modulus * MODULUS,
-            poissons_ratio: 0.5,
-        };
+        let tissue = tissue(modulus * MODULUS);
         let (lignified, linear) = (sagged(&law, exit), sagged(&tissue, exit));
         // The two problems differ only by the rounding of the modulus.
         assert!(

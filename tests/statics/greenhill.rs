@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{
-    DENSITY, GRAVITY, Hanging, Known, RADIUS, bending_stiffness, cases, density_for, sag,
-    young_tissue,
+    DENSITY, GRAVITY, Hanging, Known, bending_stiffness, cases, density_for, sag,
 };
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG, rod};
 use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumSolver, Inertia, NewtonSolver};
@@ -52,7 +52,7 @@ impl Shoot {
     fn default() -> Self {
         Self {
             radius: RADIUS,
-            tissue: young_tissue(),
+            tissue: YOUNG,
             density: DENSITY,
             gravity: GRAVITY,
         }
@@ -240,7 +240,7 @@ fn tip_of_buckled_shoot_matches_shooting() {
                     .expect("a rod");
                 let weight = Weight { density: DENSITY };
                 let found = NewtonSolver::with_tolerance(PRECISION)
-                    .solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0))
+                    .solve(&mut rod, &YOUNG, &weight, &scene.environment(0.0))
                     .expect("an equilibrium");
                 let signs = (found.inertia.negative, found.inertia.neutral);
                 assert_eq!(
@@ -300,11 +300,9 @@ fn hanging_straight_shoot_is_stable_at_any_weight() {
 /// and the number of elements. The reference is the shooting method of the fixture.
 fn by_tolerance(order: Order, ratio: f64, tolerance: f64) -> (f64, f64, usize) {
     let length = ratio * Shoot::default().greenhill_length();
-    let mut shoot = morphorod::Shoot::builder(young_tissue())
-        .length(length)
-        .radius(RADIUS)
+    let mut shoot = rod(YOUNG, length)
         .order(order)
-        .load(Weight { density: DENSITY })
+        .load(WEIGHT)
         .into_dyn()
         .build()
         .expect("a shoot");

@@ -7,7 +7,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::elastica::legendre;
 use crate::fixtures::held::{Held, assert_close, bisect};
-use crate::fixtures::rods::{DENSITY, GRAVITY, RADIUS, bending_stiffness, density_for};
+use crate::fixtures::rods::{DENSITY, GRAVITY, bending_stiffness, density_for};
+use crate::fixtures::shoots::{RADIUS, WEIGHT};
 use morphorod::load::Weight;
 use morphorod::support::{Hold, Joint};
 use nalgebra::{Matrix3, Vector3};
@@ -121,7 +122,7 @@ fn spring_at_the_middle_matches_reference_numbers() {
             0.049_948_644_155_526_106,
         ),
     ] {
-        let mut held = Held::straight(LENGTH, FRAC_PI_2, 8, Weight { density: DENSITY });
+        let mut held = Held::straight(LENGTH, FRAC_PI_2, 8, WEIGHT);
         let along = Vector3::z() * (stiffness * bending_stiffness() / LENGTH.powi(3));
         let spring =
             Hold::place(0.5 * LENGTH).spring(Vector3::zeros(), along * Vector3::z().transpose());
@@ -268,7 +269,7 @@ fn pinned_and_clamped_elasticas_match_elliptic_integrals() {
 fn heavy_rod_between_held_ends_hangs_as_in_the_reference() {
     let (length, shortening) = (0.08, 0.1);
     let unit = bending_stiffness() / length;
-    let rod = || Held::straight(length, FRAC_PI_2, 16, Weight { density: DENSITY });
+    let rod = || Held::straight(length, FRAC_PI_2, 16, WEIGHT);
 
     let mut pinned = rod();
     let support = (
@@ -339,7 +340,7 @@ fn hanging_arch_is_stable_and_standing_arch_topples_about_its_chord() {
         );
         let support = apex(&held, 0.1, true);
         held.hold(&support);
-        (held.load, held.stable_only) = (Weight { density: DENSITY }, false);
+        (held.load, held.stable_only) = (WEIGHT, false);
         held.hold(&support);
         held
     };

@@ -3,9 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::held::{Held, about, assert_close};
-use crate::fixtures::rods::{
-    DENSITY, GRAVITY, MODULUS, RADIUS, bending_stiffness, cases, density_for, young_tissue,
-};
+use crate::fixtures::rods::{DENSITY, GRAVITY, MODULUS, bending_stiffness, cases, density_for};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use approx::abs_diff_eq;
 use morphorod::constitutive::Timoshenko;
 use morphorod::load::Weight;
@@ -16,8 +15,6 @@ use proptest::prelude::*;
 
 /// Length, m.
 const LENGTH: f64 = 0.05;
-/// Weight of the default shoot.
-const WEIGHT: Weight = Weight { density: DENSITY };
 
 /// Weight per length, N/m.
 fn per_length() -> Vector3<f64> {
@@ -372,7 +369,7 @@ fn straight_rod_that_stretches_follows_hookes_law() {
     let stiffness = MODULUS * PI * RADIUS * RADIUS;
     for stretch in [0.9999, 1.001, 1.05] {
         let mut held = Held::straight(LENGTH, 0.0, 8, ());
-        held.law = Box::new(Timoshenko::circular(young_tissue()));
+        held.law = Box::new(Timoshenko::circular(YOUNG));
         held.hold(&Hold::apex().at(Vector3::z() * (LENGTH * stretch)));
         // The difference of the lengths is rounded to 1e-16 of the length, and the strain is 1e-4
         // or more.

@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::held::{Held, about, assert_close};
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::rods::{DENSITY, GRAVITY, RADIUS, bending_stiffness, density_for};
+use crate::fixtures::rods::{DENSITY, GRAVITY, bending_stiffness, density_for};
+use crate::fixtures::shoots::{RADIUS, WEIGHT};
 use approx::assert_abs_diff_eq;
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -148,7 +149,7 @@ fn profile_in_contact_has_the_couple_of_the_reference_on_either_mesh() {
         radius: 0.0,
         friction: 0.0,
     };
-    let mut held = Held::straight(length, FRAC_PI_2, 16, Weight { density: DENSITY });
+    let mut held = Held::straight(length, FRAC_PI_2, 16, WEIGHT);
     let (law, environment): (&dyn Constitutive, _) = (&held.law, held.scene.environment(0.0));
     let support: &dyn Support = &floor;
     let found = NewtonSolver::default()

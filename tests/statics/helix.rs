@@ -14,7 +14,8 @@ use morphorod::support::{Contact, Cylinder, Hold};
 use morphorod::{Order, Scene, Still};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use crate::fixtures::rods::{RADIUS, bending_stiffness, tight, young_tissue};
+use crate::fixtures::rods::{bending_stiffness, tight};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 
 /// Radius of the cylinder, m.
 const CYLINDER: f64 = 0.01;
@@ -74,9 +75,7 @@ fn helix_on_a_cylinder_has_the_reference_pressure_tension_and_couple() {
         let mut rod = Rod::uniform(length, RADIUS, start, elements, Order::Eight).unwrap();
         let mut solver = tight();
         rod.set_intrinsic(|_| Vector3::new(0.0, curvature, torsion));
-        let _ = solver
-            .solve(&mut rod, &young_tissue(), &(), &environment)
-            .unwrap();
+        let _ = solver.solve(&mut rod, &YOUNG, &(), &environment).unwrap();
         let obstacle = Cylinder {
             through: Vector3::x() * -CYLINDER,
             along: Vector3::z(),
@@ -102,7 +101,7 @@ fn helix_on_a_cylinder_has_the_reference_pressure_tension_and_couple() {
             let load = ApicalForce(move |_: f64| pull * share);
             held = Some(
                 solver
-                    .solve_held(&mut rod, &young_tissue(), &load, &support, &environment)
+                    .solve_held(&mut rod, &YOUNG, &load, &support, &environment)
                     .unwrap(),
             );
         }

@@ -3,7 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, TIGHT, sag, tight, young_tissue};
+use crate::fixtures::rods::{DENSITY, LENGTH, TIGHT, sag, tight};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
@@ -137,12 +138,7 @@ fn small_load_change_and_straight_guess_need_one_factorisation() {
         let mut solver = NewtonSolver::default();
         let mut solve = |rod: &mut Rod, density: f64| {
             let found = solver
-                .solve(
-                    rod,
-                    &young_tissue(),
-                    &Weight { density },
-                    &scene.environment(0.0),
-                )
+                .solve(rod, &YOUNG, &Weight { density }, &scene.environment(0.0))
                 .expect("an equilibrium");
             assert!(
                 found.error <= 1e-11 && found.inertia.negative == 0,
@@ -192,7 +188,7 @@ fn reported_error_bounds_the_actual_error_of_the_horizontal_rod() {
         let found = NewtonSolver::with_tolerance(1e-3)
             .solve(
                 &mut loose,
-                &young_tissue(),
+                &YOUNG,
                 &Weight { density },
                 &scene.environment(0.0),
             )
@@ -223,7 +219,7 @@ fn tip_error_is_bounded_by_the_tolerance() {
         let scene = Still::tilted(FRAC_PI_2);
         let weight = Weight { density: DENSITY };
         let found = solver
-            .solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0))
+            .solve(&mut rod, &YOUNG, &weight, &scene.environment(0.0))
             .expect("converges");
         assert!(found.error <= solver.tolerance);
         error(&rod)

@@ -12,8 +12,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::elastica::bisshopp_drucker;
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::rods::{RADIUS, bending_stiffness, solve_tight, weightless, young_tissue};
-use crate::fixtures::shoots::{HOUR, growing, righting};
+use crate::fixtures::rods::{bending_stiffness, solve_tight, weightless};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting};
 use approx::assert_abs_diff_eq;
 use arc_length::{Family, Point};
 use morphorod::constitutive::{Constitutive, ElasticResponse, LineResponse, Timoshenko, Tissue};
@@ -37,7 +37,7 @@ struct Stiffening;
 impl Constitutive for Stiffening {
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let (b, square) = (
-            young_tissue().stiffness(tissue.section),
+            YOUNG.stiffness(tissue.section),
             strain.norm_squared() / 400.0,
         );
         let b = b.x;
@@ -82,11 +82,7 @@ fn loads() -> (
     ApicalForce<impl Fn(f64) -> Vector3<f64>>,
 ) {
     let apical = ApicalForce(|_: f64| Vector3::new(1e-2, 2e-2, -3e-2));
-    (
-        Weight { density: 1000.0 },
-        Distributed(Vector3::new(0.1, 0.0, 0.05)),
-        apical,
-    )
+    (WEIGHT, Distributed(Vector3::new(0.1, 0.0, 0.05)), apical)
 }
 
 #[test]
@@ -107,11 +103,7 @@ fn arc_lengths_of_nodes_are_the_places_of_their_frames() {
 
 #[test]
 fn couples_and_tangent_are_the_derivatives_of_the_energy() {
-    let laws: [&dyn Constitutive; 3] = [
-        &young_tissue(),
-        &Timoshenko::circular(young_tissue()),
-        &Stiffening,
-    ];
+    let laws: [&dyn Constitutive; 3] = [&YOUNG, &Timoshenko::circular(YOUNG), &Stiffening];
     for (law, order) in laws
         .iter()
         .flat_map(|law| Order::ALL.map(|order| (law, order)))
@@ -173,7 +165,7 @@ fn couples_and_tangent_are_the_derivatives_of_the_energy() {
 fn derivative_of_couples_is_the_tangent_and_half_the_turned_couple() {
     let rod = bent(Order::Four, 2);
     let force = InternalForce::of(&rod, &loads(), &Still::upright().environment(0.0));
-    let (law, frames) = (young_tissue(), rod.node_frames());
+    let (law, frames) = (YOUNG, rod.node_frames());
     let energy = RodEnergy::new(&law, &force);
     let (_, couples) = energy.couples(&rod).unwrap();
     let tangent = energy.tangent(&rod).unwrap().to_dense();
@@ -212,7 +204,7 @@ fn energy_of_an_arc_is_that_of_its_bending_and_of_its_load() {
         rod.set_intrinsic(|_| Vector3::y() * curvature);
         let free = InternalForce::of(&rod, &(), &weightless());
         let _ = NewtonSolver::default()
-            .equilibrate(&mut rod, &young_tissue(), &free)
+            .equilibrate(&mut rod, &YOUNG, &free)
             .unwrap();
         rod.set_intrinsic(|_| Vector3::zeros());
         let frames = rod.node_frames();
@@ -221,9 +213,7 @@ fn energy_of_an_arc_is_that_of_its_bending_and_of_its_load() {
             assert_abs_diff_eq!(frames[e * p].angle_to(&exact), 0.0, epsilon = 1e-11);
         }
         let force = InternalForce::of(&rod, &ApicalForce(move |_: f64| pull), &weightless());
-        let energy = RodEnergy::new(&young_tissue(), &force)
-            .energy(&rod)
-            .unwrap();
+        let energy = RodEnergy::new(&YOUNG, &force).energy(&rod).unwrap();
         let angle: f64 = curvature * length;
         let tip = Vector3::new(1.0 - angle.cos(), 0.0, angle.sin()) / curvature;
         let exact = 0.5 * bending_stiffness() * curvature * curvature * length - pull.dot(&tip);
@@ -237,7 +227,7 @@ fn couple_of_the_base_balances_the_moment_of_the_load() {
     let base = turn(Vector3::new(0.3, 0.8, -0.2));
     let mut rod = Rod::uniform(0.1, RADIUS, base, 8, Order::Eight).unwrap();
     let pull = Vector3::new(1e-4, -2e-4, 5e-5);
-    let law = Timoshenko::circular(young_tissue());
+    let law = Timoshenko::circular(YOUNG);
     let load = ApicalForce(move |_: f64| pull);
     let _ = solve_tight(&mut rod, &law, &load, &weightless()).unwrap();
     let force = InternalForce::of(&rod, &load, &weightless());
@@ -356,7 +346,7 @@ fn energies_refuse_another_rod_and_numbers_that_are_not_finite() {
     let (rod, other) = (bent(Order::Four, 3), bent(Order::Four, 4));
     let now = weightless();
     let force = InternalForce::of(&other, &loads(), &now);
-    let law = young_tissue();
+    let law = YOUNG;
     let energy = RodEnergy::new(&law, &force);
     let errors = [
         energy.energy(&rod).unwrap_err(),
@@ -405,7 +395,7 @@ fn dynamic_relaxation_finds_the_elastica_of_a_cantilever() {
         max_steps: 100_000,
     };
     let found = solver
-        .solve(&mut rod, &young_tissue(), &load, &weightless())
+        .solve(&mut rod, &YOUNG, &load, &weightless())
         .unwrap();
     let exact = Vector3::new(along, 0.0, -down) * 0.1;
     // The error of the tip is at most that of the frames times the length.
@@ -418,7 +408,7 @@ fn dynamic_relaxation_finds_the_elastica_of_a_cantilever() {
         ..solver
     };
     let error = short
-        .solve(&mut rod, &young_tissue(), &(), &weightless())
+        .solve(&mut rod, &YOUNG, &(), &weightless())
         .unwrap_err();
     assert!(
         matches!(
@@ -450,7 +440,7 @@ fn shoot_with_dynamic_relaxation_moves_as_with_newtons_method() {
 #[test]
 fn continuation_passes_the_folds_at_which_a_leaning_column_snaps() {
     let (weight, section) = (4.0, Section::ellipse(0.5e-3, 1e-3));
-    let law = young_tissue();
+    let law = YOUNG;
     let unit = law.stiffness(section).y / 0.01;
     let rod = Rod::straight(
         &Rod::equal_nodes(0.1, 8),

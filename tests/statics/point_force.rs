@@ -1,12 +1,12 @@
 //! Point forces along the shoot, and meshes with nodes chosen by the user.
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing};
+use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing, rod};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::growth::{GrowthLaw, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, PointForce, Weight};
-use morphorod::{Order, Shoot, Still};
+use morphorod::{Order, Still};
 use nalgebra::Vector3;
 
 const LENGTH: f64 = 0.06;
@@ -18,9 +18,7 @@ fn point_force_bends_the_part_below_it_and_leaves_the_rest_straight() {
     let force = Vector3::new(0.0, 3e-4, -2e-4);
     for apex_distance in [0.0213, 0.011, 0.0497] {
         let place = LENGTH - apex_distance;
-        let mut loaded = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
+        let mut loaded = rod(YOUNG, LENGTH)
             .load(PointForce {
                 initial_apex_distance: apex_distance,
                 force,
@@ -35,9 +33,7 @@ fn point_force_bends_the_part_below_it_and_leaves_the_rest_straight() {
         run.advance(&mut loaded, 0.0).unwrap();
         // The reference is a shoot that consists of the lower part alone, with the force on its
         // apex. The upper part is straight along the tangent at that apex.
-        let mut lower = Shoot::builder(YOUNG)
-            .length(place)
-            .radius(RADIUS)
+        let mut lower = rod(YOUNG, place)
             .elements(24)
             .load(ApicalForce(move |_| force))
             .scene(Still::tilted(1.0))
@@ -112,11 +108,7 @@ fn graded_nodes_resolve_a_heavy_rod() {
         density: 3000.0 * bending / LENGTH.powi(3) / (9.81 * area),
     };
     let tip = |nodes: Option<Vec<f64>>, elements: usize| {
-        let mut builder = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .elements(elements)
-            .load(weight);
+        let mut builder = rod(YOUNG, LENGTH).elements(elements).load(weight);
         if let Some(nodes) = nodes {
             builder = builder.nodes(&nodes);
         }
@@ -151,9 +143,7 @@ fn graded_nodes_resolve_a_heavy_rod() {
 #[test]
 fn invalid_nodes_and_places_are_refused() {
     let with = |nodes: &[f64]| {
-        Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
+        rod(YOUNG, LENGTH)
             .nodes(nodes)
             .into_dyn()
             .build()
@@ -182,9 +172,7 @@ fn invalid_nodes_and_places_are_refused() {
             initial_apex_distance: apex_distance,
             force: Vector3::x(),
         };
-        let error = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
+        let error = rod(YOUNG, LENGTH)
             .load(load)
             .into_dyn()
             .build()
@@ -196,9 +184,7 @@ fn invalid_nodes_and_places_are_refused() {
         force: Vector3::x() * f64::NAN,
     };
     assert!(
-        Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
+        rod(YOUNG, LENGTH)
             .order(Order::Two)
             .load(load)
             .into_dyn()

@@ -4,7 +4,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::held::{Held, about, assert_close, bisect};
-use crate::fixtures::rods::{DENSITY, MODULUS, RADIUS, bending_stiffness, young_tissue};
+use crate::fixtures::rods::{DENSITY, MODULUS, bending_stiffness};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::Timoshenko;
 use morphorod::load::Weight;
@@ -13,7 +14,6 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Length, m.
 const LENGTH: f64 = 0.05;
-const WEIGHT: Weight = Weight { density: DENSITY };
 
 /// A potential that is given as a function.
 struct Of<F>(F);
@@ -275,7 +275,7 @@ fn stiff_spring_stretches_a_straight_rod_by_the_balance_of_forces() {
             ]
         };
         let mut held = Held::straight(LENGTH, 0.0, 8, ());
-        held.law = Box::new(Timoshenko::circular(young_tissue()));
+        held.law = Box::new(Timoshenko::circular(YOUNG));
         held.hold(&spring(|x: &Vector3<f64>| radial(x, &anchor, law)));
         let stretch = bisect((1.0, 1.04), 1e-15, |v| {
             stretching * (v - 1.0) > law((1.04 - v) * LENGTH)[1]

@@ -4,9 +4,8 @@
 use approx::assert_relative_eq;
 
 use crate::fixtures::random::{Draw, number};
-use crate::fixtures::rods::{DENSITY, RADIUS, young_tissue};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
-use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::support::{Capsule, Contact, Cylinder, HalfSpace, Obstacle, Sphere};
 use morphorod::{Environment, Order, Scene, Still};
@@ -23,8 +22,6 @@ const MISPLACED: [u64; 11] = [
 /// A scene in which a contact point stayed beside the apex, which penetrated the obstacle by 2.6e-4
 /// of the length.
 const BESIDE_APEX: u64 = 8494;
-
-const WEIGHT: Weight = Weight { density: DENSITY };
 
 type Obstacles = Vec<Contact<Box<dyn Obstacle>>>;
 
@@ -64,7 +61,7 @@ fn scene(seed: u64) -> (Rod, Environment, Obstacles) {
     let environment = still.environment(0.0);
     let mut free = rod.clone();
     let _ = NewtonSolver::default()
-        .solve(&mut free, &young_tissue(), &WEIGHT, &environment)
+        .solve(&mut free, &YOUNG, &WEIGHT, &environment)
         .unwrap();
     let tangent = still.base * Vector3::z();
     let number = if draw.chance(0.7) { 1 } else { 2 };
@@ -132,13 +129,8 @@ fn random_contacts_push_within_the_cone_of_friction_without_penetration() {
         obstacles
             .iter_mut()
             .for_each(|contact| contact.friction = friction);
-        let solve = NewtonSolver::default().solve_held(
-            &mut rod,
-            &young_tissue(),
-            &WEIGHT,
-            &obstacles,
-            &environment,
-        );
+        let solve =
+            NewtonSolver::default().solve_held(&mut rod, &YOUNG, &WEIGHT, &obstacles, &environment);
         let held = match solve {
             Ok(held) => held,
             Err(error) => {
@@ -216,13 +208,8 @@ fn parts_of_a_long_contact_push_within_the_cone_of_friction() {
         obstacles
             .iter_mut()
             .for_each(|contact| contact.friction = friction);
-        let solve = NewtonSolver::default().solve_held(
-            &mut rod,
-            &young_tissue(),
-            &WEIGHT,
-            &obstacles,
-            &environment,
-        );
+        let solve =
+            NewtonSolver::default().solve_held(&mut rod, &YOUNG, &WEIGHT, &obstacles, &environment);
         let held = solve.unwrap();
         assert!(
             held.reactions.iter().any(|reaction| reaction.length > 0.0),

@@ -1,11 +1,12 @@
 //! The error that the solver reports bounds the actual error of random shoots. A search that fails
 //! reports a wrong elastic law.
 
-use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, bending_stiffness, cases, young_tissue};
+use crate::fixtures::rods::{LENGTH, bending_stiffness, cases};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use morphorod::check::Quantity;
 use morphorod::constitutive::{Constitutive, ElasticResponse, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
-use morphorod::load::{ApicalForce, Load, Weight};
+use morphorod::load::{ApicalForce, Load};
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -28,9 +29,9 @@ proptest! {
         rod.set_intrinsic(|_| strain);
         let unit = 3.0 * bending_stiffness() / (LENGTH * LENGTH);
         let force = if loaded { Vector3::from(pull) * (size * unit) } else { Vector3::zeros() };
-        let loads = (heavy.then_some(Weight { density: DENSITY }), ApicalForce(move |_: f64| force));
+        let loads = (heavy.then_some(WEIGHT), ApicalForce(move |_: f64| force));
         let environment = Still::upright().environment(0.0);
-        let (law, load): (&dyn Constitutive, &dyn Load) = (&young_tissue(), &loads);
+        let (law, load): (&dyn Constitutive, &dyn Load) = (&YOUNG, &loads);
 
         let tolerance = 10_f64.powf(exponent);
         let found = NewtonSolver::with_tolerance(tolerance).solve(&mut rod, &law, &load, &environment);
@@ -65,13 +66,7 @@ fn solver_that_fails_reports_the_wrong_tangent() {
         }
     }
     let mut rod = Rod::uniform(0.05, 5e-4, UnitQuaternion::identity(), 4, Order::Eight).unwrap();
-    let (law, load) = (
-        Soft(LinearElastic {
-            youngs_modulus: 1e7,
-            poissons_ratio: 0.5,
-        }),
-        Weight { density: 1000.0 },
-    );
+    let (law, load) = (Soft(YOUNG), WEIGHT);
     let environment = Still::upright().environment(0.0);
     let force = (load, ApicalForce(|_: f64| Vector3::new(1e-3, 0.0, 0.0)));
     let found = NewtonSolver::default().solve(&mut rod, &law, &force, &environment);

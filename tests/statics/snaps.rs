@@ -3,13 +3,12 @@
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots;
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, steering};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, reduced, rod};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
-use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, Statistics};
-use morphorod::load::{ApicalForce, Weight};
+use morphorod::load::ApicalForce;
 use morphorod::support::{Contact, HalfSpace};
-use morphorod::tropism::SettledStatoliths;
 use morphorod::{Order, Section, Shoot, Still};
 use nalgebra::Vector3;
 
@@ -24,16 +23,8 @@ fn after_a_day(
     elements: usize,
 ) -> Result<(Vector3<f64>, Statistics), IntegrationError> {
     let length = times * CRITICAL;
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
+    let mut shoot = reduced(length, 20.0 * HOUR)
         .elements(elements)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: length,
-            time: 20.0 * HOUR,
-        }))
-        .tropism(steering(SettledStatoliths))
-        .load(WEIGHT)
         .scene(Still::tilted(tilt))
         .into_dyn()
         .build()
@@ -88,7 +79,7 @@ fn snap_is_counted_with_its_time_and_jump() {
     let mut shoot = Shoot::builder(YOUNG)
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
         .length(0.085)
-        .load((Weight { density: 1000.0 }, ApicalForce(force)))
+        .load((WEIGHT, ApicalForce(force)))
         .into_dyn()
         .build()
         .unwrap();
@@ -110,7 +101,7 @@ fn snap_is_counted_with_its_time_and_jump() {
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
         .length(0.085)
         .elements(16)
-        .load((Weight { density: 1000.0 }, ApicalForce(force)))
+        .load((WEIGHT, ApicalForce(force)))
         .into_dyn()
         .build()
         .unwrap();
@@ -127,7 +118,7 @@ fn snap_is_counted_with_its_time_and_jump() {
     let mut above = Shoot::builder(YOUNG)
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
         .length(0.085)
-        .load((Weight { density: 1000.0 }, ApicalForce(force)))
+        .load((WEIGHT, ApicalForce(force)))
         .support(Contact {
             obstacle: floor,
             radius: RADIUS,
@@ -162,9 +153,7 @@ fn buckled_shoot_keeps_bending_in_its_plane_without_snaps() {
         (Order::Eight, 90.0),
         (Order::Eight, 1000.0),
     ] {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.99 * CRITICAL)
-            .radius(RADIUS)
+        let mut shoot = rod(YOUNG, 0.99 * CRITICAL)
             .order(order)
             .growth(UniformGrowth {
                 zone_length: 0.03,
@@ -207,9 +196,7 @@ fn number_of_snaps_of_a_buckled_shoot_does_not_depend_on_the_step() {
     // shoot bends smoothly.
     for tilt in [0.0, 1e-9] {
         let counts = [600.0, 60.0, 10.0].map(|step| {
-            let mut shoot = Shoot::builder(YOUNG)
-                .length(0.99 * CRITICAL)
-                .radius(RADIUS)
+            let mut shoot = rod(YOUNG, 0.99 * CRITICAL)
                 .growth(UniformGrowth {
                     zone_length: 0.03,
                     time: 20.0 * HOUR,

@@ -2,7 +2,8 @@
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods;
-use crate::fixtures::rods::{GRAVITY, MODULUS, RADIUS, bending_stiffness, cases, young_tissue};
+use crate::fixtures::rods::{GRAVITY, MODULUS, bending_stiffness, cases};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 use approx::abs_diff_eq;
 use morphorod::constitutive::{Constitutive, LinearElastic};
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
@@ -238,7 +239,7 @@ fn boxed_and_absent_loads_act_like_plain_loads() {
     let boxed: Box<dyn Load> = Box::new(ApicalForce(push));
     let absent: Option<Distributed> = None;
     let (mut plain, mut dressed) = (rod(), rod());
-    let law: &dyn Constitutive = &young_tissue();
+    let law: &dyn Constitutive = &YOUNG;
     let solve = |rod: &mut Rod, load: &dyn Load| {
         NewtonSolver::with_tolerance(PRECISION).solve(rod, &law, &load, &environment)
     };

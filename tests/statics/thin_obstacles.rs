@@ -1,7 +1,7 @@
 //! Poles that are thinner than the distance of the places at which contact is evaluated.
 
-use crate::fixtures::rods::RADIUS;
-use morphorod::constitutive::{LinearElastic, Timoshenko};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
+use morphorod::constitutive::Timoshenko;
 use morphorod::equilibrium::{EquilibriumError, Held, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
@@ -41,10 +41,6 @@ fn bent_towards(
         base: Still::tilted(0.0).base,
         ..Still::weightless()
     };
-    let tissue = LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    };
     let mut rod = Rod::uniform(LENGTH, RADIUS, still.base, elements, Order::Eight).unwrap();
     rod.set_intrinsic(|_| Vector3::y() * 30.0);
     let support = Contact {
@@ -52,7 +48,7 @@ fn bent_towards(
         radius: 0.0,
         friction: 0.0,
     };
-    solver.solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0))
+    solver.solve_held(&mut rod, &YOUNG, &(), &support, &still.environment(0.0))
 }
 
 #[test]
@@ -92,10 +88,6 @@ fn held_frame_that_rotates_does_not_move_the_rod_through_a_pole() {
     // A rod beside no pole is an arc, whose tip has x = (1 − cos 1.2)/1.2 = 0.53 of the length.
     let tip = |radius: f64, elements: usize| {
         let still = Still::weightless();
-        let tissue = LinearElastic {
-            youngs_modulus: 1e7,
-            poissons_ratio: 0.5,
-        };
         let mut rod = Rod::uniform(LENGTH, RADIUS, still.base, elements, Order::Eight).unwrap();
         let frame = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 1.2);
         let contact = Contact {
@@ -106,7 +98,7 @@ fn held_frame_that_rotates_does_not_move_the_rod_through_a_pole() {
         let support = (Hold::apex().held(frame), contact);
         let mut solver = NewtonSolver::default();
         let held = solver
-            .solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0))
+            .solve_held(&mut rod, &YOUNG, &(), &support, &still.environment(0.0))
             .unwrap();
         let pushed = held
             .reactions
@@ -132,10 +124,6 @@ fn held_frame_that_rotates_does_not_move_the_rod_through_a_pole() {
 #[test]
 fn straight_rod_that_buckles_does_not_pass_a_pole() {
     let still = Still::weightless();
-    let tissue = LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    };
     let place = |x: f64, z: f64| Vector3::new(x, 0.0, z) * LENGTH;
     let hold = Hold::apex().at(place(0.0, 0.98));
     // The deflection at half of the height relative to the length, and the number of contacts that
@@ -145,7 +133,7 @@ fn straight_rod_that_buckles_does_not_pass_a_pole() {
         let support = (hold, contacts);
         let mut solver = NewtonSolver::default();
         let held = solver
-            .solve_held(&mut rod, &tissue, &(), &support, &still.environment(0.0))
+            .solve_held(&mut rod, &YOUNG, &(), &support, &still.environment(0.0))
             .unwrap();
         let height = |at: &Vector3<f64>| (at.z - 0.5 * LENGTH).abs();
         let line = held.rod.centre_line_at(201);
@@ -212,15 +200,11 @@ fn search_for_places_near_a_pole_takes_a_number_of_evaluations_that_hardly_depen
 
 #[test]
 fn penetration_of_a_rod_that_shears_is_contained_in_its_error() {
-    let young = LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    };
     let still = Still::tilted(std::f64::consts::FRAC_PI_2);
     for (softer, least) in [(10.0, 1e-9), (100.0, 1e-7)] {
-        let soft = young.youngs_modulus / softer;
+        let soft = YOUNG.youngs_modulus / softer;
         let law = Timoshenko {
-            law: young,
+            law: YOUNG,
             youngs_modulus: soft,
             shear_modulus: soft / 3.0,
             shear_factor: 0.9,

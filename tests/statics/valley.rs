@@ -1,24 +1,16 @@
 //! Shapes that a weak intrinsic curvature selects among many of almost the same energy.
 
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use std::f64::consts::FRAC_PI_2;
 
-use crate::fixtures::rods::{DENSITY, RADIUS, young_tissue};
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
-use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::Vector3;
 
 fn solve(solver: &mut NewtonSolver, rod: &mut Rod) -> Equilibrium {
     let environment = Still::upright().environment(0.0);
-    solver
-        .solve(
-            rod,
-            &young_tissue(),
-            &Weight { density: DENSITY },
-            &environment,
-        )
-        .unwrap()
+    solver.solve(rod, &YOUNG, &WEIGHT, &environment).unwrap()
 }
 
 /// A shoot on an upright base, longer than its critical length of 79 mm, in equilibrium.

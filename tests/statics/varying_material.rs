@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::solve_tight;
-use crate::fixtures::shoots::{RADIUS, YOUNG};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG, rod, tissue};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -50,10 +50,7 @@ fn elliptic_section_bends_like_a_circular_one_of_equal_stiffness() {
         (pull(1e-3, 0.0, 0.0), a.powi(3) * b),
         (pull(0.0, 1e-3, 0.0), a * b.powi(3)),
     ] {
-        let circle = LinearElastic {
-            youngs_modulus: 1e7 * moment / RADIUS.powi(4),
-            ..YOUNG
-        };
+        let circle = tissue(1e7 * moment / RADIUS.powi(4));
         let elliptic = at_rest(blade, &YOUNG, &force, Order::Eight);
         let circular = at_rest(|_| RADIUS, &circle, &force, Order::Eight);
         assert!(circular.tip().xy().norm() > 0.005);
@@ -184,10 +181,7 @@ fn density_moves_with_the_growing_tissue() {
     // preserves its mean.
     assert_relative_eq!(found, expected, epsilon = 0.0, max_relative = 1e-8);
     // A constant graded density equals the same uniform density.
-    let (graded, uniform) = (
-        GradedWeight(|_: &Tissue| 1000.0),
-        Weight { density: 1000.0 },
-    );
+    let (graded, uniform) = (GradedWeight(|_: &Tissue| 1000.0), WEIGHT);
     let (graded, uniform) = (
         weight_at_base(shoot.rod(), &graded),
         weight_at_base(shoot.rod(), &uniform),
@@ -305,13 +299,7 @@ fn errors_of_varying_material_name_the_quantity_and_the_place() {
                 }
             },
         };
-        Shoot::builder(law)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .growth(())
-            .into_dyn()
-            .build()
-            .map(|_| ())
+        rod(law, LENGTH).growth(()).into_dyn().build().map(|_| ())
     };
     let named = |error: ParameterError, name: &str| {
         let place = error.place.expect("a place");
@@ -335,12 +323,7 @@ fn errors_of_varying_material_name_the_quantity_and_the_place() {
                 1.0
             }
         });
-        let built = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .load(heavy)
-            .into_dyn()
-            .build();
+        let built = rod(YOUNG, LENGTH).load(heavy).into_dyn().build();
         // A density may be zero, or negative for buoyancy.
         if bad.is_finite() {
             assert!(built.is_ok())
@@ -448,7 +431,7 @@ fn graded_weight_acts_alike_alone_in_a_tuple_and_in_an_option() {
         rod.tip()
     };
     let graded = || GradedWeight(|_: &Tissue| 1000.0);
-    let uniform = tip(&Weight { density: 1000.0 });
+    let uniform = tip(&WEIGHT);
     let (alone, in_tuple, in_option) = (
         tip(&graded()),
         tip(&(graded(), None::<Weight>)),

@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::held::Held;
 use crate::fixtures::rods::{DENSITY, bending_stiffness};
+use crate::fixtures::shoots::WEIGHT;
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::load::{Distributed, Weight};
 use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Hold, Obstacle, Slip};
@@ -48,8 +49,8 @@ fn plane_on_springs_acts_on_the_apex_as_a_spring() {
     for compliance in [0.01, 0.3, 3.0, 100.0] {
         let obstacle = Sprung(plane, Matrix3::identity() * (compliance * unit()));
         let (mut sprung, mut spring) = (
-            Held::straight(LENGTH, FRAC_PI_2, 8, Weight { density: DENSITY }),
-            Held::straight(LENGTH, FRAC_PI_2, 8, Weight { density: DENSITY }),
+            Held::straight(LENGTH, FRAC_PI_2, 8, WEIGHT),
+            Held::straight(LENGTH, FRAC_PI_2, 8, WEIGHT),
         );
         sprung.hold(&Contact {
             obstacle,

@@ -5,7 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use crate::fixtures::shoots::{
-    ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, steering,
+    ETA, HOUR, MEMORY, STATOLITHS, WEIGHT, YOUNG, growing, reduced, rod, steering,
 };
 use morphorod::constitutive::Timoshenko;
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -123,9 +123,7 @@ fn step_of_a_shoot_of_constant_length_allocates_no_memory() {
 
 #[test]
 fn step_of_a_shoot_that_shears_and_stretches_allocates_no_memory() {
-    let shoot = Shoot::builder(Timoshenko::circular(YOUNG))
-        .length(0.0659)
-        .radius(RADIUS);
+    let shoot = rod(Timoshenko::circular(YOUNG), 0.0659);
     let growth = Ongoing(UniformGrowth {
         zone_length: 0.07,
         time: 20.0 * HOUR,

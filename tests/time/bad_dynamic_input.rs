@@ -2,7 +2,9 @@
 //! requirement. Nothing panics, and no state contains NaN.
 
 use crate::fixtures::messages::names;
-use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
+use crate::fixtures::shoots::{
+    MEMORY, RADIUS, WEIGHT, YOUNG, gravitropism, growing, reduced, righting, rod,
+};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
@@ -48,11 +50,7 @@ fn refused<T>(words: &str, values: &[f64], build: impl Fn(f64) -> Result<T, Para
 #[test]
 fn invalid_geometry_and_material_are_refused_by_name() {
     refused("length", &NOT_POSITIVE, |x| {
-        Shoot::builder(YOUNG)
-            .length(x)
-            .radius(RADIUS)
-            .into_dyn()
-            .build()
+        rod(YOUNG, x).into_dyn().build()
     });
     refused("radius", &NOT_POSITIVE, |x| {
         Shoot::builder(YOUNG)
@@ -98,12 +96,7 @@ fn invalid_geometry_and_material_are_refused_by_name() {
         );
     }
     refused("number of elements", &[0.0], |_| {
-        Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
-            .elements(0)
-            .into_dyn()
-            .build()
+        rod(YOUNG, 0.05).elements(0).into_dyn().build()
     });
     refused("merge tolerance", &NEGATIVE, |x| {
         growing().merge_tolerance(x).into_dyn().build()
@@ -113,13 +106,7 @@ fn invalid_geometry_and_material_are_refused_by_name() {
         youngs_modulus: e,
         poissons_ratio: nu,
     };
-    let with = |law: LinearElastic| {
-        Shoot::builder(law)
-            .length(0.05)
-            .radius(RADIUS)
-            .into_dyn()
-            .build()
-    };
+    let with = |law: LinearElastic| rod(law, 0.05).into_dyn().build();
     refused("Young's modulus", &NOT_POSITIVE, |x| with(elastic(x, 0.5)));
     let not_poisson = [
         -1.0,
@@ -132,13 +119,7 @@ fn invalid_geometry_and_material_are_refused_by_name() {
     ];
     refused("Poisson's ratio", &not_poisson, |x| with(elastic(1e7, x)));
     assert!(with(elastic(1e7, 0.5)).is_ok() && with(elastic(1e7, -0.999)).is_ok());
-    let lignifying = |law: Lignifying| {
-        Shoot::builder(law)
-            .length(0.05)
-            .radius(RADIUS)
-            .into_dyn()
-            .build()
-    };
+    let lignifying = |law: Lignifying| rod(law, 0.05).into_dyn().build();
     let sound = Lignifying {
         young: YOUNG,
         mature_modulus: 2e9,
@@ -168,13 +149,7 @@ fn invalid_geometry_and_material_are_refused_by_name() {
 }
 
 fn grown(law: impl GrowthLaw + Send + Sync + 'static) -> Result<(), ParameterError> {
-    Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(law)
-        .into_dyn()
-        .build()
-        .map(|_| ())
+    rod(YOUNG, 0.05).growth(law).into_dyn().build().map(|_| ())
 }
 
 #[test]
@@ -228,13 +203,15 @@ fn invalid_growth_is_refused_by_name() {
             time: x,
         }))
     });
-    // A shoot of the reduced model may be as long as its zone, but not longer.
+    // A shoot of constant length may be as long as its zone, but not longer.
+    let growth = Ongoing(UniformGrowth { zone_length, time });
+    let constant = |length: f64| reduced(length, time).growth(growth).into_dyn().build();
     refused(
         "length of a shoot of constant length",
         &[0.0701, 1.0],
-        |x| reduced(x, 72e3).into_dyn().build(),
+        constant,
     );
-    assert!(reduced(0.07, 72e3).into_dyn().build().is_ok());
+    assert!(constant(0.07).is_ok());
 }
 
 /// User-defined growth law that checks nothing.
@@ -263,12 +240,7 @@ fn invalid_growth_of_a_law_that_checks_nothing_is_an_error() {
     for rate in NOT_FINITE {
         for length in [0.05, 0.09] {
             let law = Careless { zone: 0.07, rate };
-            let built = Shoot::builder(YOUNG)
-                .length(length)
-                .radius(RADIUS)
-                .growth(law)
-                .into_dyn()
-                .build();
+            let built = rod(YOUNG, length).growth(law).into_dyn().build();
             let error = built.map(|_| ()).expect_err("an infinite rate");
             assert!(
                 error.name.contains("growth rate") && !error.value.is_finite(),
@@ -280,7 +252,7 @@ fn invalid_growth_of_a_law_that_checks_nothing_is_an_error() {
 
 #[test]
 fn invalid_tropisms_are_refused_by_name() {
-    let gravitropism = Gravitropism {
+    let gravity = Gravitropism {
         sensitivity: 0.8,
         perception: SettledStatoliths,
     };
@@ -290,7 +262,7 @@ fn invalid_tropisms_are_refused_by_name() {
             .tropism(
                 Gravitropism {
                     sensitivity: x,
-                    ..gravitropism
+                    ..gravity
                 }
                 .remembered(MEMORY),
             )
@@ -307,14 +279,14 @@ fn invalid_tropisms_are_refused_by_name() {
     for delay in [0.0, 720.0] {
         refused("memory time", &NOT_POSITIVE, |x| {
             righting()
-                .tropism(gravitropism.remembered(memory(x, delay)))
+                .tropism(gravity.remembered(memory(x, delay)))
                 .into_dyn()
                 .build()
         });
         refused("memory time", &NOT_POSITIVE, |x| {
             righting()
                 .tropism((
-                    gravitropism.remembered(MEMORY),
+                    gravity.remembered(MEMORY),
                     bend.remembered(memory(x, delay)),
                 ))
                 .into_dyn()
@@ -323,14 +295,14 @@ fn invalid_tropisms_are_refused_by_name() {
     }
     refused("reaction time", &NEGATIVE, |x| {
         righting()
-            .tropism(gravitropism.remembered(memory(720.0, x)))
+            .tropism(gravity.remembered(memory(720.0, x)))
             .into_dyn()
             .build()
     });
     refused("reaction time", &NEGATIVE, |x| {
         righting()
             .tropism((
-                gravitropism.remembered(MEMORY),
+                gravity.remembered(MEMORY),
                 bend.remembered(memory(720.0, x)),
             ))
             .into_dyn()
@@ -339,13 +311,7 @@ fn invalid_tropisms_are_refused_by_name() {
     refused("avalanche time", &NOT_POSITIVE, |x| {
         let statoliths = Statoliths { avalanche_time: x };
         righting()
-            .tropism(
-                Gravitropism {
-                    sensitivity: 0.8,
-                    perception: statoliths,
-                }
-                .remembered(MEMORY),
-            )
+            .tropism(gravitropism(statoliths))
             .into_dyn()
             .build()
     });
@@ -506,12 +472,7 @@ fn invalid_loads_and_scenes_are_refused_by_name() {
 
 #[test]
 fn steering_without_growth_is_refused_unless_requested() {
-    let shoot = || {
-        Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
-            .tropism(Oscillator::new(0.2, 1440.0))
-    };
+    let shoot = || rod(YOUNG, 0.05).tropism(Oscillator::new(0.2, 1440.0));
     let error = shoot()
         .into_dyn()
         .build()
@@ -520,12 +481,5 @@ fn steering_without_growth_is_refused_unless_requested() {
         .to_string();
     assert!(error.contains("growth of a shoot that steers"), "{error}");
     assert!(shoot().growth(()).into_dyn().build().is_ok());
-    assert!(
-        Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
-            .into_dyn()
-            .build()
-            .is_ok()
-    );
+    assert!(rod(YOUNG, 0.05).into_dyn().build().is_ok());
 }

@@ -7,19 +7,19 @@ use std::time::Duration;
 
 use crate::fixtures::messages::names;
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, RADIUS, WEIGHT, YOUNG, assert_sound, growing, righting,
+    BETA, ETA, HOUR, RADIUS, WEIGHT, YOUNG, assert_sound, growing, reduced, remembering, righting,
+    rod, steering,
 };
 use approx::{assert_abs_diff_eq, assert_relative_eq};
-use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
-use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Weight};
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response, Site,
-    Statoliths, TropismLaw, Variable,
+    Declaration, Growing, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Site,
+    TropismLaw, Variable,
 };
-use morphorod::{Shoot, Still};
+use morphorod::{ShootParameters, Still};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -154,13 +154,7 @@ fn equilibrium_that_does_not_converge_is_an_error_with_its_residual() {
 fn step_below_the_rounding_of_time_does_not_hang() {
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
-            .elements(1)
-            .into_dyn()
-            .build()
-            .unwrap();
+        let mut shoot = rod(YOUNG, 0.05).elements(1).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(HOUR, Unloaded);
         run.advance(&mut shoot, HOUR).unwrap();
         // An hour plus 1e-13 s rounds to an hour; 1e-11 s are 22 units in its last place.
@@ -198,37 +192,27 @@ fn assert_error_or_sound(f: &[f64], tilt: f64) {
     };
     // A zone much shorter than the shoot would require very many elements.
     let zone = 0.07 * f[2].max(f[0] / 20.0);
-    let built = Shoot::builder(LinearElastic {
-        youngs_modulus: 1e7 * f[3],
-        poissons_ratio: 0.5,
-    })
-    .length(0.068 * f[0])
-    .radius(5e-4 * f[1])
-    .elements(4)
-    .growth(UniformGrowth {
+    let parameters = ShootParameters {
+        length: 0.068 * f[0],
+        radius: RADIUS * f[1],
         zone_length: zone,
-        time: 144e3 * f[4],
-    })
-    .tropism((
-        Oscillator::new(0.2 * f[7], 1440.0),
-        Gravitropism {
-            sensitivity: BETA * f[8],
-            perception: Statoliths {
-                avalanche_time: 120.0 * f[9],
-            },
-        }
-        .remembered(memory),
-        Proprioception {
-            sensitivity: ETA * f[10],
-        }
-        .remembered(memory),
-    ))
-    .load(Weight {
+        youngs_modulus: 1e7 * f[3],
+        growth_time: 144e3 * f[4],
+        oscillator_sensitivity: 0.2 * f[7],
+        gravitropic_sensitivity: BETA * f[8],
+        avalanche_time: 120.0 * f[9],
+        proprioceptive_sensitivity: ETA * f[10],
         density: 1000.0 * f[11],
-    })
-    .scene(Still::tilted(tilt))
-    .into_dyn()
-    .build();
+        ..remembering(memory, memory)
+    };
+    let built = parameters
+        .reduced()
+        .elements(4)
+        .growth(parameters.growth())
+        .tropism(parameters.tropism())
+        .scene(Still::tilted(tilt))
+        .into_dyn()
+        .build();
     let Ok(mut shoot) = built else { return };
     let mut run = MethodOfSteps::new(90.0_f64.min(memory.delay));
     run.solver.max_iterations = 50;
@@ -323,9 +307,7 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
         zone_length: 0.07,
         time: 1.3e-4,
     };
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(0.068)
-        .radius(RADIUS)
+    let mut shoot = rod(YOUNG, 0.068)
         .elements(4)
         .growth(growth)
         .into_dyn()
@@ -377,25 +359,20 @@ fn evaluations(youngs_modulus: f64, growth_time: f64) -> usize {
         counted.fetch_add(1, Ordering::Relaxed);
         Vector3::zeros()
     });
-    let mut shoot = Shoot::builder(LinearElastic {
+    let parameters = ShootParameters {
+        length: 0.05,
         youngs_modulus,
-        poissons_ratio: 0.5,
-    })
-    .length(0.05)
-    .radius(RADIUS)
-    .growth(Ongoing(UniformGrowth {
-        zone_length: 0.07,
-        time: growth_time,
-    }))
-    .tropism(Proprioception { sensitivity: 20.0 }.remembered(Memory {
-        time: 720.0,
-        delay: 720.0,
-    }))
-    .scene(Still::tilted(0.5))
-    .load((WEIGHT, load))
-    .into_dyn()
-    .build()
-    .unwrap();
+        growth_time,
+        ..ShootParameters::default()
+    };
+    let mut shoot = parameters
+        .reduced()
+        .tropism(steering(SettledStatoliths).1)
+        .scene(Still::tilted(0.5))
+        .load((WEIGHT, load))
+        .into_dyn()
+        .build()
+        .unwrap();
     Adaptive::new(1e-4).advance(&mut shoot, 4000.0).unwrap_err();
     count.load(Ordering::Relaxed)
 }
@@ -446,16 +423,11 @@ impl TropismLaw for Relay {
 #[test]
 fn failures_of_the_variables_do_not_refine_the_elements() {
     let calls = Arc::new(AtomicUsize::new(0));
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 72e3,
-        }))
+    let mut shoot = reduced(0.05, 72e3)
         .tropism(Relay {
             calls: Arc::clone(&calls),
         })
+        .load(())
         .into_dyn()
         .build()
         .unwrap();

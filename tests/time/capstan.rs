@@ -6,8 +6,8 @@ mod drum;
 
 use std::f64::consts::PI;
 
-use crate::fixtures::rods::{RADIUS, bending_stiffness};
-use crate::fixtures::shoots::YOUNG;
+use crate::fixtures::rods::bending_stiffness;
+use crate::fixtures::shoots::{RADIUS, YOUNG, rod};
 use drum::{CIRCLE, Drum, TURN, closed_form};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -49,7 +49,7 @@ impl Obstacle for Stopping {
 /// An upright rod on a ball joint that touches the drum. The force on its apex, with a tension
 /// `slack` over B/Rc², turns by `angle` in a second. The drum stops then, and in five further steps
 /// the force increases to that at which 0.9 of the friction is necessary.
-fn rod(angle: f64, slack: f64, elements: usize, steps: f64) -> Shoot<DynLaws> {
+fn wound(angle: f64, slack: f64, elements: usize, steps: f64) -> Shoot<DynLaws> {
     let tension = slack * bending_stiffness() / (CIRCLE * CIRCLE);
     let tail = TAIL * CIRCLE / slack.sqrt();
     let increase =
@@ -65,9 +65,7 @@ fn rod(angle: f64, slack: f64, elements: usize, steps: f64) -> Shoot<DynLaws> {
         cylinder,
         rate: TURN * steps,
     });
-    Shoot::builder(YOUNG)
-        .length(2.0 * tail + angle * CIRCLE)
-        .radius(RADIUS)
+    rod(YOUNG, 2.0 * tail + angle * CIRCLE)
         .elements(elements)
         .load(ApicalForce(pull))
         .scene(Still::weightless())
@@ -118,7 +116,7 @@ fn tension_grows_along_a_sliding_contact() {
         (2.0 * PI, TENSION, 40, 30.0, 1e-6),
         (0.6 * PI, 2.0, 36, 8.0, 1e-5),
     ] {
-        let mut shoot = rod(angle, slack, elements, steps);
+        let mut shoot = wound(angle, slack, elements, steps);
         MethodOfSteps {
             retries: 10,
             ..integrator(steps)
@@ -151,7 +149,7 @@ fn tension_grows_along_a_sliding_contact() {
 #[test]
 fn rod_at_rest_on_a_drum_does_not_creep() {
     let (angle, steps) = (0.4 * PI, 8.0);
-    let mut shoot = rod(angle, TENSION, 20, steps);
+    let mut shoot = wound(angle, TENSION, 20, steps);
     let mut run = MethodOfSteps {
         retries: 10,
         ..integrator(steps)

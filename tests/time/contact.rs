@@ -2,7 +2,7 @@
 //! shoots that a support does not affect.
 
 use crate::fixtures::held::assert_close;
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, rod, tissue};
 use morphorod::checkpoint::{from_bytes, to_bytes};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
@@ -18,10 +18,7 @@ use morphorod::tropism::Oscillator;
 use morphorod::{DynLaws, Model, Shoot, ShootBuilder, State, Still};
 use nalgebra::Vector3;
 
-pub(super) const TISSUE: LinearElastic = LinearElastic {
-    youngs_modulus: 1e8,
-    poissons_ratio: 0.5,
-};
+pub(super) const TISSUE: LinearElastic = tissue(1e8);
 pub(super) const GROWTH: UniformGrowth = UniformGrowth {
     zone_length: 0.05,
     time: 40.0 * HOUR,
@@ -31,10 +28,7 @@ pub(super) const PERIOD: f64 = 2.0 * HOUR;
 
 /// A shoot of 6 cm whose oscillator sweeps it in circles of a period of 2 h.
 pub(super) fn nutating<S: Support + Send + Sync + 'static>(support: S) -> ShootBuilder<DynLaws> {
-    let builder = Shoot::builder(TISSUE)
-        .length(LENGTH)
-        .radius(RADIUS)
-        .growth(GROWTH);
+    let builder = rod(TISSUE, LENGTH).growth(GROWTH);
     builder
         .tropism(Oscillator::new(1.0, PERIOD))
         .load(WEIGHT)
@@ -321,11 +315,7 @@ fn errors_leave_a_held_shoot_unchanged() {
 #[test]
 fn absent_support_changes_no_bit() {
     let free = || {
-        let builder = Shoot::builder(TISSUE)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .growth(GROWTH)
-            .load(WEIGHT);
+        let builder = rod(TISSUE, LENGTH).growth(GROWTH).load(WEIGHT);
         builder
             .tropism(Oscillator::new(1.0, PERIOD))
             .scene(Still::upright())
@@ -386,13 +376,7 @@ fn a_resting_shoot_with_friction_does_not_creep() {
         radius: RADIUS,
         friction: 0.5,
     };
-    let builder = Shoot::builder(LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    })
-    .length(LENGTH);
-    let mut shoot = builder
-        .radius(RADIUS)
+    let mut shoot = rod(YOUNG, LENGTH)
         .load((WEIGHT, Distributed(Vector3::y() * 1e-5)))
         .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
         .support(support)
@@ -474,10 +458,6 @@ fn pole_pushes_a_straight_rod_and_does_not_pass_it() {
 
 #[test]
 fn heavy_rod_slides_off_the_middle_of_a_frictionless_sphere() {
-    let tissue = LinearElastic {
-        youngs_modulus: 1e7,
-        ..TISSUE
-    };
     for (tilt, place) in [(0.4_f64, 0.04), (0.75, 0.06), (1.2, 0.09)] {
         let (up, across) = (tilt.cos(), tilt.sin());
         // The sphere is in the plane of the rod, below it, and holds it in an unstable equilibrium.
@@ -494,13 +474,7 @@ fn heavy_rod_slides_off_the_middle_of_a_frictionless_sphere() {
             radius: RADIUS,
             friction: 0.0,
         };
-        let builder = || {
-            Shoot::builder(tissue)
-                .length(0.11)
-                .radius(RADIUS)
-                .load(WEIGHT)
-                .scene(Still::tilted(tilt))
-        };
+        let builder = || rod(YOUNG, 0.11).load(WEIGHT).scene(Still::tilted(tilt));
         let mut shoot = builder().support(contact).build().unwrap();
         let mut free = builder().build().unwrap();
         let _ = MethodOfSteps::new(60.0).advance(&mut shoot, 0.0).unwrap();

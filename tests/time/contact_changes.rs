@@ -4,18 +4,18 @@
 use std::f64::consts::PI;
 
 use super::contact::{GROWTH, PERIOD, TISSUE, nutating, pole};
-use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, order};
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, order, rod, tissue};
 use approx::assert_abs_diff_eq;
 use morphorod::checkpoint::{from_bytes, to_bytes};
-use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps, Statistics};
 use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Joint, Obstacle};
 use morphorod::tropism::{
-    Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths, Thigmotropism, Touch,
+    Gravitropism, Oscillator, Proprioception, Remembered, Response, SettledStatoliths,
+    Thigmotropism, Touch,
 };
-use morphorod::{DynLaws, Shoot, State, Still};
+use morphorod::{DynLaws, Shoot, ShootParameters, State, Still};
 use nalgebra::Vector3;
 
 /// Growth in which no tissue leaves the growth zone, so that all runs have the same elements.
@@ -34,18 +34,22 @@ fn swinging<O>(
 where
     O: Obstacle + Send + Sync + 'static,
 {
-    let gravitropism = Gravitropism {
-        sensitivity,
-        perception: SettledStatoliths,
-    }
-    .remembered(MEMORY);
-    let laws = (Oscillator::new(strength, period), gravitropism);
+    let laws = (Oscillator::new(strength, period), raising(sensitivity));
     nutating(contact)
         .growth(STRETCHING)
         .tropism(laws)
         .into_dyn()
         .build()
         .unwrap()
+}
+
+/// The paper's gravitropism with another sensitivity.
+fn raising(sensitivity: f64) -> Remembered<Gravitropism> {
+    let parameters = ShootParameters {
+        gravitropic_sensitivity: sensitivity,
+        ..ShootParameters::default()
+    };
+    parameters.steering(SettledStatoliths).0
 }
 
 /// A wall at a distance (m) from the base, which the shoot touches with its apex.
@@ -74,18 +78,9 @@ fn adaptive_runs_in_contact_keep_their_tolerance_at_output_times() {
             zone_length: 0.02,
             time: 10.0 * HOUR,
         };
-        let steering = Gravitropism {
-            sensitivity: 0.5,
-            perception: SettledStatoliths,
-        }
-        .remembered(MEMORY);
-        let builder = Shoot::builder(TISSUE)
-            .length(0.03)
-            .radius(RADIUS)
-            .scene(Still::tilted(0.6))
-            .growth(growth);
+        let builder = rod(TISSUE, 0.03).scene(Still::tilted(0.6)).growth(growth);
         builder
-            .tropism(steering)
+            .tropism(raising(0.5))
             .support(Contact {
                 obstacle,
                 radius: RADIUS,
@@ -124,16 +119,9 @@ fn adaptive_run_finds_the_equilibrium_of_a_beam_without_a_clamp() {
             friction: 0.3,
         }
     };
-    let stiff = LinearElastic {
-        youngs_modulus: 1e9,
-        poissons_ratio: 0.5,
-    };
+    let stiff = tissue(1e9);
     let beam = || {
-        let builder = Shoot::builder(stiff)
-            .length(0.1)
-            .radius(RADIUS)
-            .load(WEIGHT)
-            .scene(Still::tilted(0.5 * PI));
+        let builder = rod(stiff, 0.1).load(WEIGHT).scene(Still::tilted(0.5 * PI));
         builder
             .support((Joint::Free, cylinder(0.01), cylinder(0.07)))
             .build()
@@ -247,12 +235,7 @@ fn touch_keeps_the_order_in_time() {
             perception,
         }
         .remembered(MEMORY);
-        let gravitropism = Gravitropism {
-            sensitivity: 0.1,
-            perception: SettledStatoliths,
-        }
-        .remembered(MEMORY);
-        let laws = (Oscillator::new(1.0, PERIOD), gravitropism, touch);
+        let laws = (Oscillator::new(1.0, PERIOD), raising(0.1), touch);
         nutating(wall(0.025))
             .growth(STRETCHING)
             .tropism(laws)
@@ -294,25 +277,15 @@ fn a_fast_swing_against_a_wall_keeps_the_order_in_time() {
 fn rising_off_a_wall_keeps_the_order_in_time() {
     // The shoot leans on the wall at first. Gravitropism and proprioception raise it.
     let build = || {
-        let gravitropism = Gravitropism {
-            sensitivity: 0.5,
-            perception: SettledStatoliths,
-        }
-        .remembered(MEMORY);
         let laws = (
-            gravitropism,
+            raising(0.5),
             Proprioception { sensitivity: 5.0 }.remembered(MEMORY),
         );
         let growth = UniformGrowth {
             zone_length: 0.1,
             time: 20.0 * HOUR,
         };
-        let builder = Shoot::builder(TISSUE)
-            .length(0.06)
-            .radius(RADIUS)
-            .growth(growth)
-            .tropism(laws)
-            .load(WEIGHT);
+        let builder = rod(TISSUE, 0.06).growth(growth).tropism(laws).load(WEIGHT);
         builder
             .scene(Still::tilted(1.2))
             .support(wall(0.05))

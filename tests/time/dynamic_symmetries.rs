@@ -5,17 +5,13 @@
 use std::f64::consts::PI;
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MINUTE};
+use crate::fixtures::shoots::{DAY, HOUR, MINUTE, remembering};
 use approx::assert_abs_diff_eq;
-use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, Distributed, Weight};
-use morphorod::tropism::{
-    Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, Statoliths,
-};
-use morphorod::{Shoot, Still};
+use morphorod::load::{ApicalForce, Distributed};
+use morphorod::tropism::{Handedness, Memory, Oscillator};
+use morphorod::{ShootParameters, Still};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
@@ -46,53 +42,45 @@ impl Case {
             delay: 11.0 * MINUTE * s,
         };
         let (pull, period) = (self.pull * n, 77.0 * MINUTE * s);
-        let young = LinearElastic {
-            youngs_modulus: 1e7 * n / (m * m),
-            poissons_ratio: 0.4,
-        };
-        let mut shoot = Shoot::builder(Lignifying {
-            young,
-            mature_modulus: 200.0 * young.youngs_modulus,
-            time: 6.0 * DAY * s,
-        })
-        .length(0.066 * m)
-        .section(move |at| 5e-4 * m * (1.0 - 3.0 * at / m))
-        .elements(4)
-        .growth(UniformGrowth {
+        let youngs_modulus = 1e7 * n / (m * m);
+        let parameters = ShootParameters {
+            length: 0.066 * m,
             zone_length: 0.065 * m,
-            time: 20.0 * HOUR * s,
-        })
-        .tropism((
-            Oscillator {
-                sensitivity: 0.2,
-                period: 24.0 * MINUTE * s,
-                phase: self.phase,
-                handedness: self.handedness,
-            },
-            Gravitropism {
-                sensitivity: BETA,
-                perception: Statoliths {
-                    avalanche_time: 2.0 * MINUTE * s,
-                },
-            }
-            .remembered(memory),
-            Proprioception { sensitivity: ETA }.remembered(memory),
-        ))
-        .load((
+            growth_time: 20.0 * HOUR * s,
+            youngs_modulus,
+            mature_modulus: 200.0 * youngs_modulus,
+            poissons_ratio: 0.4,
+            lignification_time: 6.0 * DAY * s,
+            avalanche_time: 2.0 * MINUTE * s,
+            oscillator_period: 24.0 * MINUTE * s,
             // The solution depends only on the weight per volume, ρ g.
-            Weight {
-                density: 1000.0 * n / m.powi(3),
-            },
-            Distributed(self.wind * (n / m)),
-            ApicalForce(move |t: f64| pull * (2.0 * PI * t / period).cos()),
-        ))
-        .scene(Still {
-            gravity: self.gravity,
-            base: self.base,
-        })
-        .into_dyn()
-        .build()
-        .unwrap();
+            density: 1000.0 * n / m.powi(3),
+            ..remembering(memory, memory)
+        };
+        let (oscillator, gravitropism, proprioception) = parameters.tropism();
+        let oscillator = Oscillator {
+            phase: self.phase,
+            handedness: self.handedness,
+            ..oscillator
+        };
+        let builder = parameters
+            .shoot()
+            .section(move |at| 5e-4 * m * (1.0 - 3.0 * at / m))
+            .elements(4);
+        let mut shoot = builder
+            .tropism((oscillator, gravitropism, proprioception))
+            .load((
+                parameters.weight(),
+                Distributed(self.wind * (n / m)),
+                ApicalForce(move |t: f64| pull * (2.0 * PI * t / period).cos()),
+            ))
+            .scene(Still {
+                gravity: self.gravity,
+                base: self.base,
+            })
+            .into_dyn()
+            .build()
+            .unwrap();
         let _ = MethodOfSteps::with_solver(90.0 * s, NewtonSolver::default())
             .advance(&mut shoot, 2.0 * HOUR * s)
             .unwrap();

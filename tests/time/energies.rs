@@ -1,29 +1,21 @@
 //! Energies of a shoot: closed forms, the work of a load that changes slowly, and the power of
 //! growth.
 
+use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG, rod, tissue};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
-use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic, Timoshenko};
+use morphorod::constitutive::{Constitutive, Timoshenko};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{GrowthLaw, UniformGrowth};
 use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, Load, Weight};
+use morphorod::load::{ApicalForce, Load};
 use morphorod::support::{Contact, Distance, Hold, Obstacle, Support};
 use morphorod::tropism::{Handedness, Oscillator};
-use morphorod::{Along, DynLaws, Scene, Shoot, Still};
+use morphorod::{Along, DynLaws, Scene, Shoot, ShootParameters, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const LENGTH: f64 = 0.05;
-const RADIUS: f64 = 5e-4;
-const WEIGHT: Weight = Weight { density: 1000.0 };
-
-fn tissue(youngs_modulus: f64) -> LinearElastic {
-    LinearElastic {
-        youngs_modulus,
-        poissons_ratio: 0.5,
-    }
-}
 
 /// A shoot without growth.
 fn shoot(
@@ -32,12 +24,7 @@ fn shoot(
     scene: Still,
     support: impl Support + Send + Sync + 'static,
 ) -> Shoot<DynLaws> {
-    let builder = Shoot::builder(law)
-        .length(LENGTH)
-        .radius(RADIUS)
-        .growth(())
-        .load(load)
-        .scene(scene);
+    let builder = rod(law, LENGTH).growth(()).load(load).scene(scene);
     builder.support(support).into_dyn().build().unwrap()
 }
 
@@ -45,7 +32,7 @@ fn shoot(
 fn uniformly_bent_shoot_and_its_elastic_joint_have_energies_of_closed_form() {
     let (angle, joint) = (0.5, 2e-6);
     let frame = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
-    let law = tissue(1e7);
+    let law = YOUNG;
     let mut shoot = shoot(
         law,
         (),
@@ -190,7 +177,7 @@ fn check_balance(shoot: &Shoot<DynLaws>) {
 
 #[test]
 fn work_of_a_slow_load_is_stored_in_bending_shear_and_springs() {
-    let law = Timoshenko::circular(tissue(1e7));
+    let law = Timoshenko::circular(YOUNG);
     let spring =
         Hold::place(0.02).spring(Vector3::new(0.04, 1e-3, 0.0), Matrix3::identity() * 5e-3);
     let load = (WEIGHT, ApicalForce(force));
@@ -206,7 +193,7 @@ fn work_of_a_slow_load_is_stored_in_an_obstacle_that_yields() {
         radius: RADIUS,
         friction: 0.0,
     };
-    let shoot = shoot(tissue(1e7), load, Still::tilted(FRAC_PI_2), floor);
+    let shoot = shoot(YOUNG, load, Still::tilted(FRAC_PI_2), floor);
     check_balance(&shoot);
 }
 
@@ -270,11 +257,7 @@ fn power(shoot: &Shoot<DynLaws>) -> f64 {
 
 /// A shoot that grows, with an oscillator and weight.
 fn growing(scene: impl Scene + Send + Sync + 'static) -> Shoot<DynLaws> {
-    let builder = Shoot::builder(tissue(1e7))
-        .length(LENGTH)
-        .radius(RADIUS)
-        .growth(GROWTH)
-        .tropism(OSCILLATOR);
+    let builder = rod(YOUNG, LENGTH).growth(GROWTH).tropism(OSCILLATOR);
     builder
         .load(WEIGHT)
         .scene(scene)
@@ -339,10 +322,7 @@ impl GrowthLaw for TwoZones {
 /// Relative error of the balance of energy over twenty hours on a mesh, with Simpson's rule for the
 /// work of growth over samples at an interval (s).
 fn balance_error(elements: usize, interval: f64) -> f64 {
-    let builder = Shoot::builder(tissue(1e7))
-        .length(LENGTH)
-        .radius(RADIUS)
-        .growth(TwoZones { time: 36e3 });
+    let builder = rod(YOUNG, LENGTH).growth(TwoZones { time: 36e3 });
     let builder = builder
         .load(WEIGHT)
         .scene(Still::tilted(0.5))
@@ -402,21 +382,13 @@ fn new_tissue_has_the_energy_of_its_height_above_the_origin() {
 
 #[test]
 fn tissue_that_has_just_become_mature_has_the_power_of_lignification() {
-    let law = Lignifying {
-        young: tissue(1e7),
-        mature_modulus: 2e9,
-        time: 6.0 * 86400.0,
-    };
+    let law = ShootParameters::default().lignifying();
     let [long, short] = [LENGTH, 0.03].map(|zone_length| UniformGrowth {
         zone_length,
         time: 72e3,
     });
     for start in [0.0, 1e5] {
-        let builder = Shoot::builder(law)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .load(WEIGHT)
-            .scene(Still::tilted(0.5));
+        let builder = rod(law, LENGTH).load(WEIGHT).scene(Still::tilted(0.5));
         let mut shoot = builder.growth(long).build().unwrap();
         MethodOfSteps::new(600.0)
             .advance(&mut shoot, start)

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, YOUNG};
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, rod};
 use morphorod::constitutive::{Constitutive, Lignifying, Timoshenko};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
@@ -87,9 +87,7 @@ const OSCILLATOR: Oscillator = Oscillator {
 /// A horizontal shoot that grows over a pole in its growth zone. Merging of elements would change
 /// the energies.
 fn builder(law: impl Constitutive + Send + Sync + 'static) -> ShootBuilder<DynLaws> {
-    Shoot::builder(law)
-        .length(LENGTH)
-        .radius(RADIUS)
+    rod(law, LENGTH)
         .growth(UniformGrowth {
             zone_length: 0.04,
             time: 80.0 * HOUR,

@@ -7,11 +7,10 @@ use crate::fixtures::shoots;
 use std::f64::consts::{PI, TAU};
 
 use crate::fixtures::shoots::{
-    BETA, Clinostat, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound,
-    growing, reduced, righting, steering,
+    Clinostat, DAY, HOUR, MEMORY, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced,
+    remembering, righting, rod, steering,
 };
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
-use morphorod::constitutive::LinearElastic;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::Distributed;
@@ -19,7 +18,7 @@ use morphorod::tropism::{
     Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths,
     Statoliths,
 };
-use morphorod::{Model, Scene, Shoot, Still};
+use morphorod::{Model, Scene, Shoot, ShootParameters, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -270,21 +269,11 @@ fn memory_far_shorter_than_the_step_costs_little_accuracy() {
         time: 1.0,
         delay: 720.0,
     };
-    let laws = || {
-        let gravitropism = Gravitropism {
-            sensitivity: BETA,
-            perception: SettledStatoliths,
-        }
-        .remembered(quick);
-        (
-            gravitropism,
-            Proprioception { sensitivity: ETA }.remembered(quick),
-        )
-    };
+    let laws = remembering(quick, quick).steering(SettledStatoliths);
     let run = |step: f64| {
         let shoot = righting()
             .elements(4)
-            .tropism(laws())
+            .tropism(laws)
             .into_dyn()
             .build()
             .unwrap();
@@ -320,9 +309,7 @@ fn ten_growth_times_have_the_exact_length_and_a_converged_tip() {
     // exp(−10) of the apex.
     let shoot = |elements: usize| {
         let (gravitropism, proprioception) = steering(STATOLITHS);
-        Shoot::builder(YOUNG)
-            .length(0.01)
-            .radius(RADIUS)
+        rod(YOUNG, 0.01)
             .elements(elements)
             .growth(UniformGrowth {
                 zone_length: 0.03,
@@ -429,21 +416,17 @@ fn zone_of_one_element_is_accurate_to_the_order_of_the_element() {
 #[test]
 fn collapsing_soft_shoot_stays_sound_or_ends_in_a_recoverable_error() {
     let shoot = |modulus: f64| {
-        Shoot::builder(LinearElastic {
+        let parameters = ShootParameters {
             youngs_modulus: modulus,
-            poissons_ratio: 0.5,
-        })
-        .length(0.068)
-        .radius(RADIUS)
-        .growth(UniformGrowth {
-            zone_length: 0.07,
-            time: 40.0 * HOUR,
-        })
-        .tropism(steering(STATOLITHS))
-        .load((WEIGHT, Distributed(Vector3::new(1e-5, 3e-6, 0.0))))
-        .into_dyn()
-        .build()
-        .unwrap()
+            ..ShootParameters::default()
+        };
+        let builder = parameters.reduced().growth(parameters.growth());
+        builder
+            .tropism(steering(STATOLITHS))
+            .load((WEIGHT, Distributed(Vector3::new(1e-5, 3e-6, 0.0))))
+            .into_dyn()
+            .build()
+            .unwrap()
     };
     // These shoots are two and five times softer than one that is just stable upright. They bend
     // down and remain bent.

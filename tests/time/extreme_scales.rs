@@ -5,32 +5,18 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    BETA, DAY, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing,
-    reduced, righting, steering, tips,
+    DAY, HOUR, MINUTE, RADIUS, WEIGHT, YOUNG, assert_sound, elongating, growing, reduced,
+    remembering, righting, rod, tips,
 };
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
-use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
-use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
-use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths,
-};
-use morphorod::{DynLaws, Order, Scene, Shoot, Still};
+use morphorod::tropism::{Memory, SettledStatoliths};
+use morphorod::{DynLaws, Order, Scene, Shoot, ShootParameters, Still};
 use nalgebra::Vector3;
-
-fn remembering(memory: Memory) -> impl morphorod::tropism::TropismLaw {
-    (
-        Gravitropism {
-            sensitivity: BETA,
-            perception: SettledStatoliths,
-        }
-        .remembered(memory),
-        Proprioception { sensitivity: ETA }.remembered(memory),
-    )
-}
 
 fn tip_at(mut shoot: Shoot<DynLaws>, step: f64, time: f64) -> Vector3<f64> {
     let tip = tips(&mut shoot, step, &[time]).0[0];
@@ -46,7 +32,8 @@ fn delay_longer_than_the_run_leaves_the_shoot_unchanged() {
         0.0,
     );
     for delay in [10.5 * HOUR, 1e3 * HOUR, 1e12] {
-        let laws = remembering(Memory { time: 720.0, delay });
+        let memory = Memory { time: 720.0, delay };
+        let laws = remembering(memory, memory).steering(SettledStatoliths);
         let tip = tip_at(
             righting().tropism(laws).into_dyn().build().unwrap(),
             90.0,
@@ -65,7 +52,8 @@ fn response_of_a_very_slow_memory_is_inversely_proportional_to_its_time() {
     // While the shape is nearly constant, an initially empty memory is y = x t/τ, and the intrinsic
     // strain is proportional to x (t − d)²/(2τ).
     let moved = |time: f64| {
-        let laws = remembering(Memory { time, delay: 720.0 });
+        let memory = Memory { time, delay: 720.0 };
+        let laws = remembering(memory, memory).steering(SettledStatoliths);
         tip_at(
             righting().tropism(laws).into_dyn().build().unwrap(),
             90.0,
@@ -136,25 +124,17 @@ fn circular_orbit_is_unchanged_after_a_year() {
 #[test]
 fn mature_tissue_a_million_times_as_stiff_acts_like_rigid_tissue() {
     let stiff = |ratio: f64, elements: usize| {
-        let tissue = Lignifying {
-            young: YOUNG,
+        let parameters = ShootParameters {
+            length: 0.1,
+            zone_length: 0.05,
+            growth_time: 20.0 * HOUR,
             mature_modulus: ratio * YOUNG.youngs_modulus,
-            time: HOUR,
+            lignification_time: HOUR,
+            ..ShootParameters::default()
         };
-        let (gravitropism, proprioception) = steering(STATOLITHS);
-        let shoot = Shoot::builder(tissue)
-            .length(0.1)
-            .radius(RADIUS)
+        let shoot = parameters
+            .shoot()
             .elements(elements)
-            .growth(UniformGrowth {
-                zone_length: 0.05,
-                time: 20.0 * HOUR,
-            })
-            .tropism((
-                Oscillator::new(0.2, 24.0 * MINUTE),
-                gravitropism,
-                proprioception,
-            ))
             .load((WEIGHT, Distributed(Vector3::new(0.0, -1e-6, 0.0))))
             .scene(Still::tilted(0.5))
             .into_dyn()
@@ -174,18 +154,17 @@ fn mature_tissue_a_million_times_as_stiff_acts_like_rigid_tissue() {
 fn twisted_rods_of_all_poissons_ratios_converge() {
     // A force perpendicular to the plane of its bend twists the rod.
     let rod = |poissons_ratio: f64, elements: usize| {
-        let mut shoot = Shoot::builder(LinearElastic {
+        let tissue = LinearElastic {
             poissons_ratio,
             ..YOUNG
-        })
-        .length(0.06)
-        .radius(RADIUS)
-        .elements(elements)
-        .load((WEIGHT, ApicalForce(|_| Vector3::new(0.0, 3e-4, 0.0))))
-        .scene(Still::tilted(FRAC_PI_2))
-        .into_dyn()
-        .build()
-        .unwrap();
+        };
+        let mut shoot = rod(tissue, 0.06)
+            .elements(elements)
+            .load((WEIGHT, ApicalForce(|_| Vector3::new(0.0, 3e-4, 0.0))))
+            .scene(Still::tilted(FRAC_PI_2))
+            .into_dyn()
+            .build()
+            .unwrap();
         shoot.set_intrinsic(|_| Vector3::x() * 20.0);
         shoot
     };
@@ -340,39 +319,18 @@ fn shoots_of_a_hundred_times_the_weight_converge() {
 #[test]
 fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
     let grown = |unit: f64| {
-        let tissue = Lignifying {
+        let parameters = ShootParameters {
+            length: 0.068 * unit,
+            radius: RADIUS * unit,
+            zone_length: 0.07 * unit,
             // The ratio of weight to stiffness is ρ g ℓ³/(E r²).
-            young: LinearElastic {
-                youngs_modulus: 1e7 * unit,
-                ..YOUNG
-            },
+            youngs_modulus: 1e7 * unit,
             mature_modulus: 2e9 * unit,
-            time: 6.0 * DAY,
+            ..ShootParameters::default()
         };
-        let statoliths = Gravitropism {
-            sensitivity: BETA,
-            perception: Statoliths {
-                avalanche_time: 120.0,
-            },
-        };
-        let memory = Memory {
-            time: 720.0,
-            delay: 720.0,
-        };
-        let shoot = Shoot::builder(tissue)
-            .length(0.068 * unit)
-            .radius(RADIUS * unit)
+        let shoot = parameters
+            .shoot()
             .elements(4)
-            .growth(UniformGrowth {
-                zone_length: 0.07 * unit,
-                time: 40.0 * HOUR,
-            })
-            .tropism((
-                Oscillator::new(0.2, 24.0 * MINUTE),
-                statoliths.remembered(memory),
-                Proprioception { sensitivity: ETA }.remembered(memory),
-            ))
-            .load(WEIGHT)
             .scene(Still::tilted(0.2))
             .into_dyn()
             .build()
@@ -410,21 +368,10 @@ fn unit_of_time_changes_neither_the_steps_nor_the_shape() {
                 start: 720.0 * unit,
                 duration: duration * unit,
             };
-            let mut shoot = Shoot::builder(YOUNG)
-                .length(0.05)
-                .radius(RADIUS)
-                .growth(UniformGrowth {
-                    zone_length: 0.04,
-                    time: 72e3 * unit,
-                })
-                .tropism((
-                    Gravitropism {
-                        sensitivity: BETA,
-                        perception: SettledStatoliths,
-                    }
-                    .remembered(memory(delays[0])),
-                    Proprioception { sensitivity: ETA }.remembered(memory(delays[1])),
-                ))
+            let [gravity, bending] = delays.map(memory);
+            let laws = remembering(gravity, bending).steering(SettledStatoliths);
+            let mut shoot = elongating(0.05, 0.04, 72e3 * unit)
+                .tropism(laws)
                 .scene(Still::tilted(0.5))
                 .load((WEIGHT, pulse))
                 .into_dyn()

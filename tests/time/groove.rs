@@ -1,13 +1,11 @@
 //! A growing shoot in a groove: one obstacle of two surfaces, and two obstacles.
 
-use crate::fixtures::rods::{DENSITY, RADIUS};
-use morphorod::constitutive::LinearElastic;
+use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, rod};
+use morphorod::Still;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::support::{Contact, HalfSpace, Support, Union};
-use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};
-use morphorod::{Shoot, Still};
+use morphorod::tropism::{Gravitropism, Response, SettledStatoliths};
 use nalgebra::Vector3;
 
 #[test]
@@ -31,34 +29,25 @@ fn shoot_grows_along_a_groove_as_along_two_obstacles() {
         friction,
     }];
     let grow = |support: Box<dyn Support + Send + Sync>| {
-        let memory = Memory {
-            time: 720.0,
-            delay: 720.0,
-        };
-        let mut shoot = Shoot::builder(LinearElastic {
-            youngs_modulus: 1e7,
-            poissons_ratio: 0.5,
-        })
-        .length(0.02)
-        .radius(RADIUS)
-        .elements(4)
-        .growth(UniformGrowth {
-            zone_length: 0.04,
-            time: 72e3,
-        })
-        .tropism(
-            Gravitropism {
-                sensitivity: 0.02,
-                perception: SettledStatoliths,
-            }
-            .remembered(memory),
-        )
-        .load(Weight { density: DENSITY })
-        .scene(Still::tilted(1.7))
-        .support(support)
-        .into_dyn()
-        .build()
-        .unwrap();
+        let mut shoot = rod(YOUNG, 0.02)
+            .elements(4)
+            .growth(UniformGrowth {
+                zone_length: 0.04,
+                time: 72e3,
+            })
+            .tropism(
+                Gravitropism {
+                    sensitivity: 0.02,
+                    perception: SettledStatoliths,
+                }
+                .remembered(MEMORY),
+            )
+            .load(WEIGHT)
+            .scene(Still::tilted(1.7))
+            .support(support)
+            .into_dyn()
+            .build()
+            .unwrap();
         let mut integrator = MethodOfSteps::new(600.0);
         let (mut touched, mut changes) = (Vec::new(), 0);
         for hour in 1..=8 {

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::fixtures::random::{Draw, number};
-use crate::fixtures::shoots::{HOUR, MEMORY};
-use morphorod::constitutive::{Lignifying, LinearElastic};
+use crate::fixtures::shoots::{HOUR, MEMORY, elongating, rod, tissue};
+use morphorod::constitutive::Lignifying;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::Weight;
 use morphorod::support::{Contact, Cylinder, HalfSpace, Obstacle, Sphere};
 use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths};
-use morphorod::{DynLaws, Scene, Shoot, Still};
+use morphorod::{DynLaws, Scene, Shoot, ShootParameters, Still};
 use nalgebra::Vector3;
 
 type Body = Arc<dyn Obstacle + Send + Sync>;
@@ -171,10 +171,7 @@ fn scene(seed: u64) -> Option<Growing> {
     } else {
         modulus
     };
-    let young = LinearElastic {
-        youngs_modulus: modulus,
-        poissons_ratio: 0.5,
-    };
+    let young = tissue(modulus);
     let tissue = Lignifying {
         young,
         mature_modulus,
@@ -353,36 +350,23 @@ fn stimuli_are_not_extrapolated_from_the_short_steps_before_a_snap() {
 #[test]
 fn touchdown_with_friction_is_no_snap() {
     // The apex touches the sphere at 27,559 s.
-    let mut shoot = Shoot::builder(LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    })
-    .length(0.03)
-    .radius(5e-4)
-    .growth(UniformGrowth {
-        zone_length: 0.04,
-        time: 20.0 * HOUR,
-    })
-    .tropism((
-        Gravitropism {
-            sensitivity: 0.1,
-            perception: SettledStatoliths,
-        }
-        .remembered(MEMORY),
-        Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
-    ))
-    .load(Weight { density: 1000.0 })
-    .scene(Still::tilted(0.8))
-    .support(Contact {
-        obstacle: Sphere {
-            centre: Vector3::new(0.031, 0.001, 0.038),
-            radius: 5e-3,
-        },
-        radius: 5e-4,
-        friction: 0.15,
-    })
-    .build()
-    .unwrap();
+    let parameters = ShootParameters {
+        gravitropic_sensitivity: 0.1,
+        ..ShootParameters::default()
+    };
+    let mut shoot = elongating(0.03, 0.04, 20.0 * HOUR)
+        .tropism(parameters.steering(SettledStatoliths))
+        .scene(Still::tilted(0.8))
+        .support(Contact {
+            obstacle: Sphere {
+                centre: Vector3::new(0.031, 0.001, 0.038),
+                radius: 5e-3,
+            },
+            radius: 5e-4,
+            friction: 0.15,
+        })
+        .build()
+        .unwrap();
     let statistics = MethodOfSteps::new(60.0)
         .advance(&mut shoot, 28_000.0)
         .unwrap();
@@ -422,17 +406,12 @@ fn straight_shoots_buckle_between_base_and_ceiling() {
         (1.0, 0.1, 20.0, sticks),
         (1.0, 0.1, 40.0, sticks),
     ] {
-        let young = LinearElastic {
-            youngs_modulus: 1e8,
-            poissons_ratio: 0.5,
-        };
+        let young = tissue(1e8);
         let obstacle = HalfSpace {
             through: Vector3::z() * 0.062,
             normal: Vector3::new(lean, 0.0, -1.0),
         };
-        let mut shoot = Shoot::builder(young)
-            .length(0.06)
-            .radius(5e-4)
+        let mut shoot = rod(young, 0.06)
             .growth(UniformGrowth {
                 zone_length: 0.04,
                 time: time * HOUR,

@@ -3,13 +3,12 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG};
-use morphorod::constitutive::Lignifying;
+use crate::fixtures::shoots::{ETA, HOUR, MEMORY, STATOLITHS, WEIGHT, YOUNG, gravitropism, rod};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::Whirl;
-use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths};
-use morphorod::{DynLaws, Shoot, ShootBuilder, Still};
+use morphorod::tropism::{Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::{DynLaws, ShootBuilder, ShootParameters, Still};
 
 /// Statistics of two hours in steps of 90 s on four elements of order eight, and the bytes of the
 /// final state per material point.
@@ -26,10 +25,8 @@ fn count(builder: ShootBuilder<DynLaws>) -> (Statistics, usize) {
     (cost, bytes)
 }
 
-fn rod() -> ShootBuilder<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(0.068)
-        .radius(RADIUS)
+fn straight() -> ShootBuilder<DynLaws> {
+    rod(YOUNG, 0.068)
         .elements(4)
         .scene(Still::tilted(0.1))
         .into_dyn()
@@ -39,46 +36,30 @@ fn rod() -> ShootBuilder<DynLaws> {
 /// docs/performance.md.
 #[test]
 fn each_added_feature_adds_only_its_own_cost() {
-    let growth = UniformGrowth {
-        zone_length: 0.07,
-        time: 40.0 * HOUR,
-    };
-    let gravity = Gravitropism {
-        sensitivity: BETA,
-        perception: SettledStatoliths,
-    }
-    .remembered(MEMORY);
-    let slow = Gravitropism {
-        sensitivity: BETA,
-        perception: STATOLITHS,
-    }
-    .remembered(MEMORY);
-    let bend = Proprioception { sensitivity: ETA }.remembered(MEMORY);
-    let oscillator = Oscillator::new(0.2, 1440.0);
-    let wood = Lignifying {
-        young: YOUNG,
-        mature_modulus: 2e9,
-        time: 6.0 * DAY,
-    };
-    let (bare, bare_bytes) = count(rod());
+    let paper = ShootParameters::default();
+    let growth = paper.growth();
+    let (gravity, bend) = paper.steering(SettledStatoliths);
+    let slow = gravitropism(STATOLITHS);
+    let oscillator = paper.oscillator();
+    let (bare, bare_bytes) = count(straight());
     // No load or law acts. The initial guess is the solution, and one tangent verifies it.
     assert!(
         bare.iterations == bare.equilibria && bare.halvings == 0,
         "{bare:?}"
     );
-    let (heavy, heavy_bytes) = count(rod().load(WEIGHT).into_dyn());
+    let (heavy, heavy_bytes) = count(straight().load(WEIGHT).into_dyn());
     // The shape is constant: no history is stored, and every equilibrium but the first needs only
     // one tangent.
     assert!(heavy.equilibria == bare.equilibria && heavy_bytes == bare_bytes);
     assert!(heavy.iterations < heavy.equilibria + 6, "{heavy:?}");
-    let (growing, growing_bytes) = count(rod().load(WEIGHT).growth(growth).into_dyn());
+    let (growing, growing_bytes) = count(straight().load(WEIGHT).growth(growth).into_dyn());
     // The shoot grows by 5 %, and each new boundary of elements adds a few bytes.
     assert!(
         growing.equilibria == heavy.equilibria && growing_bytes < heavy_bytes + 64,
         "{growing:?} {growing_bytes}"
     );
     let (one, one_bytes) = count(
-        rod()
+        straight()
             .load(WEIGHT)
             .growth(growth)
             .tropism(gravity)
@@ -90,7 +71,7 @@ fn each_added_feature_adds_only_its_own_cost() {
         "{one:?} {one_bytes}"
     );
     let (two, two_bytes) = count(
-        rod()
+        straight()
             .load(WEIGHT)
             .growth(growth)
             .tropism((gravity, bend))
@@ -107,7 +88,7 @@ fn each_added_feature_adds_only_its_own_cost() {
         "{first} and {second} bytes"
     );
     let (swinging, swinging_bytes) = count(
-        rod()
+        straight()
             .load(WEIGHT)
             .growth(growth)
             .tropism((oscillator, gravity, bend))
@@ -119,7 +100,7 @@ fn each_added_feature_adds_only_its_own_cost() {
         "{two_bytes} and {swinging_bytes} bytes"
     );
     let (settling, settling_bytes) = count(
-        rod()
+        straight()
             .load(WEIGHT)
             .growth(growth)
             .tropism((oscillator, slow, bend))
@@ -129,9 +110,7 @@ fn each_added_feature_adds_only_its_own_cost() {
         settling.equilibria == swinging.equilibria && settling_bytes > swinging_bytes,
         "{settling:?}"
     );
-    let whole = Shoot::builder(wood)
-        .length(0.068)
-        .radius(RADIUS)
+    let whole = rod(paper.lignifying(), 0.068)
         .elements(4)
         .scene(Still::tilted(0.1))
         .load(WEIGHT);
@@ -157,7 +136,7 @@ fn absent_laws_change_no_count() {
     });
     let bend = Proprioception { sensitivity: ETA }.remembered(MEMORY);
     let with = || {
-        rod()
+        straight()
             .load(WEIGHT)
             .growth(constant)
             .scene(Still::tilted(FRAC_PI_2))

@@ -3,8 +3,8 @@
 
 use std::error::Error;
 
-use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG, growing, righting};
-use morphorod::constitutive::{Constitutive, LinearElastic};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, growing, righting, rod, tissue};
+use morphorod::constitutive::Constitutive;
 use morphorod::cycle::{PeriodicSolver, RotatingWaveSolver};
 use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::fit::{Family, Fit, Series};
@@ -16,7 +16,7 @@ use morphorod::stability::{Linearisation, onset};
 use morphorod::support::{Contact, Hold, Moving, Sphere};
 use morphorod::tracking::Track;
 use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
-use morphorod::{DynLaws, Shoot, ShootBuilder, Still};
+use morphorod::{DynLaws, ShootBuilder, Still};
 use nalgebra::{Vector2, Vector3};
 
 const NAN: f64 = f64::NAN;
@@ -118,10 +118,7 @@ pub(super) fn assert_clear(mistakes: Vec<(&str, Outcome)>) {
 #[test]
 fn messages_of_the_builder_name_value_and_requirement() {
     let sensitive = Proprioception { sensitivity: 1.0 };
-    let tissue = LinearElastic {
-        youngs_modulus: INF,
-        ..YOUNG
-    };
+    let tissue = tissue(INF);
     let far = PointForce {
         initial_apex_distance: 10.0,
         force: Vector3::x(),
@@ -161,12 +158,7 @@ fn messages_of_the_builder_name_value_and_requirement() {
         ),
         (
             "Young's modulus is infinite",
-            build(
-                Shoot::builder(tissue)
-                    .length(0.05)
-                    .radius(RADIUS)
-                    .into_dyn(),
-            ),
+            build(rod(tissue, 0.05).into_dyn()),
         ),
         (
             "tilt or frame of the base is not a number",

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, righting};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, righting, rod, tissue};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::checkpoint::{from_bytes, to_bytes};
 use morphorod::constitutive::LinearElastic;
@@ -20,10 +20,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// An offset in space, m.
 const OFFSET: Vector3<f64> = Vector3::new(0.31, -0.17, 0.23);
-const TISSUE: LinearElastic = LinearElastic {
-    youngs_modulus: 1e8,
-    poissons_ratio: 0.5,
-};
+const TISSUE: LinearElastic = tissue(1e8);
 
 /// A nutating, growing shoot with its base at a place (m), held and in contact beside it.
 fn nutating(place: Vector3<f64>) -> Shoot<DynLaws> {
@@ -34,9 +31,7 @@ fn nutating(place: Vector3<f64>) -> Shoot<DynLaws> {
     };
     let spring = Hold::place(0.02).spring(place + Vector3::z() * 0.04, Matrix3::identity() * 0.02);
     let hold = Hold::apex().on_plane(place + Vector3::y() * 2e-3, Vector3::y_axis());
-    Shoot::builder(TISSUE)
-        .length(0.06)
-        .radius(RADIUS)
+    rod(TISSUE, 0.06)
         .growth(UniformGrowth {
             zone_length: 0.05,
             time: 40.0 * HOUR,
@@ -264,9 +259,7 @@ fn laws_sense_positions_in_the_fixed_frame() {
             scene: Still::upright(),
             path: move |_| place,
         };
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
+        let mut shoot = rod(YOUNG, 0.05)
             .growth(UniformGrowth {
                 zone_length: 0.05,
                 time: 40.0 * HOUR,
@@ -319,10 +312,7 @@ impl Scene for Clinostat {
 #[test]
 fn steps_in_which_the_base_makes_turns_are_refused() {
     let build = |turns: f64| {
-        let builder = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(RADIUS)
-            .scene(Clinostat(60.0 / turns));
+        let builder = rod(YOUNG, 0.05).scene(Clinostat(60.0 / turns));
         builder.load(WEIGHT).into_dyn()
     };
     let begin = |builder: ShootBuilder<DynLaws>| {

@@ -2,8 +2,7 @@
 //! within the cone of friction.
 
 use crate::fixtures::random::{Draw, number};
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
-use morphorod::constitutive::LinearElastic;
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, rod, tissue};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::support::{Contact, Cylinder, HalfSpace, Obstacle, Sphere, Support};
@@ -26,12 +25,7 @@ fn shoot<S: Support + Send + Sync + 'static>(seed: u64, support: S) -> Shoot<Dyn
         time: draw.uniform(20.0, 40.0) * HOUR,
     };
     let oscillator = Oscillator::new(draw.uniform(0.0, 1.0), draw.uniform(0.4, 2.0) * HOUR);
-    let builder = Shoot::builder(LinearElastic {
-        youngs_modulus,
-        poissons_ratio: 0.5,
-    })
-    .length(length)
-    .radius(RADIUS);
+    let builder = rod(tissue(youngs_modulus), length);
     let builder = builder.growth(growth).tropism(oscillator).load(WEIGHT);
     builder
         .scene(Still::tilted(draw.uniform(0.0, 1.7)))

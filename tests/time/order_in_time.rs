@@ -6,17 +6,14 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting,
-    steering,
+    ETA, HOUR, MINUTE, STATOLITHS, Steering, WEIGHT, growing, order, reduced, remembering,
+    righting, steering,
 };
 use approx::assert_abs_diff_eq;
 use morphorod::equilibrium::{NewtonSolver, Unloaded};
-use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
-use morphorod::tropism::{
-    Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site,
-};
+use morphorod::tropism::{Memory, Proprioception, Response, SettledStatoliths, Site};
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 
@@ -112,15 +109,8 @@ fn minutes(time: f64, delay: f64) -> Memory {
     }
 }
 
-fn laws(gravity: Memory, bend: Memory) -> (Remembered<Gravitropism>, Remembered<Proprioception>) {
-    (
-        Gravitropism {
-            sensitivity: BETA,
-            perception: SettledStatoliths,
-        }
-        .remembered(gravity),
-        Proprioception { sensitivity: ETA }.remembered(bend),
-    )
+fn laws(gravity: Memory, bend: Memory) -> Steering {
+    remembering(gravity, bend).steering(SettledStatoliths)
 }
 
 #[test]
@@ -278,15 +268,10 @@ impl Circling {
     /// Largest error of the strain after `t` s, relative to its size at t = 0.
     fn error(&self, mut run: impl Integrator, t: f64) -> f64 {
         const STRAIN: f64 = 10.0;
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.03)
-            .radius(RADIUS)
+        let mut shoot = reduced(0.03, self.growth_time)
             .elements(2)
-            .growth(Ongoing(UniformGrowth {
-                zone_length: 0.07,
-                time: self.growth_time,
-            }))
             .tropism(Proprioception { sensitivity: ETA }.remembered(self.memory))
+            .load(())
             .scene(Still::weightless())
             .into_dyn()
             .build()
@@ -408,11 +393,7 @@ fn memory_that_is_faster_than_the_steps_is_read_with_its_transient() {
             time: 0.5,
             delay: 1800.0,
         };
-        let law = Gravitropism {
-            sensitivity: BETA,
-            perception: SettledStatoliths,
-        }
-        .remembered(memory);
+        let (law, _) = laws(memory, memory);
         let mut shoot = reduced(0.05, 10.0 * HOUR)
             .tropism(law)
             .into_dyn()

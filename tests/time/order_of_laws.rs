@@ -2,10 +2,9 @@
 //! drive: as without them.
 
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, order, righting, steering,
+    BETA, ETA, HOUR, MEMORY, MINUTE, STATOLITHS, elongating, order, righting, steering,
 };
 use crate::time::order_in_time::{LEAST, errors};
-use morphorod::growth::UniformGrowth;
 use morphorod::integrator::MethodOfSteps;
 use morphorod::tropism::{
     AtApex, During, Gravitropism, Handedness, KernelTerm, Light, Localised, MemoryKernel,
@@ -138,17 +137,10 @@ fn localised_growth_keeps_fourth_order_while_tissue_passes_its_edges() {
         edge: 4e-3,
     };
     let make = || {
-        Shoot::builder(YOUNG)
-            .length(0.03)
-            .radius(RADIUS)
+        elongating(0.03, 0.02, 5.0 * HOUR)
             .elements(8)
-            .growth(UniformGrowth {
-                zone_length: 0.02,
-                time: 5.0 * HOUR,
-            })
             .merge_tolerance(1e-8)
             .tropism((steering(SettledStatoliths), law))
-            .load(WEIGHT)
             .into_dyn()
             .build()
             .unwrap()

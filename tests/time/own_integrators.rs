@@ -9,7 +9,8 @@ mod kinematic;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, righting, steering,
+    HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, elongating, growing, order, remembering, righting,
+    rod, steering,
 };
 use approx::assert_abs_diff_eq;
 use heun::Heun;
@@ -21,9 +22,7 @@ use morphorod::integrator::{
 };
 use morphorod::load::{Cut, Load};
 use morphorod::support::Hold;
-use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths,
-};
+use morphorod::tropism::{Memory, Oscillator, SettledStatoliths};
 use morphorod::{DynLaws, Environment, Model, Order, ParameterError, Shoot, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -33,18 +32,9 @@ fn tight() -> NewtonSolver {
 
 /// A growing shoot that rights itself, whose tissue leaves the growth zone.
 fn leaving() -> Shoot<DynLaws> {
-    let growth = UniformGrowth {
-        zone_length: 0.04,
-        time: 20.0 * HOUR,
-    };
-    let builder = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .elements(4)
-        .growth(growth);
+    let builder = elongating(0.05, 0.04, 20.0 * HOUR).elements(4);
     let builder = builder
         .tropism(steering(STATOLITHS))
-        .load(WEIGHT)
         .scene(Still::tilted(FRAC_PI_2));
     builder.into_dyn().build().unwrap()
 }
@@ -120,11 +110,7 @@ fn kinematics_of_a_weightless_shoot_converge_to_the_closed_form_at_second_order(
             zone_length: 0.07,
             time,
         };
-        let builder = Shoot::builder(YOUNG)
-            .length(length)
-            .radius(RADIUS)
-            .elements(8)
-            .order(Order::Two);
+        let builder = rod(YOUNG, length).elements(8).order(Order::Two);
         let builder = builder
             .growth(growth)
             .tropism(law)
@@ -158,14 +144,7 @@ fn make<M: Model>(mut step: TimeStep<M, NewtonSolver>) -> Result<Statistics, Int
 #[test]
 fn parts_of_a_step_are_those_of_the_crates_integrator() {
     let memory = |delay: f64| Memory { time: 720.0, delay };
-    let soon = (
-        Gravitropism {
-            sensitivity: BETA,
-            perception: SettledStatoliths,
-        }
-        .remembered(memory(0.0)),
-        Proprioception { sensitivity: ETA }.remembered(memory(60.0)),
-    );
+    let soon = remembering(memory(0.0), memory(60.0)).steering(SettledStatoliths);
     let spring = Hold::apex().spring(Vector3::new(0.01, 0.0, 0.06), Matrix3::identity() * 1e-3);
     for (name, builder) in [
         ("growing", growing().elements(4).into_dyn()),

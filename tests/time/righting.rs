@@ -2,11 +2,13 @@
 //! horizontal base.
 
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, remembering, righting, tips,
+};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne, assert_relative_eq};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Site};
+use morphorod::tropism::{Memory, SettledStatoliths, Site};
 use nalgebra::Vector3;
 
 /// Tip (x along the base tangent, z up, m) at full hours: the reduced model of doi
@@ -67,14 +69,7 @@ fn righting_shoot_reaches_the_stationary_shape_for_any_memories() {
         (own(30.0, 5.0), own(3.0, 12.0)),
     ] {
         let mut shoot = righting()
-            .tropism((
-                Gravitropism {
-                    sensitivity: BETA,
-                    perception: SettledStatoliths,
-                }
-                .remembered(gravity),
-                Proprioception { sensitivity: ETA }.remembered(bend),
-            ))
+            .tropism(remembering(gravity, bend).steering(SettledStatoliths))
             .into_dyn()
             .build()
             .unwrap();
@@ -225,22 +220,12 @@ fn steps_that_do_not_divide_the_delays_are_as_accurate_as_those_that_do() {
         delay: delay * MINUTE,
     };
     for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.3), own(20.0, 8.9))] {
-        let laws = || {
-            let gravitropism = Gravitropism {
-                sensitivity: BETA,
-                perception: SettledStatoliths,
-            }
-            .remembered(gravity);
-            (
-                gravitropism,
-                Proprioception { sensitivity: ETA }.remembered(bend),
-            )
-        };
+        let laws = remembering(gravity, bend).steering(SettledStatoliths);
         let run = |step: f64| {
             tips(
                 &mut righting()
                     .elements(4)
-                    .tropism(laws())
+                    .tropism(laws)
                     .into_dyn()
                     .build()
                     .unwrap(),

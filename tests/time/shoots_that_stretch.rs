@@ -5,20 +5,18 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    DAY, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering,
+    HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, rod, steering, tissue,
 };
 use approx::{assert_abs_diff_eq, assert_relative_eq, assert_relative_ne};
-use morphorod::constitutive::{
-    Constitutive, Graded, Lignifying, LinearElastic, Timoshenko, Tissue,
-};
+use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Timoshenko, Tissue};
 use morphorod::equilibrium::EquilibriumError;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{
     Adaptive, ConstantHistory, IntegrationError, Integrator, MethodOfSteps,
 };
-use morphorod::load::{ApicalForce, PointForce, Weight};
+use morphorod::load::{ApicalForce, PointForce};
 use morphorod::stability::{Linearisation, Root, solve_steady_state};
-use morphorod::{DynLaws, Shoot, ShootBuilder, State, Still};
+use morphorod::{DynLaws, Shoot, ShootBuilder, ShootParameters, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Tissue a thousand times softer against shear and stretch than against bending, so that shear and
@@ -40,11 +38,7 @@ fn soft() -> Timoshenko<LinearElastic> {
 
 /// The growing shoot of soft tissue, in which lignification raises all stiffnesses by one factor.
 fn lignifying() -> ShootBuilder<DynLaws> {
-    let wood = Lignifying {
-        young: YOUNG,
-        mature_modulus: 200.0 * YOUNG.youngs_modulus,
-        time: 6.0 * DAY,
-    };
+    let wood = ShootParameters::default().lignifying();
     let graded = Graded {
         law: soft(),
         factor: move |tissue: &Tissue| wood.ratio(tissue.age),
@@ -67,9 +61,7 @@ fn growth_lengthens_the_unstretched_rod_and_weight_stretches_it() {
         base: UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI),
         ..Still::upright()
     };
-    let mut shoot = Shoot::builder(soft())
-        .length(0.05)
-        .radius(RADIUS)
+    let mut shoot = rod(soft(), 0.05)
         .growth(UniformGrowth {
             zone_length: 0.2,
             time,
@@ -152,11 +144,7 @@ fn resumed_run_of_a_stretching_shoot_repeats_the_uninterrupted_run() {
 #[test]
 fn boxed_and_graded_stretching_laws_give_the_same_shoot() {
     let build = |law: Box<dyn Constitutive + Send + Sync>| {
-        let builder = Shoot::builder(law)
-            .length(0.05)
-            .radius(RADIUS)
-            .load(WEIGHT)
-            .scene(Still::tilted(FRAC_PI_2));
+        let builder = rod(law, 0.05).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
         let growth = Ongoing(UniformGrowth {
             zone_length: 0.07,
             time: 20.0 * HOUR,
@@ -176,10 +164,7 @@ fn boxed_and_graded_stretching_laws_give_the_same_shoot() {
     // A factor of two on a law with half the moduli gives the same bits, because multiplication by
     // a power of two is exact.
     let half = Timoshenko {
-        law: LinearElastic {
-            youngs_modulus: 0.5 * YOUNG.youngs_modulus,
-            ..YOUNG
-        },
+        law: tissue(0.5 * YOUNG.youngs_modulus),
         youngs_modulus: 0.5 * soft().youngs_modulus,
         shear_modulus: 0.5 * soft().shear_modulus,
         ..soft()
@@ -195,9 +180,7 @@ fn boxed_and_graded_stretching_laws_give_the_same_shoot() {
 
 /// Upright shoot with tropisms, of the given tissue, with a downward force (N) at half its height.
 fn upright(law: impl Constitutive + Send + Sync + 'static, force: f64) -> Shoot<DynLaws> {
-    Shoot::builder(law)
-        .length(0.05)
-        .radius(RADIUS)
+    rod(law, 0.05)
         .elements(4)
         .growth(Ongoing(UniformGrowth {
             zone_length: 0.07,
@@ -311,16 +294,14 @@ fn crushed_tissue_is_an_error_that_leaves_the_shoot_unchanged() {
         ..Timoshenko::circular(YOUNG)
     };
     let crush = |force: f64| {
-        let mut shoot = Shoot::builder(law)
-            .length(2e-3)
-            .radius(RADIUS)
+        let mut shoot = rod(law, 2e-3)
             .growth(Ongoing(UniformGrowth {
                 zone_length: 0.07,
                 time: 20.0 * HOUR,
             }))
             .tropism(steering(STATOLITHS))
             .load((
-                Weight { density: 1000.0 },
+                WEIGHT,
                 ApicalForce(move |t: f64| Vector3::z() * (-force * t / HOUR)),
             ))
             .into_dyn()

@@ -1,8 +1,7 @@
 //! Events that are shorter than the steps of a run.
 
 use super::tolerance::{Path, distance};
-use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
-use morphorod::growth::{Ongoing, UniformGrowth};
+use crate::fixtures::shoots::{WEIGHT, reduced};
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{Load, Pulse, Whirl};
 use morphorod::tropism::{Memory, Proprioception, Response};
@@ -14,13 +13,7 @@ const END: f64 = 4000.0;
 /// Shoot on a tilted base with proprioception of a given memory time and delay (s), its weight and
 /// an additional load.
 fn pushed(load: impl Load + Send + Sync + 'static, time: f64, delay: f64) -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(Ongoing(UniformGrowth {
-            zone_length: 0.07,
-            time: 72e3,
-        }))
+    reduced(0.05, 72e3)
         .tropism(Proprioception { sensitivity: 20.0 }.remembered(Memory { time, delay }))
         .scene(Still::tilted(0.5))
         .load((WEIGHT, load))

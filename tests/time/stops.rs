@@ -3,28 +3,19 @@
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting,
-    steering,
+    HOUR, MEMORY, STATOLITHS, elongating, growing, reduced, remembering, righting, steering,
 };
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
-use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, Statistics};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::tropism::{Memory, SettledStatoliths};
 use morphorod::{DynLaws, Shoot, Still, Turned};
 use nalgebra::Vector3;
 
 /// Shoot that grows and steers, with tissue that leaves the growth zone and a base that is tilted
 /// for a while.
 fn eventful() -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(UniformGrowth {
-            zone_length: 0.04,
-            time: 20.0 * HOUR,
-        })
+    elongating(0.05, 0.04, 20.0 * HOUR)
         .tropism(steering(STATOLITHS))
-        .load(WEIGHT)
         .scene(Turned::tilted(0.7, 1.1 * HOUR, 2.3 * HOUR))
         .into_dyn()
         .build()
@@ -228,13 +219,11 @@ fn output_times_leave_the_run_unchanged_and_show_accurate_shapes() {
 fn one_call_shows_output_times_and_stops_at_an_event() {
     let condition = |shoot: &Shoot<DynLaws>| shoot.rod().length() - 0.0505;
     let times = || (0..=60).map(|k| 100.0 * f64::from(k));
-    let run = || {
-        reduced(0.05, 20.0 * HOUR).growth(UniformGrowth {
-            zone_length: 0.07,
-            time: 72e3,
-        })
-    };
-    let shoot = run().scene(Still::tilted(0.2)).into_dyn().build().unwrap();
+    let shoot = elongating(0.05, 0.07, 72e3)
+        .scene(Still::tilted(0.2))
+        .into_dyn()
+        .build()
+        .unwrap();
     let (mut stopped, mut shown, mut both) = (shoot.clone(), shoot.clone(), shoot);
     let mut integrator = MethodOfSteps::new(300.0);
     let _ = integrator
@@ -327,14 +316,7 @@ fn output_time_costs_one_equilibrium_and_a_stop_a_few() {
 fn stops_at_almost_equal_times_keep_the_accuracy() {
     // Extrapolation from levels at almost equal times would magnify their rounding errors.
     let end = |stops: &[f64], delay: f64| {
-        let laws = (
-            Gravitropism {
-                sensitivity: BETA,
-                perception: SettledStatoliths,
-            }
-            .remembered(Memory { delay, ..MEMORY }),
-            Proprioception { sensitivity: ETA }.remembered(MEMORY),
-        );
+        let laws = remembering(Memory { delay, ..MEMORY }, MEMORY).steering(SettledStatoliths);
         let mut shoot = righting().tropism(laws).into_dyn().build().unwrap();
         for until in stops.iter().chain(&[2.0 * HOUR]) {
             let _ = MethodOfSteps::new(180.0)

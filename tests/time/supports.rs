@@ -1,7 +1,7 @@
 //! Shoots in time with springs of the user, hinged bases in scenes that rotate, and obstacles that
 //! yield.
 
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, rod, tissue};
 use approx::assert_abs_diff_eq;
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
@@ -11,13 +11,10 @@ use morphorod::support::{
     Argument, Contact, Distance, Elastic, Energy, Hold, Joint, Obstacle, Potential, Slip, Support,
 };
 use morphorod::tropism::Oscillator;
-use morphorod::{DynLaws, Scene, Shoot, ShootBuilder, Still};
+use morphorod::{DynLaws, Scene, ShootBuilder, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-const TISSUE: LinearElastic = LinearElastic {
-    youngs_modulus: 1e8,
-    poissons_ratio: 0.5,
-};
+const TISSUE: LinearElastic = tissue(1e8);
 const GROWTH: UniformGrowth = UniformGrowth {
     zone_length: 0.05,
     time: 40.0 * HOUR,
@@ -25,10 +22,7 @@ const GROWTH: UniformGrowth = UniformGrowth {
 const LENGTH: f64 = 0.06;
 
 fn nutating<S: Support + Send + Sync + 'static>(support: S) -> ShootBuilder<DynLaws> {
-    let builder = Shoot::builder(TISSUE)
-        .length(LENGTH)
-        .radius(RADIUS)
-        .growth(GROWTH);
+    let builder = rod(TISSUE, LENGTH).growth(GROWTH);
     builder
         .tropism(Oscillator::new(1.0, 2.0 * HOUR))
         .load(WEIGHT)
@@ -260,13 +254,7 @@ fn apex_sticks_to_a_yielding_obstacle_over_many_steps() {
         Vector3::z() * LENGTH,
         Panel.compliance().try_inverse().unwrap().symmetric_part(),
     );
-    let plain = || {
-        Shoot::builder(TISSUE)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .load(WEIGHT)
-            .scene(Rising)
-    };
+    let plain = || rod(TISSUE, LENGTH).load(WEIGHT).scene(Rising);
     let contact = Contact {
         obstacle: Panel,
         radius: 0.0,

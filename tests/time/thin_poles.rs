@@ -3,8 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::fixtures::shoots::{RADIUS, WEIGHT};
-use morphorod::constitutive::LinearElastic;
+use crate::fixtures::shoots::{WEIGHT, rod, tissue};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::support::{Contact, Cylinder};
@@ -77,13 +76,6 @@ fn assert_on_its_side(mut shoot: Shoot<DynLaws>, poles: &[Cylinder], (step, end)
     assert!(touching > 5, "{touching}");
 }
 
-fn tissue(youngs_modulus: f64) -> LinearElastic {
-    LinearElastic {
-        youngs_modulus,
-        poissons_ratio: 0.5,
-    }
-}
-
 /// The radius of the pole is 2e-4 of the length. In a step the contact slides along the shoot by
 /// many radii.
 #[test]
@@ -93,11 +85,7 @@ fn nutating_shoot_does_not_pass_a_thin_pole_on_which_it_rubs() {
         along: Vector3::new(-0.3362, -0.6892, 0.6419),
         radius: 9.44e-6,
     };
-    let builder = Shoot::builder(tissue(4.09e7))
-        .length(0.04375)
-        .radius(RADIUS)
-        .order(Order::Eight)
-        .elements(3);
+    let builder = rod(tissue(4.09e7), 0.04375).order(Order::Eight).elements(3);
     let builder = builder
         .growth(UniformGrowth {
             zone_length: 0.0538,
@@ -130,9 +118,7 @@ fn nutating_shoot_whose_base_moves_does_not_pass_a_thin_pole() {
     };
     let by = Vector3::new(-1.0654e-3, 7.572e-4, 7.701e-4);
     let path = move |t: f64| by * (4.0225e-4 * t).sin();
-    let builder = Shoot::builder(tissue(2.237e7))
-        .length(0.049566)
-        .radius(RADIUS)
+    let builder = rod(tissue(2.237e7), 0.049566)
         .order(Order::Four)
         .elements(7);
     let builder = builder

@@ -3,7 +3,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::fixtures::shoots::{self, HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
+use crate::fixtures::shoots::{
+    self, HOUR, WEIGHT, YOUNG, elongating, growing, remembering, righting, rod, steering,
+};
 use approx::assert_abs_diff_eq;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{
@@ -153,9 +155,7 @@ fn first_equilibrium_keeps_the_tolerance() {
             .collect();
         nodes[64] = 0.0659;
         let lying = || {
-            Shoot::builder(YOUNG)
-                .length(0.0659)
-                .radius(RADIUS)
+            rod(YOUNG, 0.0659)
                 .load(Weight { density })
                 .scene(Still::tilted(FRAC_PI_2))
         };
@@ -237,20 +237,8 @@ fn invalid_and_unreachable_tolerances_are_errors_that_leave_the_shoot_unchanged(
 /// of a step, so that errors after it are of first order.
 #[test]
 fn tolerance_after_a_snap_is_refused_with_its_time() {
-    let growth = UniformGrowth {
-        zone_length: 0.04,
-        time: 20.0 * HOUR,
-    };
-    let builder = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .elements(4)
-        .growth(growth);
-    let builder = builder
-        .tropism(steering(SettledStatoliths))
-        .load(WEIGHT)
-        .scene(Still::tilted(FRAC_PI_2));
-    let mut shoot = builder.build().unwrap();
+    let builder = elongating(0.05, 0.04, 20.0 * HOUR).elements(4);
+    let mut shoot = builder.scene(Still::tilted(FRAC_PI_2)).build().unwrap();
     let mut fixed = shoot.clone();
     let snapped = MethodOfSteps::new(180.0)
         .advance(&mut fixed, 18.0 * HOUR)
@@ -409,18 +397,8 @@ fn delays_and_time_spans_of_any_size_are_accepted() {
     // Delays far shorter than a step and than the time span.
     for delay in [1e-3, 0.05, 1.0] {
         let memory = |delay: f64| Memory { time: 720.0, delay };
-        let laws = || {
-            let gravity = Gravitropism {
-                sensitivity: 0.8,
-                perception: SettledStatoliths,
-            }
-            .remembered(memory(delay));
-            (
-                gravity,
-                Proprioception { sensitivity: 20.0 }.remembered(memory(720.0)),
-            )
-        };
-        let make = || righting().tropism(laws()).into_dyn().build().unwrap();
+        let laws = remembering(memory(delay), memory(720.0)).steering(SettledStatoliths);
+        let make = || righting().tropism(laws).into_dyn().build().unwrap();
         let (mut found, mut exact) = (make(), make());
         let cost = Adaptive::new(1e-5).advance(&mut found, 2.0 * HOUR).unwrap();
         MethodOfSteps::new(10.0)
@@ -471,15 +449,7 @@ fn almost_coincident_kinks_and_vanishing_loads_are_integrated() {
 #[test]
 fn tolerance_is_kept_while_tissue_leaves_the_growth_zone() {
     let make = |elements: usize| {
-        Shoot::builder(YOUNG)
-            .length(0.04)
-            .radius(RADIUS)
-            .growth(UniformGrowth {
-                zone_length: 0.04,
-                time: 20.0 * HOUR,
-            })
-            .tropism(steering(SettledStatoliths))
-            .load(WEIGHT)
+        elongating(0.04, 0.04, 20.0 * HOUR)
             .scene(Still::tilted(60_f64.to_radians()))
             .elements(elements)
             .merge_tolerance(1e-8)
@@ -551,9 +521,7 @@ fn strongly_loaded_upright_shoot_is_refined_until_the_tolerance_is_met() {
     // beside its base.
     let load = ApicalForce(|_t: f64| Vector3::new(0.0, 0.0, -0.1));
     let make = |elements| {
-        Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(5e-4)
+        rod(YOUNG, 0.05)
             .elements(elements)
             .load(load)
             .into_dyn()
@@ -617,11 +585,7 @@ fn elements_that_rotate_by_pi_are_refined() {
                 delay: 350.0,
             }),
         );
-        let shoot = Shoot::builder(YOUNG)
-            .length(0.06)
-            .radius(RADIUS)
-            .scene(Still::tilted(2.5))
-            .load(WEIGHT);
+        let shoot = rod(YOUNG, 0.06).scene(Still::tilted(2.5)).load(WEIGHT);
         let growth = UniformGrowth {
             zone_length: 0.12,
             time: 40e3,

@@ -2,16 +2,14 @@
 
 use super::tolerance::{Path, distance};
 use crate::fixtures::random::{Draw, number};
-use crate::fixtures::shoots::{BETA, ETA, HOUR, RADIUS, WEIGHT, reduced};
-use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::growth::{Ongoing, UniformGrowth};
+use crate::fixtures::shoots::{HOUR, WEIGHT, reduced, remembering};
+use morphorod::growth::Ongoing;
 use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::Pulse;
 use morphorod::tropism::{
-    Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response,
-    SettledStatoliths, Site, Statoliths, TropismLaw,
+    Declaration, Growing, Memory, Oscillator, SettledStatoliths, Site, TropismLaw,
 };
-use morphorod::{DynLaws, Shoot, ShootBuilder, Still};
+use morphorod::{DynLaws, Shoot, ShootBuilder, ShootParameters, Still};
 use nalgebra::Vector3;
 
 /// Proprioception without memory and delay.
@@ -46,13 +44,10 @@ impl Scene {
     fn random(seed: u64) -> Self {
         let mut draw = Draw::new(seed);
         let (length, zone) = (draw.uniform(0.02, 0.065), draw.uniform(0.02, 0.1));
-        let young = LinearElastic {
-            youngs_modulus: draw.log(8e6, 4e7),
-            poissons_ratio: 0.5,
-        };
-        let mature_modulus = young.youngs_modulus * if draw.chance(0.4) { 100.0 } else { 1.0 };
+        let youngs_modulus = draw.log(8e6, 4e7);
+        let mature_modulus = youngs_modulus * if draw.chance(0.4) { 100.0 } else { 1.0 };
         let end = draw.log(0.25 * HOUR, 6.0 * HOUR);
-        let largest = draw.log(1e-6, 5e-5) * (young.youngs_modulus / 1e7) * (0.05 / length);
+        let largest = draw.log(1e-6, 5e-5) * (youngs_modulus / 1e7) * (0.05 / length);
         let mut pulses = Vec::new();
         for _ in 0..[0, 1, 1, 2][draw.uniform(0.0, 4.0) as usize] {
             let peak = draw.vector(largest);
@@ -73,33 +68,9 @@ impl Scene {
             duration: end,
         };
         let pulse = |k: usize| pulses.get(k).copied().unwrap_or(none);
-        let builder = Shoot::builder(Lignifying {
-            young,
-            mature_modulus,
-            time: 72.0 * HOUR,
-        })
-        .length(length)
-        .radius(RADIUS)
-        .merge_tolerance(1e-10)
-        .scene(Still::tilted(draw.uniform(0.0, 2.0)))
-        .load((WEIGHT, pulse(0), pulse(1)))
-        .into_dyn();
-        let time = draw.uniform(10.0, 60.0) * HOUR;
-        let builder = if draw.chance(0.5) {
-            builder
-                .growth(UniformGrowth {
-                    zone_length: zone,
-                    time,
-                })
-                .into_dyn()
-        } else {
-            builder
-                .growth(Ongoing(UniformGrowth {
-                    zone_length: zone.max(length),
-                    time,
-                }))
-                .into_dyn()
-        };
+        let tilt = draw.uniform(0.0, 2.0);
+        let growth_time = draw.uniform(10.0, 60.0) * HOUR;
+        let grows = draw.chance(0.5);
         let mut memory = || Memory {
             time: draw.log(20.0, 2000.0),
             delay: draw.log(20.0, 2000.0),
@@ -119,24 +90,34 @@ impl Scene {
         } else {
             draw.log(10.0, 600.0)
         };
-        let settled = draw.chance(0.4).then(|| {
-            Gravitropism {
-                sensitivity: beta,
-                perception: SettledStatoliths,
-            }
-            .remembered(gravity)
-        });
-        let moving = settled.is_none().then(|| {
-            Gravitropism {
-                sensitivity: beta,
-                perception: Statoliths { avalanche_time },
-            }
-            .remembered(gravity)
-        });
+        let parameters = ShootParameters {
+            length,
+            youngs_modulus,
+            mature_modulus,
+            lignification_time: 72.0 * HOUR,
+            zone_length: if grows { zone } else { zone.max(length) },
+            growth_time,
+            gravitropic_sensitivity: beta,
+            avalanche_time,
+            proprioceptive_sensitivity: eta,
+            ..remembering(gravity, bend)
+        };
+        let (settled, late) = parameters.steering(SettledStatoliths);
+        let settled = draw.chance(0.4).then_some(settled);
+        let moving = settled.is_none().then(|| parameters.tropism().1);
         let at_once = draw.chance(0.15).then_some(AtOnce { sensitivity: eta });
-        let late = at_once
-            .is_none()
-            .then(|| Proprioception { sensitivity: eta }.remembered(bend));
+        let late = at_once.is_none().then_some(late);
+        let builder = parameters
+            .shoot()
+            .merge_tolerance(1e-10)
+            .scene(Still::tilted(tilt))
+            .load((WEIGHT, pulse(0), pulse(1)))
+            .into_dyn();
+        let builder = if grows {
+            builder
+        } else {
+            builder.growth(Ongoing(parameters.growth())).into_dyn()
+        };
         let shoot = builder
             .tropism((oscillator, settled, moving, at_once, late))
             .into_dyn();
@@ -275,14 +256,7 @@ fn random_events_keep_the_tolerance() {
 fn delays_that_are_short_compared_with_the_memories_cost_no_further_steps() {
     let cost = |delay: f64| {
         let memory = Memory { time: 720.0, delay };
-        let laws = (
-            Gravitropism {
-                sensitivity: BETA,
-                perception: SettledStatoliths,
-            }
-            .remembered(memory),
-            Proprioception { sensitivity: ETA }.remembered(memory),
-        );
+        let laws = remembering(memory, memory).steering(SettledStatoliths);
         let mut shoot = reduced(0.05, 20.0 * HOUR)
             .tropism(laws)
             .scene(Still::tilted(1.2))

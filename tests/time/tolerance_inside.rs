@@ -4,8 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::tolerance::{PLACES, distance, path, times};
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, steering};
-use morphorod::constitutive::LinearElastic;
+use crate::fixtures::shoots::{HOUR, WEIGHT, elongating, rod, tissue};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
 use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};
@@ -14,17 +13,9 @@ use morphorod::{DynLaws, Shoot, Still};
 /// Young shoot with a length (m), a length of the growth zone (m), a tilt (rad) and a number of
 /// elements.
 fn tilted(length: f64, zone_length: f64, tilt: f64, elements: usize) -> Shoot<DynLaws> {
-    Shoot::builder(YOUNG)
-        .length(length)
-        .radius(RADIUS)
+    elongating(length, zone_length, 20.0 * HOUR)
         .elements(elements)
         .merge_tolerance(1e-9)
-        .growth(UniformGrowth {
-            zone_length,
-            time: 20.0 * HOUR,
-        })
-        .tropism(steering(SettledStatoliths))
-        .load(WEIGHT)
         .scene(Still::tilted(tilt))
         .into_dyn()
         .build()
@@ -130,28 +121,23 @@ fn error_of_few_elements_is_not_underestimated() {
     ) in scenes
     {
         let make = || {
-            Shoot::builder(LinearElastic {
-                youngs_modulus,
-                poissons_ratio: 0.5,
-            })
-            .length(length)
-            .radius(RADIUS)
-            .growth(UniformGrowth {
-                zone_length,
-                time: growth_time,
-            })
-            .tropism(
-                Gravitropism {
-                    sensitivity,
-                    perception: SettledStatoliths,
-                }
-                .remembered(Memory { time, delay }),
-            )
-            .load(WEIGHT)
-            .scene(Still::tilted(tilt))
-            .into_dyn()
-            .build()
-            .unwrap()
+            rod(tissue(youngs_modulus), length)
+                .growth(UniformGrowth {
+                    zone_length,
+                    time: growth_time,
+                })
+                .tropism(
+                    Gravitropism {
+                        sensitivity,
+                        perception: SettledStatoliths,
+                    }
+                    .remembered(Memory { time, delay }),
+                )
+                .load(WEIGHT)
+                .scene(Still::tilted(tilt))
+                .into_dyn()
+                .build()
+                .unwrap()
         };
         let end = hours * HOUR;
         let exact = path(make(), &mut Adaptive::new(0.01 * tolerance), end).unwrap();

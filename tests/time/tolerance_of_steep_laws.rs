@@ -1,6 +1,6 @@
 //! Runs with a tolerance where a law jumps or is steep between the material points.
 
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, rod};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps, Statistics};
 use morphorod::tropism::{Growing, Localised, TropismLaw};
@@ -89,10 +89,7 @@ fn localised_bend_is_within_the_tolerance() {
                     to,
                     edge,
                 };
-                let builder = Shoot::builder(YOUNG)
-                    .length(LENGTH)
-                    .radius(RADIUS)
-                    .scene(Still::weightless());
+                let builder = rod(YOUNG, LENGTH).scene(Still::weightless());
                 let growth = Ongoing(UniformGrowth {
                     zone_length: 0.06,
                     time: TIME,
@@ -124,10 +121,7 @@ fn growth_that_jumps_along_the_shoot_is_within_the_tolerance() {
     for share in [0.37, 0.5, 0.61, 0.813] {
         for tolerance in TOLERANCES {
             let apical = share * LENGTH;
-            let builder = Shoot::builder(YOUNG)
-                .length(LENGTH)
-                .radius(RADIUS)
-                .scene(Still::weightless());
+            let builder = rod(YOUNG, LENGTH).scene(Still::weightless());
             let laws = builder.growth(Ongoing(Apical(apical))).tropism(Bend(0.15));
             let mut shoot = laws.into_dyn().build().unwrap();
             let estimate = run(&mut shoot, tolerance, until).error.unwrap();
@@ -155,11 +149,7 @@ fn localised_bend_of_a_shoot_that_elongates_is_within_the_tolerance() {
     let until = HOUR;
     for (edge, from, to) in [(2e-3, 0.0123, 0.0177), (3e-4, 0.021, 0.0234)] {
         let shoot = |elements| {
-            let builder = Shoot::builder(YOUNG)
-                .length(LENGTH)
-                .radius(RADIUS)
-                .elements(elements)
-                .merge_tolerance(1e-9);
+            let builder = rod(YOUNG, LENGTH).elements(elements).merge_tolerance(1e-9);
             let laws = builder
                 .growth(UniformGrowth {
                     zone_length: 0.03,

@@ -2,16 +2,13 @@
 
 use super::tolerance::{LOOKS, PLACES, distance, path};
 use crate::fixtures::random::number;
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
-use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::growth::{Ongoing, UniformGrowth};
+use crate::fixtures::shoots::{HOUR, remembering};
+use morphorod::growth::Ongoing;
 use morphorod::integrator::{
     Adaptive, ConstantHistory, IntegrationError, Integrator, MethodOfSteps,
 };
-use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths,
-};
-use morphorod::{DynLaws, Shoot, Still};
+use morphorod::tropism::{Memory, Oscillator, SettledStatoliths};
+use morphorod::{DynLaws, Shoot, ShootParameters, Still};
 
 /// Reproducible generator of pseudo-random numbers. The seeds of this test refer to this generator.
 struct Draw(u64);
@@ -81,10 +78,7 @@ fn random_shoot(seed: u64) -> Option<Verdict> {
     (0..20).for_each(|_| _ = draw.uniform(0.0, 1.0));
     let length = draw.uniform(0.02, 0.07);
     let zone = draw.uniform(0.02, 0.1);
-    let young = LinearElastic {
-        youngs_modulus: draw.log(8e6, 4e7),
-        poissons_ratio: 0.5,
-    };
+    let youngs_modulus = draw.log(8e6, 4e7);
     let mut memory = || Memory {
         time: draw.log(120.0, 2400.0),
         delay: draw.log(60.0, 2400.0),
@@ -107,44 +101,36 @@ fn random_shoot(seed: u64) -> Option<Verdict> {
         draw.log(0.3, 8.0) * HOUR,
         10_f64.powf(-draw.uniform(3.0, 7.0)),
     );
-    let mature_modulus = if stiffens { 100.0 } else { 1.0 } * young.youngs_modulus;
-    let growth = |zone_length: f64| UniformGrowth { zone_length, time };
-    let constant = Ongoing(growth(zone.max(length)));
+    let parameters = ShootParameters {
+        length,
+        youngs_modulus,
+        mature_modulus: if stiffens { 100.0 } else { 1.0 } * youngs_modulus,
+        lignification_time: 72.0 * HOUR,
+        zone_length: if grows { zone } else { zone.max(length) },
+        growth_time: time,
+        gravitropic_sensitivity: beta,
+        avalanche_time,
+        proprioceptive_sensitivity: eta,
+        ..remembering(gravity, bend)
+    };
     let make = |elements: usize| {
-        let builder = Shoot::builder(Lignifying {
-            young,
-            mature_modulus,
-            time: 72.0 * HOUR,
-        })
-        .length(length)
-        .radius(RADIUS)
-        .elements(elements)
-        .merge_tolerance(1e-9)
-        .load(WEIGHT)
-        .scene(Still::tilted(tilt))
-        .into_dyn();
+        let builder = parameters
+            .shoot()
+            .elements(elements)
+            .merge_tolerance(1e-9)
+            .scene(Still::tilted(tilt))
+            .into_dyn();
         let builder = if grows {
-            builder.growth(growth(zone)).into_dyn()
+            builder
         } else {
-            builder.growth(constant).into_dyn()
+            builder.growth(Ongoing(parameters.growth())).into_dyn()
         };
-        let bend = Proprioception { sensitivity: eta }.remembered(bend);
         let builder = if settled {
-            let gravitropism = Gravitropism {
-                sensitivity: beta,
-                perception: SettledStatoliths,
-            };
-            builder
-                .tropism((oscillator, gravitropism.remembered(gravity), bend))
-                .into_dyn()
+            let (gravity, bend) = parameters.steering(SettledStatoliths);
+            builder.tropism((oscillator, gravity, bend)).into_dyn()
         } else {
-            let gravitropism = Gravitropism {
-                sensitivity: beta,
-                perception: Statoliths { avalanche_time },
-            };
-            builder
-                .tropism((oscillator, gravitropism.remembered(gravity), bend))
-                .into_dyn()
+            let (gravity, bend) = parameters.steering(parameters.statoliths());
+            builder.tropism((oscillator, gravity, bend)).into_dyn()
         };
         builder.build().unwrap()
     };

@@ -2,15 +2,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, righting};
+use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, righting, rod};
+use morphorod::Still;
 use morphorod::integrator::{Adaptive, ConstantHistory, Integrator};
-use morphorod::{Shoot, Still};
 
 #[test]
 fn equilibrium_is_solved_once_on_a_mesh_and_once_on_its_halves() {
-    let shoot = Shoot::builder(YOUNG)
-        .length(0.0659)
-        .radius(RADIUS)
+    let shoot = rod(YOUNG, 0.0659)
         .load(WEIGHT)
         .scene(Still::tilted(FRAC_PI_2))
         .build();
@@ -64,11 +62,7 @@ fn output_times_and_conditions_in_the_first_step_choose_no_further_resolution() 
 #[test]
 fn error_of_a_run_contains_that_of_its_start() {
     // A shoot without growth and tropism, whose shape does not change after the start.
-    let shoot = Shoot::builder(YOUNG)
-        .length(0.3)
-        .radius(RADIUS)
-        .load(WEIGHT)
-        .scene(Still::tilted(FRAC_PI_2));
+    let shoot = rod(YOUNG, 0.3).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
     let mut shoot = shoot.build().unwrap();
     let mut run = Adaptive::new(1e-4);
     let start = run

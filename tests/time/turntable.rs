@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::random::Draw;
-use crate::fixtures::shoots::{RADIUS, WEIGHT};
+use crate::fixtures::shoots::{RADIUS, WEIGHT, rod, tissue};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -12,10 +12,7 @@ use morphorod::support::{Contact, Cylinder, Distance, Joint, Obstacle, Support};
 use morphorod::{Along, DynLaws, Scene, Shoot, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 
-const TISSUE: LinearElastic = LinearElastic {
-    youngs_modulus: 1e8,
-    poissons_ratio: 0.5,
-};
+const TISSUE: LinearElastic = tissue(1e8);
 
 /// A base that rotates about a vertical axis at a rate (rad/s), at an arm (m) from the axis, and
 /// moves at a velocity (m/s). The shoot is horizontal, along e1 at first.
@@ -83,11 +80,7 @@ fn elastic(
     time: f64,
     step: f64,
 ) -> Shoot<DynLaws> {
-    let builder = Shoot::builder(TISSUE)
-        .length(0.05)
-        .radius(RADIUS)
-        .elements(8)
-        .load(WEIGHT);
+    let builder = rod(TISSUE, 0.05).elements(8).load(WEIGHT);
     let mut shoot = builder
         .scene(scene)
         .support(support)
@@ -200,11 +193,7 @@ fn turned_pot_bends_the_shoot_around_the_pole() {
         until: f64::INFINITY,
     };
     let pole = contact(Vector3::new(0.034, 3e-3, 0.0), Turntable::default(), 0.0);
-    let builder = Shoot::builder(TISSUE)
-        .length(0.05)
-        .radius(RADIUS)
-        .elements(8)
-        .load(WEIGHT);
+    let builder = rod(TISSUE, 0.05).elements(8).load(WEIGHT);
     let mut shoot = builder
         .scene(scene)
         .support(pole)
@@ -285,11 +274,7 @@ fn base_that_moves_away_leaves_a_rough_pole() {
     // The base moves towards the pole and back.
     let path = |t: f64| Vector3::y() * (4e-3 * (t * std::f64::consts::TAU / 1200.0).sin());
     let base = Still::tilted(FRAC_PI_2).base;
-    let builder = Shoot::builder(TISSUE)
-        .length(0.05)
-        .radius(RADIUS)
-        .elements(8)
-        .load(WEIGHT);
+    let builder = rod(TISSUE, 0.05).elements(8).load(WEIGHT);
     let scene = Along {
         scene: Still {
             base,

@@ -2,14 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::fixtures::shoots::HOUR;
-use morphorod::constitutive::{Lignifying, LinearElastic};
+use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, rod};
+use morphorod::constitutive::Lignifying;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Weight;
 use morphorod::support::{Contact, Cylinder, Obstacle};
 use morphorod::tropism::Oscillator;
-use morphorod::{Order, Shoot, Still};
+use morphorod::{Order, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Radius of the shoot and length of its growth zone, m, and period of its oscillator, s.
@@ -30,40 +29,35 @@ fn shoot_of_coarse_elements_winds_round_a_pole_in_one_call() {
         along: Vector3::z(),
         radius: pole,
     };
-    let young = LinearElastic {
-        youngs_modulus: 1e7,
-        poissons_ratio: 0.5,
-    };
-    let mut shoot = Shoot::builder(Lignifying {
-        young,
+    let wood = Lignifying {
+        young: YOUNG,
         mature_modulus: 3e7,
         time: 12.0 * HOUR,
-    })
-    .length(0.4 * ZONE)
-    .radius(RADIUS)
-    .growth(UniformGrowth {
-        zone_length: ZONE,
-        time,
-    })
-    .tropism(Oscillator {
-        phase,
-        ..Oscillator::new(curvature * TAU * RADIUS * time / PERIOD, PERIOD)
-    })
-    .load(Weight { density: 1000.0 })
-    .scene(Still {
-        base,
-        ..Still::upright()
-    })
-    .support(Contact {
-        obstacle,
-        radius: RADIUS,
-        friction: 0.0,
-    })
-    .order(Order::Four)
-    .elements(4)
-    .merge_tolerance(1e-2)
-    .build()
-    .unwrap();
+    };
+    let mut shoot = rod(wood, 0.4 * ZONE)
+        .growth(UniformGrowth {
+            zone_length: ZONE,
+            time,
+        })
+        .tropism(Oscillator {
+            phase,
+            ..Oscillator::new(curvature * TAU * RADIUS * time / PERIOD, PERIOD)
+        })
+        .load(WEIGHT)
+        .scene(Still {
+            base,
+            ..Still::upright()
+        })
+        .support(Contact {
+            obstacle,
+            radius: RADIUS,
+            friction: 0.0,
+        })
+        .order(Order::Four)
+        .elements(4)
+        .merge_tolerance(1e-2)
+        .build()
+        .unwrap();
     // The integral of the oscillator from t = 0 has a constant part, which this curvature removes.
     let strain = Vector3::new(phase.sin(), -phase.cos(), 0.0) * curvature;
     shoot.set_intrinsic(|_| strain);

@@ -3,11 +3,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, righting};
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, righting, rod, tissue};
 use crate::time::messages::{Outcome, assert_clear, assert_says, run};
-use morphorod::constitutive::{
-    Constitutive, ElasticResponse, Lignifying, LineResponse, LinearElastic, Tissue,
-};
+use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LineResponse, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{GrowthLaw, UniformGrowth};
 use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
@@ -210,20 +208,10 @@ fn quantities_that_are_not_finite_are_named() {
         ("the force of the load on the rod is not finite", {
             solve(&ApicalForce(|_: f64| Vector3::repeat(f64::NAN)), -9.81)
         }),
-        ("stiffness K1 is 0 at ", {
-            let law = LinearElastic {
-                youngs_modulus: 1e-300,
-                ..YOUNG
-            };
-            run(
-                Shoot::builder(law)
-                    .length(0.05)
-                    .radius(RADIUS)
-                    .load(WEIGHT)
-                    .into_dyn(),
-                |_| (),
-            )
-        }),
+        (
+            "stiffness K1 is 0 at ",
+            run(rod(tissue(1e-300), 0.05).load(WEIGHT).into_dyn(), |_| ()),
+        ),
     ]);
 }
 
@@ -332,11 +320,7 @@ fn tissue_that_shrinks_is_refused() {
 fn with_law(
     law: impl Constitutive + Send + Sync + 'static,
 ) -> Result<Shoot<impl Model>, ParameterError> {
-    Shoot::builder(law)
-        .length(0.05)
-        .radius(RADIUS)
-        .into_dyn()
-        .build()
+    rod(law, 0.05).into_dyn().build()
 }
 
 #[test]
@@ -455,13 +439,7 @@ impl GrowthLaw for Tides {
 
 #[test]
 fn growth_that_becomes_negative_is_an_error() {
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(Tides)
-        .into_dyn()
-        .build()
-        .unwrap();
+    let mut shoot = rod(YOUNG, 0.05).growth(Tides).into_dyn().build().unwrap();
     let mut integrator = MethodOfSteps::new(300.0);
     integrator.advance(&mut shoot, 6.0 * HOUR).unwrap();
     assert_says(
@@ -487,13 +465,7 @@ impl GrowthLaw for Hasty {
 
 #[test]
 fn exit_times_that_contradict_the_rate_name_the_check() {
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
-        .growth(Hasty)
-        .into_dyn()
-        .build()
-        .unwrap();
+    let mut shoot = rod(YOUNG, 0.05).growth(Hasty).into_dyn().build().unwrap();
     assert_says(
         MethodOfSteps::new(300.0).advance(&mut shoot, HOUR),
         "`check::growth_law`",
@@ -515,9 +487,7 @@ impl GrowthLaw for Spreading {
 
 #[test]
 fn growth_zone_that_changes_is_refused() {
-    let mut shoot = Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
+    let mut shoot = rod(YOUNG, 0.05)
         .growth(Spreading::default())
         .into_dyn()
         .build()

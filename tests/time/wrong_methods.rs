@@ -1,7 +1,7 @@
 //! Settings and methods whose result would be meaningless, or not end: each is an error that names
 //! the number, the unit and the remedy.
 
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting};
+use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, growing, righting, rod, tissue};
 use crate::time::messages::{Wrong, assert_clear, assert_says, run};
 use morphorod::constitutive::{Constitutive, ElasticResponse, LinearElastic, Tissue};
 use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
@@ -26,9 +26,7 @@ pub(super) type Inclined = Laws<LinearElastic, UniformGrowth, (), Weight>;
 
 /// A growing shoot of 5 cm on an inclined base.
 pub(super) fn plain() -> ShootBuilder<Inclined> {
-    Shoot::builder(YOUNG)
-        .length(0.05)
-        .radius(RADIUS)
+    rod(YOUNG, 0.05)
         .growth(GROWTH)
         .load(WEIGHT)
         .scene(Still::tilted(0.5))
@@ -73,13 +71,7 @@ fn element_that_rotates_by_pi_names_its_intrinsic_strain_or_the_load() {
         }
     }
 
-    let soft = LinearElastic {
-        youngs_modulus: 10.0,
-        ..YOUNG
-    };
-    let soft = Shoot::builder(soft)
-        .length(0.05)
-        .radius(RADIUS)
+    let soft = rod(tissue(10.0), 0.05)
         .load(WEIGHT)
         .scene(Still::tilted(0.5));
     assert_clear(vec![

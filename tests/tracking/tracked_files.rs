@@ -1,11 +1,18 @@
 //! Files of tracked positions and centre lines: accepted tables, messages for invalid tables, and
 //! curvature along the arc.
 
+// The module belongs to the example `tracked_tip`.
+#[path = "../../examples/tracked_tip/average.rs"]
+mod average;
+
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 
 use crate::fixtures::random::Draw;
+use average::moving_average;
+use morphorod::tracking::Track;
 use morphorod_plot::centre_lines::{centre_lines, curvature};
 use morphorod_plot::tracks::{Layout, Missing, TrackError, read_tracks, tracks};
+use nalgebra::Vector2;
 
 /// Layout of a table with frames of one minute and pixels of 0.1 mm. The axis y points down.
 fn pixels() -> Layout<'static> {
@@ -39,6 +46,99 @@ fn positions_in_pixels_and_frames_are_converted() {
     {
         assert_abs_diff_eq!(p, q, epsilon = 1e-18);
     }
+}
+
+/// Positions in space, one a minute, as published with an experiment: with or without times and a
+/// header, in metres, centimetres and millimetres, with decimal points and commas.
+#[test]
+fn tables_without_times_or_without_a_header_are_read() {
+    let layout = |time: &'static str, names: [&'static str; 3], metres: f64| Layout {
+        time,
+        coordinates: names.to_vec(),
+        metres: Some(metres),
+        signs: Some(vec![1.0, 1.0, -1.0]),
+        ..pixels()
+    };
+    let (numbers, names) = (["1", "2", "3"], ["x", "y", "z"]);
+    let behind = ["2", "3", "4"];
+    for (text, layout) in [
+        // The position of the second minute was lost.
+        ("0.1,0.2,3\n,,\n-0.4,1e-1,3.5\n", layout("", numbers, 1e-2)),
+        ("0,1;0,2;3\n;;\n-0,4;0,1;3,5\n", layout("", numbers, 1e-2)),
+        (
+            "x,y,z\n0.001,0.002,0.03\nnan,nan,nan\n-0.004,0.001,0.035\n",
+            layout("", names, 1.0),
+        ),
+        (
+            "x\ty\tz\n1\t2\t30\n\t\t\n-4\t1\t35\n",
+            layout("", names, 1e-3),
+        ),
+        ("0,1,2,30\n2,-4,1,35\n", layout("1", behind, 1e-3)),
+        (
+            "minute,x,y,z\n0,1,2,30\n2,-4,1,35\n",
+            layout("minute", names, 1e-3),
+        ),
+    ] {
+        let found = tracks(text, &layout).unwrap();
+        assert_eq!(
+            (found.len(), &found[0].times[..]),
+            (1, &[0.0, 120.0][..]),
+            "{text}"
+        );
+        let known = [1e-3, 2e-3, -3e-2, -4e-3, 1e-3, -3.5e-2];
+        for (p, q) in found[0].positions.iter().flatten().zip(known) {
+            assert_abs_diff_eq!(*p, q, epsilon = 1e-17);
+        }
+    }
+    // Rows without times are counted for each track.
+    let text = "id,x,y\na,1,1\nb,2,2\na,3,3\nb,4,4\n";
+    let two = Layout {
+        time: "",
+        track: Some("id"),
+        ..pixels()
+    };
+    for track in tracks(text, &two).unwrap() {
+        assert_eq!(track.times, [0.0, 60.0], "{}", track.name);
+    }
+    // The columns of a table without a header are counted from 1.
+    let error = tracks("0.1,0.2,3\n", &layout("", names, 1.0)).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "there is no column 'x'; the columns are '1', '2', '3'"
+    );
+}
+
+/// The mean of positions on a circle is on a smaller circle. A gap divides the line.
+#[test]
+fn moving_average_is_that_of_consecutive_positions() {
+    let times = (0..40).map(|k| 60.0 * f64::from(k)).collect();
+    let angle = |k: usize| std::f64::consts::TAU / 95.0 * k as f64;
+    let circle = |k: usize| Vector2::new(angle(k).cos(), angle(k).sin());
+    let positions: Vec<_> = (0..40).map(circle).collect();
+    let track = Track::new(times, positions.clone()).unwrap();
+    let lines = moving_average(&track, 10, 90.0);
+    assert_eq!((lines.len(), lines[0].positions().len()), (1, 31));
+    // The sum of ten unit vectors whose directions differ by δ has the length
+    // sin(10 δ/2)/sin(δ/2).
+    let step = angle(1);
+    let factor = (5.0 * step).sin() / (10.0 * (0.5 * step).sin());
+    for (k, mean) in lines[0].positions().iter().enumerate() {
+        let middle = step * (k as f64 + 4.5);
+        // Ten additions of numbers of order one.
+        assert_abs_diff_eq!(mean.x, factor * middle.cos(), epsilon = 1e-14);
+        assert_abs_diff_eq!(mean.y, factor * middle.sin(), epsilon = 1e-14);
+    }
+    // Twelve positions before a gap have three means, and eight positions behind it have none.
+    let times = (0..20)
+        .map(|k| if k < 12 { 60.0 } else { 70.0 } * f64::from(k))
+        .collect();
+    let track = Track::new(times, positions[..20].to_vec()).unwrap();
+    let lines = moving_average(&track, 10, 90.0);
+    assert_eq!((lines.len(), lines[0].positions().len()), (1, 3));
+    // The mean of a single position is the position.
+    let lines = moving_average(&track, 1, 90.0);
+    let all: Vec<_> = lines.iter().flat_map(Track::positions).copied().collect();
+    assert_eq!(all, positions[..20]);
 }
 
 #[test]

@@ -17,8 +17,18 @@ pub fn declarations(
     vec![
         Opt::value("file", "FILE", "", file),
         Opt::value("centre-lines", "FILE", "", centre_lines),
-        Opt::value("time", "NAME", time, "column of times or frame numbers"),
-        Opt::value("columns", "NAMES", "x,y", "columns of the coordinates"),
+        Opt::value(
+            "time",
+            "NAME",
+            time,
+            "column of times or frame numbers; '' if there is none, and --seconds is the time between rows",
+        ),
+        Opt::value(
+            "columns",
+            "NAMES",
+            "x,y",
+            "columns of the coordinates; 1,2,3 and so on in a table without a header",
+        ),
         Opt::value(
             "tracks",
             "NAME",
@@ -41,7 +51,7 @@ pub fn declarations(
             "mm",
             "MM",
             "",
-            "unit of the coordinates, mm: the size of a pixel, or 1",
+            "unit of the coordinates, mm: the size of a pixel, or 1, 10 or 1000 for mm, cm or m",
         ),
         Opt::value("axes", "SIGNS", "", axes),
     ]
@@ -131,7 +141,10 @@ fn explained(file: &str, error: &TrackError) -> String {
             format!("{file}: {error}. Give {}", options.join("; "))
         }
         TrackError::NoColumn(..) => {
-            format!("{file}: {error}. Options such as --time and --columns name columns")
+            format!(
+                "{file}: {error}. Options such as --time and --columns name columns; --time '' is for a table \
+                 without times"
+            )
         }
         _ => format!("{file}: {error}"),
     }

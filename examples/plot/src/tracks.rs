@@ -5,11 +5,13 @@
 //! commas. The names of the columns are those of the first row, with two exceptions: DeepLabCut
 //! writes several rows, which give names such as `tip_x`, or `plant1_tip_x` for several animals,
 //! and the first column is `frame`; TrackMate writes three rows of descriptions below the names,
-//! which are skipped. A row without any coordinate is a lost frame, and is skipped.
+//! which are skipped. A table whose first row has only numbers has no header, and its columns have
+//! the names `1`, `2` and so on. A row without any coordinate is a lost frame, and is skipped.
 //!
 //! The unit of length, the unit of time and the directions of the axes are not part of such a table
 //! and are required.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt;
 use std::io::ErrorKind;
@@ -21,7 +23,8 @@ const LOST: [&str; 3] = ["", "nan", "na"];
 /// Description of a table.
 #[derive(Clone, Debug)]
 pub struct Layout<'a> {
-    /// Name of the column of times or frame numbers.
+    /// Name of the column of times or frame numbers. If it is empty, there is no such column, and
+    /// the rows of a track are one unit of time apart.
     pub time: &'a str,
     /// Names of the columns of one to three coordinates.
     pub coordinates: Vec<&'a str>,
@@ -56,8 +59,8 @@ pub struct Track {
     pub gravity: Option<f64>,
 }
 
-/// A header: the separator of columns, the names of the columns, and the number of further rows
-/// that belong to it.
+/// A header: the separator of columns, the names of the columns, and the number of rows that belong
+/// to it.
 struct Header {
     separator: char,
     names: Vec<String>,
@@ -74,14 +77,33 @@ impl Header {
                 .map(str::to_owned)
                 .collect::<Vec<_>>()
         };
-        // The separator is that for which the column of times exists. DeepLabCut always writes
-        // commas.
-        let has_time = |separator: &char| {
-            texts(first, *separator)
-                .iter()
-                .any(|name| name == layout.time)
+        let has_numbers = |separator: &char| {
+            let is_lost = |text: &str| LOST.contains(&text.to_ascii_lowercase().as_str());
+            let is_number = |text: &str| decimal(text, *separator).parse::<f64>().is_ok();
+            let texts = fields(first, *separator);
+            texts.len() > 1
+                && texts.iter().all(|text| is_number(text) || is_lost(text))
+                && texts.iter().any(|text| !is_lost(text))
         };
-        let separator = [',', ';', '\t'].into_iter().find(has_time).unwrap_or(',');
+        // Decimals with commas cannot be distinguished from columns if commas are tried first.
+        if let Some(separator) = [';', '\t', ','].into_iter().find(has_numbers) {
+            let columns = fields(first, separator).len();
+            return Ok(Self {
+                separator,
+                names: (1..=columns).map(|k| k.to_string()).collect(),
+                further: 0,
+            });
+        }
+        // The separator is that for which the column of times exists, or without one that of the
+        // first coordinate. DeepLabCut always writes commas.
+        let known = if layout.time.is_empty() {
+            layout.coordinates[0]
+        } else {
+            layout.time
+        };
+        let has_known =
+            |separator: &char| texts(first, *separator).iter().any(|name| name == known);
+        let separator = [',', ';', '\t'].into_iter().find(has_known).unwrap_or(',');
         let mut names = texts(first, separator);
         if names[0] == "scorer" {
             let rows: Vec<_> = lines
@@ -354,9 +376,11 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
         .enumerate()
         .map(|(k, line)| (k + 1, line))
         .collect();
-    // Spreadsheets write the separator into a line of its own, `sep=;`.
-    let is_note =
-        |line: &str| line.trim().is_empty() || line.starts_with('#') || line.starts_with("sep=");
+    // Spreadsheets write the separator into a line of its own, `sep=;`. A line of tabs is a row of
+    // empty fields.
+    let is_note = |line: &str| {
+        line.trim_matches(' ').is_empty() || line.starts_with('#') || line.starts_with("sep=")
+    };
     let used = |(_, line): &(usize, &str)| !is_note(line);
     let lines: Vec<(usize, &str)> = lines.into_iter().filter(used).collect();
     let Header {
@@ -376,7 +400,10 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
             Ok(first)
         }
     };
-    let time = place(layout.time)?;
+    let time = Some(layout.time)
+        .filter(|name| !name.is_empty())
+        .map(place)
+        .transpose()?;
     let coordinates = layout
         .coordinates
         .iter()
@@ -389,6 +416,8 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
         .transpose()?;
     let gravity = layout.gravity.map(place).transpose()?;
     let mut found = Vec::new();
+    // Number of rows of each track before the present one, lost frames included.
+    let mut counts: BTreeMap<String, u32> = BTreeMap::new();
     for (line, text) in lines.into_iter().skip(further) {
         let fields = fields(text, separator);
         if fields.len() != names.len() {
@@ -398,6 +427,10 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
                 expected: names.len(),
             });
         }
+        let track = track.map_or(String::new(), |column| fields[column].to_owned());
+        let count = counts.entry(track.clone()).or_default();
+        let frame = f64::from(*count);
+        *count += 1;
         if coordinates
             .iter()
             .all(|column| LOST.contains(&fields[*column].to_ascii_lowercase().as_str()))
@@ -406,12 +439,7 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
         }
         // The product with the unit may overflow.
         let number = |column: usize, unit: f64| {
-            let text = if separator == ',' {
-                fields[column].to_owned()
-            } else {
-                fields[column].replace(',', ".")
-            };
-            let value = text
+            let value = decimal(fields[column], separator)
                 .parse::<f64>()
                 .map(|value| value * unit)
                 .ok()
@@ -427,7 +455,6 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
         for (k, column) in coordinates.iter().enumerate() {
             position[k] = signs[k] * number(*column, metres)?;
         }
-        let track = track.map_or(String::new(), |column| fields[column].to_owned());
         let length = length
             .map(|(column, unit)| number(column, unit))
             .transpose()?;
@@ -438,7 +465,7 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
         found.push(Row {
             line,
             track,
-            time: number(time, seconds)?,
+            time: time.map_or(Ok(seconds * frame), |column| number(column, seconds))?,
             position,
             length,
             gravity,
@@ -477,6 +504,16 @@ fn required<'a>(layout: &'a Layout) -> Result<(f64, f64, &'a [f64]), TrackError>
         }
     }
     Ok((seconds, metres, signs))
+}
+
+/// Returns the text of a number with a decimal point. Decimals have no commas if commas separate
+/// the columns.
+fn decimal(text: &str, separator: char) -> String {
+    if separator == ',' {
+        text.to_owned()
+    } else {
+        text.replace(',', ".")
+    }
 }
 
 /// Returns the fields of a line without blanks and quotation marks around them. A separator between

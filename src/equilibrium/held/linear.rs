@@ -1,9 +1,9 @@
 //! The linear rod of an iteration: its response at holds, springs and candidates.
 //!
 //! The coordinates y are the displacements at these places. With the changes f of the forces at the
-//! candidates and r of the reactions of holds, springs and increased pivots they are y = y₀ + C (f
-//! + Tᵀ r). The compliance C includes shear and stretch, and y₀ are the displacements by the
-//! unbalanced couples. The conditions with the violations c are
+//! candidates and r of the reactions of holds, springs and increased pivots they are
+//! y = y₀ + C (f + Tᵀ r). The compliance C includes shear and stretch, and y₀ are the displacements
+//! by the unbalanced couples. The conditions with the violations c are
 //!
 //! ```text
 //! T y + c = D r,      so that      (T C Tᵀ − D) r = −(c + T y₀ + T C f).

@@ -69,15 +69,10 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// the runs.
 ///
 /// ```
-/// # use morphorod::{Shoot, constitutive::LinearElastic, growth::{Ongoing, UniformGrowth}, load::Weight, Still};
-/// # use morphorod::tropism::{Memory, Proprioception, Response, Gravitropism, SettledStatoliths};
+/// # use morphorod::{ShootParameters, Still};
 /// use morphorod::integrator::{Adaptive, Integrator};
-/// # let memory = Memory { time: 720.0, delay: 720.0 };
-/// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-/// #     .length(0.05).radius(5e-4).growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
-/// #     .tropism((Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
-/// #         Proprioception { sensitivity: 20.0 }.remembered(memory)))
-/// #     .scene(Still::tilted(0.5)).load(Weight { density: 1000.0 }).build()?;
+/// # let parameters = ShootParameters { length: 0.05, growth_time: 72e3, ..Default::default() };
+/// # let mut shoot = parameters.reduced().scene(Still::tilted(0.5)).build()?;
 /// let cost = Adaptive::new(1e-5).advance(&mut shoot, 3600.0)?;
 /// assert!(cost.error.is_some_and(|error| error <= 1e-5));
 /// // Other settings are written as a struct literal.

@@ -114,8 +114,8 @@ mod tests {
     use super::*;
     use crate::numerics::quadrature::lobatto;
 
-    /// Returns ∫ exp(−(c − t) z) tᵐ dt from 0 to c by its power series Σ (−z)ᵏ m! c^(k+m+1)/(k + m
-    /// + 1)!.
+    /// Returns ∫ exp(−(c − t) z) tᵐ dt from 0 to c by its power series
+    /// Σ (−z)ᵏ m! c^(k+m+1)/(k + m + 1)!.
     fn moment(m: i32, z: f64, c: f64) -> f64 {
         let mut term = c.powi(m + 1) / f64::from(m + 1);
         let mut sum = term;

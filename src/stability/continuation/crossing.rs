@@ -72,20 +72,16 @@ impl<const N: usize> Crossing<N> {
     /// parameters it is a tenth, the error of the derivatives of the root along the curve.
     ///
     /// ```
-    /// # use morphorod::Shoot;
-    /// # use morphorod::constitutive::LinearElastic;
-    /// # use morphorod::growth::{Ongoing, UniformGrowth};
+    /// # use morphorod::ShootParameters;
     /// # use morphorod::stability::{Linearisation, StabilityError, onset};
-    /// # use morphorod::load::Weight;
-    /// # use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};
-    /// # let memory = Memory { time: 720.0, delay: 720.0 };
     /// let family = |length: f64, elements: usize| -> Result<Linearisation, StabilityError> {
-    ///     let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    ///         .length(length).radius(5e-4).elements(elements)
-    ///         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
-    ///         .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory))
-    ///         .load(Weight { density: 1000.0 })
-    ///         .build()?;
+    ///     let parameters = ShootParameters {
+    ///         length,
+    ///         growth_time: 72e3,
+    ///         proprioceptive_sensitivity: 0.0,
+    ///         ..Default::default()
+    ///     };
+    ///     let shoot = parameters.reduced().elements(elements).build()?;
     ///     // An upright shoot is in a steady state when it is built.
     ///     Linearisation::about(&shoot)
     /// };

@@ -16,20 +16,16 @@ use crate::stability::spectrum::{Linearisation, Root, SpectrumPart};
 /// Relative tolerance and range of meshes of a mesh refinement.
 ///
 /// ```
-/// # use morphorod::Shoot;
-/// # use morphorod::constitutive::LinearElastic;
-/// # use morphorod::growth::{Ongoing, UniformGrowth};
-/// # use morphorod::load::Weight;
+/// # use morphorod::ShootParameters;
 /// # use morphorod::stability::{Linearisation, Refinement, StabilityError};
-/// # use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};
-/// # let memory = Memory { time: 720.0, delay: 720.0 };
 /// let family = |length: f64, elements: usize| -> Result<Linearisation, StabilityError> {
-///     let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-///         .length(length).radius(5e-4).elements(elements)
-///         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
-///         .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory))
-///         .load(Weight { density: 1000.0 })
-///         .build()?;
+///     let parameters = ShootParameters {
+///         length,
+///         growth_time: 72e3,
+///         proprioceptive_sensitivity: 0.0,
+///         ..Default::default()
+///     };
+///     let shoot = parameters.reduced().elements(elements).build()?;
 ///     Linearisation::about(&shoot)
 /// };
 /// let found = Refinement::to(1e-8).onset(family, 0.06, 0.075)?;
@@ -249,23 +245,16 @@ impl Linearisation {
     /// estimate of their [error](Root::error), from the mesh before.
     ///
     /// ```
-    /// # use morphorod::Shoot;
-    /// # use morphorod::constitutive::LinearElastic;
-    /// # use morphorod::growth::{Ongoing, UniformGrowth};
-    /// # use morphorod::load::Weight;
+    /// # use morphorod::ShootParameters;
     /// # use morphorod::stability::Linearisation;
-    /// # use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-    /// # let memory = Memory { time: 720.0, delay: 720.0 };
     /// // Fast growth causes short waves.
-    /// let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-    ///     .length(0.07).radius(5e-4).elements(2)
-    ///     .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 12e3 }))
-    ///     .tropism((
-    ///         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
-    ///         Proprioception { sensitivity: 5.0 }.remembered(memory),
-    ///     ))
-    ///     .load(Weight { density: 1000.0 })
-    ///     .build()?;
+    /// let parameters = ShootParameters {
+    ///     length: 0.07,
+    ///     growth_time: 12e3,
+    ///     proprioceptive_sensitivity: 5.0,
+    ///     ..Default::default()
+    /// };
+    /// let shoot = parameters.reduced().elements(2).build()?;
     /// let linear = Linearisation::resolved(&shoot, 1e-6)?;
     /// println!("{} unstable roots on {} elements", linear.unstable()?, linear.elements());
     /// let root = linear.rightmost()?;

@@ -15,6 +15,9 @@ pub const GRID: RGBColor = RGBColor(0xE4, 0xE4, 0xE4);
 /// Filled areas: darker than the grid and lighter than all lines.
 pub const AREA: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
 
+/// Dots of measured positions: darker than filled areas, and lighter than all lines.
+pub const DOT: RGBColor = RGBColor(0xAA, 0xAA, 0xAA);
+
 /// Palette of Okabe and Ito. The first colours have the strongest contrast; yellow, which is faint
 /// on white, is last.
 const OKABE_ITO: [RGBColor; 8] = [

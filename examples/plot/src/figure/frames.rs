@@ -2,6 +2,8 @@
 
 use std::io;
 
+use morphorod::nalgebra::Vector3;
+use morphorod::rod::Rod;
 use plotters::style::RGBColor;
 
 use super::canvas::{Label, Point};
@@ -12,6 +14,10 @@ use super::path::{NAMES, space_ranges};
 use super::view::{View, extent};
 use super::{BAR_COLUMN, Figure, MM_PER_M};
 
+/// Number of points of the centre line of a shape.
+const LINE: usize = 41;
+/// Number of shapes in a period.
+const SHAPES: usize = 8;
 /// Length of a director in the figure, relative to the largest extent of the shapes.
 const LENGTH: f64 = 0.11;
 /// Lines of the directors d1 and d2.
@@ -30,6 +36,27 @@ pub struct FramedShape {
     pub directors: Vec<[[f64; 3]; 3]>,
 }
 
+impl FramedShape {
+    /// Returns the shape of a rod at a time (h), with the directors at base and tip.
+    pub fn of(rod: &Rod, hours: f64) -> Self {
+        let places = [0.0, rod.length()].into_iter().filter_map(|s| rod.at(s));
+        let directors = places
+            .map(|(place, frame)| {
+                [place, frame * Vector3::x(), frame * Vector3::y()].map(Into::into)
+            })
+            .collect();
+        Self {
+            hours,
+            line: rod
+                .centre_line_at(LINE)
+                .into_iter()
+                .map(Into::into)
+                .collect(),
+            directors,
+        }
+    }
+}
+
 /// One panel of [`Figure::frames`](super::Figure::frames).
 pub struct FramedPanel<'a> {
     /// Title of the panel.
@@ -38,6 +65,43 @@ pub struct FramedPanel<'a> {
     pub shapes: Vec<FramedShape>,
     /// Positions of the tip, m.
     pub track: Vec<[f64; 3]>,
+}
+
+impl<'a> FramedPanel<'a> {
+    /// Returns eight shapes of a period (h) that ends at `end` (h), and the tip track in it.
+    ///
+    /// `record` contains shapes in the order of time. The times of the panel are relative to the
+    /// beginning of the period, so that equal phases have equal colours. A period that begins
+    /// before zero is cut there.
+    pub fn of_period(name: &'a str, record: &[FramedShape], end: f64, period: f64) -> Self {
+        let at = |k: usize| end - period * (SHAPES - k) as f64 / SHAPES as f64;
+        let nearest = |hours: f64| {
+            let distance = |shape: &&FramedShape| (shape.hours - hours).abs();
+            record
+                .iter()
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        };
+        let begin = at(0).max(0.0);
+        let shapes = (1..=SHAPES).filter_map(|k| nearest(at(k).max(0.0)));
+        // The track begins one sample earlier, so that the orbit is closed.
+        let first = record
+            .iter()
+            .rposition(|shape| shape.hours <= begin)
+            .unwrap_or(0);
+        let inside = record[first..].iter().filter(|shape| shape.hours <= end);
+        Self {
+            name,
+            shapes: shapes
+                .map(|shape| FramedShape {
+                    hours: shape.hours - begin,
+                    ..shape.clone()
+                })
+                .collect(),
+            track: inside
+                .filter_map(|shape| shape.line.last().copied())
+                .collect(),
+        }
+    }
 }
 
 impl Figure {

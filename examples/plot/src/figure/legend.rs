@@ -2,8 +2,8 @@
 
 use super::TICK_SIZE;
 use super::canvas::{Canvas, Label, Point, text_width};
-use super::colour::{AREA, palette};
-use super::lines::{Series, Style};
+use super::colour::{AREA, DOT, palette};
+use super::lines::{DOT_RADIUS, Series, Style};
 
 /// Length of a line sample.
 const SAMPLE: f64 = 38.0;
@@ -98,6 +98,7 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
                     AREA,
                 );
             }
+            Style::Dots => canvas.dot((left + 0.5 * SAMPLE, y), DOT_RADIUS, DOT),
             Style::Points | Style::Badge | Style::Text | Style::Beside => {}
         }
         if matches!(one.style, Style::Points | Style::Marked) {

@@ -5,13 +5,16 @@ use std::io;
 use plotters::style::RGBColor;
 
 use super::canvas::{Canvas, Label, Point};
-use super::colour::{AREA, ColourScale, ordered, palette};
+use super::colour::{AREA, ColourScale, DOT, ordered, palette};
 use super::legend::{
     draw_badge, draw_below, draw_legend, draw_marker, height_below, is_beside, legend_width, listed,
 };
 use super::panel::{ABOVE, Axis, Panel, Rect};
 use super::range::Range;
 use super::{BAR_COLUMN, Figure, MERGED};
+
+/// Radius of grey dots, pixels.
+pub const DOT_RADIUS: f64 = 2.4;
 
 /// Kinds of series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +31,8 @@ pub enum Style {
     Points,
     /// Markers joined by a thin line, in the order of the points.
     Marked,
+    /// Small grey dots, for measured positions behind a line.
+    Dots,
     /// The polygon with these corners, filled with light grey. The axes then have no margin.
     Area,
     /// The text of the series in a circle at each point; identifies a curve in prints without
@@ -170,9 +175,9 @@ impl Figure {
     ) -> io::Result<()> {
         let panels: Vec<_> = panels
             .iter()
-            .map(|(name, series)| (*name, [x_label, y_label], *series))
+            .map(|(name, series)| (*name, [x_label, y_label], *series, axes))
             .collect();
-        self.draw_panels(&panels, axes, axes == Axes::Equal)
+        self.draw_panels(&panels, axes == Axes::Equal)
     }
 
     /// Draws several panels, each with its name, the labels of its axes, and its own ranges. More
@@ -182,14 +187,22 @@ impl Figure {
         panels: &[(&str, [&str; 2], &[Series])],
         axes: Axes,
     ) -> io::Result<()> {
-        self.draw_panels(panels, axes, true)
+        let panels: Vec<_> = panels
+            .iter()
+            .map(|(name, labels, series)| (*name, *labels, *series, axes))
+            .collect();
+        self.draw_panels(&panels, true)
+    }
+
+    /// Draws panels as [`separate_panels`](Self::separate_panels), each with its own kind of axes.
+    pub fn mixed_panels(&self, panels: &[(&str, [&str; 2], &[Series], Axes)]) -> io::Result<()> {
+        self.draw_panels(panels, true)
     }
 
     /// Draws panels with names and labels, and legend or colour bar.
     fn draw_panels(
         &self,
-        panels: &[(&str, [&str; 2], &[Series])],
-        axes: Axes,
+        panels: &[(&str, [&str; 2], &[Series], Axes)],
         own_ranges: bool,
     ) -> io::Result<()> {
         let (wide, band) = (self.wide(panels.len()), self.band());
@@ -197,7 +210,7 @@ impl Figure {
         let times = || {
             panels
                 .iter()
-                .flat_map(|(.., series)| *series)
+                .flat_map(|(_, _, series, _)| *series)
                 .filter_map(|one| one.time)
         };
         let time = times().next().map(|_| ColourScale::time(times()));
@@ -208,11 +221,13 @@ impl Figure {
             },
             _ => one.clone(),
         };
-        let panels: Vec<(&str, [&str; 2], Vec<Series>)> = panels
+        let panels: Vec<(&str, [&str; 2], Vec<Series>, Axes)> = panels
             .iter()
-            .map(|(name, labels, all)| (*name, *labels, all.iter().map(coloured).collect()))
+            .map(|(name, labels, all, axes)| {
+                (*name, *labels, all.iter().map(coloured).collect(), *axes)
+            })
             .collect();
-        let all: Vec<&Series> = panels.iter().flat_map(|(.., series)| series).collect();
+        let all: Vec<&Series> = panels.iter().flat_map(|(_, _, series, _)| series).collect();
         let listed = listed(&all);
         let right = panels.len() == 1 && time.is_none() && is_beside(&listed, wide);
         let beside = if right {
@@ -248,7 +263,7 @@ impl Figure {
                 right: wide,
                 bottom,
             };
-            for (i, (name, labels, series)) in panels.iter().enumerate() {
+            for (i, (name, labels, series, axes)) in panels.iter().enumerate() {
                 let (left, down) = (width * (i % columns) as f64, row * (i / columns) as f64);
                 let cell = Rect {
                     left,
@@ -261,8 +276,8 @@ impl Figure {
                 } else {
                     all.clone()
                 };
-                let (x, y) = fitted_axes(labels[0], labels[1], &shown, axes);
-                let panel = Panel::new(cell, x, y, axes == Axes::Equal);
+                let (x, y) = fitted_axes(labels[0], labels[1], &shown, *axes);
+                let panel = Panel::new(cell, x, y, *axes == Axes::Equal);
                 let (areas, rest): (Vec<&Series>, _) =
                     series.iter().partition(|one| one.style == Style::Area);
                 areas
@@ -353,6 +368,7 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
         for point in thinned(run) {
             match series.style {
                 Style::Points | Style::Marked => draw_marker(canvas, point, series),
+                Style::Dots => canvas.dot(point, DOT_RADIUS, DOT),
                 Style::Badge => draw_badge(canvas, point, &series.text, series.colour),
                 Style::Text => canvas.text(&series.text, Label::new(point.0, point.1)),
                 Style::Beside => canvas.text_beside(&series.text, point.0 + 9.0, point.1),
