@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::held::{Held, about, assert_close};
 use crate::fixtures::random::Draw;
-use crate::fixtures::rods::{RADIUS, bending_stiffness, tight, young_tissue};
+use crate::fixtures::rods::{bending_stiffness, tight};
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
@@ -118,7 +119,7 @@ fn twist_of_a_buckled_rod_follows_its_apex_in_time() {
         Hold::apex().at(Vector3::z() * (0.8 * LENGTH)).held(frame)
     };
     for elements in [8, 16] {
-        let mut shoot = Shoot::builder(young_tissue())
+        let mut shoot = Shoot::builder(YOUNG)
             .length(LENGTH)
             .radius(RADIUS)
             .elements(elements)
