@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::linear::{Linear, NEUTRAL, Role, Rows, SUSPECT, along, scaled};
+use super::linear::{Linear, NEUTRAL, Precision, Role, Rows, SUSPECT, along, scaled};
 use super::search::HeldSearch;
 use super::settings;
 use super::sites::across;
@@ -17,7 +17,7 @@ type Previous = (usize, f64, Vec<Vec<(usize, f64)>>);
 /// The conditions of all supports on a linear rod with the compliance C.
 pub(super) struct Bordered {
     /// The diagonal D.
-    diagonal: Vec<f64>,
+    pub diagonal: Vec<f64>,
     /// The rows T on the coordinates.
     pub rows: DMatrix<f64>,
     /// The matrix D − T C Tᵀ of the reactions, and the factors that scale it.
@@ -65,8 +65,9 @@ impl HeldSearch<'_> {
 
     /// The inertia of a linear rod on the directions that the supports permit. The part of sliding
     /// friction that is not symmetric is left out, so that the inertia does not decide stability
-    /// then.
-    pub(super) fn inertia_of(&self, linear: &Linear) -> Inertia {
+    /// then. With a precision, stiffnesses that are not determined away from equilibrium count as
+    /// neutral.
+    pub(super) fn inertia_of(&self, linear: &Linear, precision: Option<&Precision>) -> Inertia {
         let mut inertia = linear.factors.pivots;
         let Bordered {
             diagonal,
@@ -87,13 +88,15 @@ impl HeldSearch<'_> {
             DVector::zeros(0)
         };
         let mut floors = DVector::zeros(n);
-        if !self.is_loaded() && eigenvalues.iter().any(|value| value.abs() < SUSPECT) {
+        if let Some(precision) = precision
+            && eigenvalues.iter().any(|value| value.abs() < SUSPECT)
+        {
             let eigen = scaled.symmetric_eigen();
             for (k, value) in eigen.eigenvalues.iter().enumerate() {
                 if value.abs() < SUSPECT {
                     let factors = eigen.eigenvectors.column(k).component_mul(&scale);
                     let turns = linear.response.turns(&rows.tr_mul(&factors));
-                    floors[k] = linear.precision.floor(&turns);
+                    floors[k] = precision.floor(&turns).0;
                 }
             }
             eigenvalues = eigen.eigenvalues;

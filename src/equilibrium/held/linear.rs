@@ -21,7 +21,7 @@ use super::response::LinearResponse;
 use crate::equilibrium::Inertia;
 
 /// Largest eigenvalue of the scaled matrix of the reactions that is attributed to rounding.
-pub(super) const NEUTRAL: f64 = 1e-8;
+pub(super) const NEUTRAL: f64 = 1e-9;
 /// Eigenvalue of the scaled matrix below which it is compared with the stiffness that is not
 /// determined.
 pub(super) const SUSPECT: f64 = 1e-2;
@@ -30,6 +30,9 @@ pub(super) const SUSPECT: f64 = 1e-2;
 /// symmetry the work is of second order in the distance from equilibrium and the stiffness of first
 /// order, and in a soft direction both are of first order.
 const UNDETERMINED: f64 = 0.1;
+
+/// As [`NEUTRAL`], for the work of a violation that is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// What a condition belongs to: a hold, a spring, an increased pivot, or the spring at a free base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,10 +92,10 @@ pub(super) fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64
 pub(super) struct Conditions {
     /// `None` without conditions.
     eigen: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
-    scale: DVector<f64>,
-    /// Stiffnesses that are not determined in the eigenvectors with small eigenvalues; zero in the
-    /// others.
-    floors: Vec<f64>,
+    pub scale: DVector<f64>,
+    /// Stiffness that is not determined and largest rotation in each eigenvector with a small
+    /// eigenvalue; zero in the others.
+    floors: Vec<(f64, f64)>,
 }
 
 impl Conditions {
@@ -105,13 +108,13 @@ impl Conditions {
         Self {
             eigen: (n > 0).then(|| SymmetricEigen::new(scaled)),
             scale,
-            floors: vec![0.0; n],
+            floors: vec![(0.0, 0.0); n],
         }
     }
 
-    /// Sets the stiffnesses that are not determined, a function of the factors of the conditions in
-    /// a direction.
-    pub fn set_floors(&mut self, floor: impl Fn(&DVector<f64>) -> f64) {
+    /// Sets the stiffnesses that are not determined and the largest rotations, functions of the
+    /// factors of the conditions in a direction.
+    pub fn set_floors(&mut self, floor: impl Fn(&DVector<f64>) -> (f64, f64)) {
         let Some(eigen) = &self.eigen else {
             return;
         };
@@ -130,10 +133,13 @@ impl Conditions {
             return DVector::zeros(0);
         };
         let mut y = eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
-        for ((y, value), floor) in y.iter_mut().zip(eigen.eigenvalues.iter()).zip(&self.floors) {
+        let each = y.iter_mut().zip(eigen.eigenvalues.iter());
+        for ((y, value), (floor, turn)) in each.zip(&self.floors) {
             // A quotient of two quantities that are not determined would be a motion at random.
-            let undetermined = value.abs() <= *floor && y.abs() <= UNDETERMINED * floor;
-            *y = if value.abs() <= NEUTRAL || undetermined {
+            let work = y.abs() * turn;
+            let undetermined = value.abs() <= *floor && work <= UNDETERMINED * floor;
+            let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * ROUNDING;
+            *y = if undetermined || neutral {
                 0.0
             } else {
                 *y / value
@@ -173,6 +179,8 @@ pub(super) struct Linear {
     /// T, and T C for the compliance C.
     pub rows: DMatrix<f64>,
     pub products: DMatrix<f64>,
+    /// T C Tᵀ − D, and its factors.
+    pub matrix: DMatrix<f64>,
     pub solver: Conditions,
     /// First coordinate of the candidates, and their number.
     pub first: usize,
@@ -190,27 +198,21 @@ pub(super) struct Linear {
     pub precision: Precision,
 }
 
-/// Precision of the stiffness vᵀ K v of a rod in a direction v.
+/// Precision of the stiffness vᵀ K v of a rod in a direction v: unbalanced couples by frames, and the
+/// moment of forces on violated conditions, N m.
 ///
 /// If rotations v leave the energy unchanged, as those about the line of two pins do, the derivative
 /// of vᵀ g = 0 is K v + (∂v)ᵀ g = 0 for the gradient g of the energy. The stiffness vanishes in
-/// equilibrium only. Elsewhere its sign has no meaning if it is at most Σ |g_k| |v_k|². The tangent
-/// has rounding in addition, as in [neutral directions](crate::equilibrium) of a free rod.
-pub(super) struct Precision {
-    /// Rounding of the diagonal of the tangent, by frames, N m.
-    pub rounding: Vec<Vector3<f64>>,
-    /// Unbalanced couples, and the moment of forces on violated conditions, N m.
-    pub unbalanced: Vec<f64>,
-}
+/// equilibrium only. Elsewhere its sign has no meaning if it is at most Σ |g_k| |v_k|².
+pub(super) struct Precision(pub Vec<f64>);
 
 impl Precision {
-    /// The stiffness that is not determined for given rotations, N m.
-    pub fn floor(&self, turns: &[Vector3<f64>]) -> f64 {
-        let each = turns.iter().zip(&self.rounding).zip(&self.unbalanced);
-        each.map(|((turn, rounding), unbalanced)| {
-            rounding.dot(&turn.component_mul(turn)) + unbalanced * turn.norm_squared()
-        })
-        .sum()
+    /// The stiffness that is not determined for given rotations, N m, and the largest rotation.
+    pub fn floor(&self, turns: &[Vector3<f64>]) -> (f64, f64) {
+        let each = turns.iter().zip(&self.0);
+        let floor = each.map(|(turn, unbalanced)| unbalanced * turn.norm_squared());
+        let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
+        (floor.sum(), largest)
     }
 }
 

@@ -8,7 +8,6 @@ use super::linear::{Conditions, Factors, Linear, Precision, Role, Rows, along};
 use super::response::LinearResponse;
 use super::search::HeldSearch;
 use crate::equilibrium::EquilibriumError;
-use crate::equilibrium::tangent::STIFFNESS;
 use crate::rod::Rod;
 
 /// Largest share of the spring at a free base that remains in a step.
@@ -159,6 +158,7 @@ impl HeldSearch<'_> {
             residuals,
             rows,
             products,
+            matrix,
             solver,
             first,
             size,
@@ -170,30 +170,22 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// The precision of stiffnesses with the factorised tangent and the unbalanced couples in the
-    /// system. Far from equilibrium, and with loaded contacts, it is that of rounding alone.
+    /// The precision of stiffnesses with the unbalanced couples in the system. Far from
+    /// equilibrium, and with loaded contacts, every sign counts.
     fn precision(&self) -> Precision {
         let system = self.body.system();
-        let (first, moment) = (system.joints.first_free(), self.force_scale() * self.length);
+        let moment = self.force_scale() * self.length;
         let violation = self.violation() * self.force_scale();
         let near = system.unbalanced.max(violation) <= NEAR * moment && !self.is_loaded();
-        let nodes = 0..system.couples.len();
-        let size = |node: usize, axis: usize| match node.checked_sub(first) {
-            Some(block) => system.tangent.size(3 * block + axis),
-            None => 0.0,
-        };
-        let rounding = |node: usize| Vector3::from_fn(|axis, _| STIFFNESS * size(node, axis));
-        let unbalanced = |node: usize| {
+        let count = system.couples.len();
+        let unbalanced = |couple: &Vector3<f64>| {
             if near {
-                system.couples[node].norm() + violation / nodes.len() as f64
+                couple.norm() + violation / count as f64
             } else {
                 0.0
             }
         };
-        Precision {
-            rounding: nodes.clone().map(rounding).collect(),
-            unbalanced: nodes.clone().map(unbalanced).collect(),
-        }
+        Precision(system.couples.iter().map(unbalanced).collect())
     }
 
     /// Adds the compliances of the obstacles: one that yields is displaced by the forces on all of

@@ -72,6 +72,7 @@ mod candidate;
 mod candidates;
 mod checks;
 mod complementarity;
+mod continuation;
 mod elastic;
 mod ends;
 mod failure;
@@ -99,6 +100,7 @@ mod sites;
 mod solve;
 mod step;
 mod trial;
+mod valley;
 
 pub(super) use line::jump_between;
 pub(super) use mechanics::Body;

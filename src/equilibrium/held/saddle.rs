@@ -120,10 +120,11 @@ impl HeldSearch<'_> {
 
     /// The side to which a straight rod bends: that of its deflection from the chord in the step of
     /// the linear rod. The branch of equilibria on this side begins at the straight rod and is
-    /// stable at first, whereas that on the other side begins at a larger force. A deflection to both
-    /// sides, as between parallel clamps, does not distinguish them, and the rod has less energy if
-    /// it bends out of the plane of the deflection. If the linear rod has no deflection, all sides with the same stiffness are equal, and the rod bends towards its
-    /// load, or towards d1 without one.
+    /// stable at first, whereas that on the other side begins at a larger force. A deflection to
+    /// both sides, as between parallel clamps, does not distinguish them, and the rod has less
+    /// energy if it bends out of the plane of the deflection. If the linear rod has no deflection,
+    /// all sides with the same stiffness are equal, and the rod bends towards its load, or towards
+    /// d1 without one.
     fn side(&mut self, rod: &Rod, linear: &Linear) -> Vector3<f64> {
         let tangent = self.chord_direction(rod);
         let across = |v: Vector3<f64>| v - tangent * tangent.dot(&v);

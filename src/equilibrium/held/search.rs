@@ -49,6 +49,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) stable: bool,
     /// Rotation vectors of the last equilibrium, to which an extrapolated initial guess is compared.
     pub(in crate::equilibrium) last: Option<&'a [Vector3<f64>]>,
+    /// Whether the search returns to the start of the increment in time.
+    pub(super) returns: bool,
     /// Whether the descent to any equilibrium is omitted.
     pub(in crate::equilibrium) omits_descent: bool,
     pub(super) tolerance: f64,
@@ -112,6 +114,7 @@ impl<'a> HeldSearch<'a> {
             layer: f64::INFINITY,
             stable,
             last: None,
+            returns: false,
             omits_descent: false,
             tolerance,
             length: rod.length(),
@@ -429,7 +432,7 @@ impl<'a> HeldSearch<'a> {
         self.locate(rod);
         self.apply(rod);
         let linear = self.linear_rod(rod)?;
-        Ok(self.inertia_of(&linear))
+        Ok(self.inertia_of(&linear, None))
     }
 
     /// The reactions of springs and elastic joints at a shape. Holds keep the forces of the initial
