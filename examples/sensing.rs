@@ -447,7 +447,11 @@ fn touch(out: &Path, sensitivity: f64) -> Result<(), Box<dyn Error>> {
         out.join("touch.svg"),
         "A shoot that grows at a pole, with and without a response to touch",
     );
-    figure.lines("x (mm)", "z (mm)", &series, Axes::Equal)?;
+    // The shoots are about twice as high as wide.
+    figure
+        .width(165.0)
+        .height(185.0)
+        .lines("x (mm)", "z (mm)", &series, Axes::Equal)?;
     Ok(())
 }
 

@@ -53,7 +53,7 @@ impl HeldSearch<'_> {
         {
             self.check_end(rod)?;
         }
-        moved?;
+        moved.map_err(|error| self.with_cause(error))?;
         if !self.frames.is_empty() {
             // The last step may change reactions that do not affect the shape.
             self.balance(rod);
