@@ -13,6 +13,7 @@ mod general_rods;
 mod greenhill;
 mod held;
 mod held_joints;
+mod held_jumps;
 mod held_profile;
 mod held_stability;
 mod helix;

@@ -21,7 +21,7 @@ use super::response::LinearResponse;
 use crate::equilibrium::Inertia;
 
 /// Largest eigenvalue of the scaled matrix of the reactions that is attributed to rounding.
-pub(super) const NEUTRAL: f64 = 1e-9;
+pub(super) const NEUTRAL: f64 = 1e-8;
 /// Eigenvalue of the scaled matrix below which it is compared with the stiffness that is not
 /// determined.
 pub(super) const SUSPECT: f64 = 1e-2;
@@ -124,6 +124,15 @@ impl Conditions {
                 self.floors[k] = floor(&factors);
             }
         }
+    }
+
+    /// Whether the solution may leave out a direction that is not neutral.
+    pub fn is_incomplete(&self) -> bool {
+        let Some(eigen) = &self.eigen else {
+            return false;
+        };
+        let mut each = eigen.eigenvalues.iter().zip(&self.floors);
+        each.any(|(value, (floor, _))| value.abs() > NEUTRAL && value.abs() <= *floor)
     }
 
     /// The solution for a right-hand side. Neutral directions, and directions in which neither the

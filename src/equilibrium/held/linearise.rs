@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::candidate::Candidate;
 use super::elastic::Spring;
-use super::linear::{Conditions, Factors, Linear, Precision, Role, Rows, along};
+use super::linear::{Conditions, Factors, Linear, NEUTRAL, Precision, Role, Rows, along};
 use super::response::LinearResponse;
 use super::search::HeldSearch;
 use crate::equilibrium::EquilibriumError;
@@ -171,12 +171,14 @@ impl HeldSearch<'_> {
     }
 
     /// The precision of stiffnesses with the unbalanced couples in the system. Far from
-    /// equilibrium, and with loaded contacts, every sign counts.
+    /// equilibrium, and with loaded contacts, every sign counts. If couples balance, what they leave
+    /// undetermined is neutral.
     fn precision(&self) -> Precision {
         let system = self.body.system();
         let moment = self.force_scale() * self.length;
         let violation = self.violation() * self.force_scale();
-        let near = system.unbalanced.max(violation) <= NEAR * moment && !self.is_loaded();
+        let missing = system.unbalanced.max(violation) / moment;
+        let near = (NEUTRAL..NEAR).contains(&missing) && !self.is_loaded();
         let count = system.couples.len();
         let unbalanced = |couple: &Vector3<f64>| {
             if near {

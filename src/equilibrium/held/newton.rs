@@ -385,6 +385,9 @@ impl HeldSearch<'_> {
         let balanced =
             self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
         let rounds = stagnates && !apart && !stretching && balanced;
+        if step.trial.linear.solver.is_incomplete() {
+            return false;
+        }
         if !rounds
             && (stretching || apart || step.changed || error > self.tolerance && turn >= ROUNDING)
         {

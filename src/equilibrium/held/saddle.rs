@@ -81,7 +81,9 @@ impl HeldSearch<'_> {
         let translates = free.map_or(0.0, |base| 1.0 / base.stiffness);
         // In a neutral direction of a bent rod the terms cancel each other.
         let flexible = |i: usize| linear.terms[i] - translates;
-        let largest = (0..linear.roles.len()).map(flexible).fold(0.0, f64::max);
+        // The terms of springs and pivots have other units.
+        let holds = (0..linear.roles.len()).filter(|i| matches!(linear.roles[*i], Role::Hold(..)));
+        let largest = holds.map(flexible).fold(0.0, f64::max);
         let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
             let Role::Hold(site, direction) = role else {
