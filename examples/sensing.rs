@@ -445,11 +445,11 @@ fn touch(out: &Path, sensitivity: f64) -> Result<(), Box<dyn Error>> {
     ));
     let figure = Figure::new(
         out.join("touch.svg"),
-        "A shoot that grows at a pole, with and without a response to touch",
+        "Shoot at a pole, with and without touch",
     );
-    // The shoots are about twice as high as wide.
+    // The shoots are about three times as high as wide.
     figure
-        .width(165.0)
+        .width(120.0)
         .height(185.0)
         .lines("x (mm)", "z (mm)", &series, Axes::Equal)?;
     Ok(())

@@ -32,7 +32,7 @@ const MAX_ELEMENTS: usize = 100_000;
 /// load that folds shorter elements compresses the shoot to nothing.
 const MAX_ELEMENTS_TO_UNFOLD: usize = 1000;
 /// Number of elements below which all elements are halved after a search that fails. Ropes of
-/// q L³/(E I) = 1e5 are found on 8 elements; on more than 64 failures have other causes.
+/// q L³/(E I) = 1e5 are found on 16 elements, so that failures on 64 have other causes.
 const MAX_ELEMENTS_TO_FIND: usize = 64;
 
 impl Adaptive {
