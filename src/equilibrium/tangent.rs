@@ -22,7 +22,7 @@ const SUSPECT: f64 = 1e-6;
 /// Rounding of a stiffness vᵀ K v relative to the sum of K_kk v_k². Six products with two
 /// operations each contribute 6 ε, and the error of the equilibrium and of the entries of K
 /// contributes too.
-const STIFFNESS: f64 = 32.0 * f64::EPSILON;
+pub(super) const STIFFNESS: f64 = 32.0 * f64::EPSILON;
 /// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is
 /// factorised: half of the digits remain. Smaller ones occur where the rod would be at its
 /// stability limit without the holds.

@@ -163,8 +163,9 @@ fn straight_rod_that_buckles_does_not_pass_a_pole() {
             radius: 0.0,
             friction: 0.0,
         }]);
-        // The energies of two planes differ by rounding and by the square of the error, 1e-9 rad.
-        let rolled = (energy / least - 1.0).abs() < 1e-9;
+        // Where the rod has rolled away from the pole by more than its radius, 1e-3, it may still
+        // deviate from its plane by 3e-5 of the length, which changes the energy by the square.
+        let rolled = (energy / least - 1.0).abs() < 1e-7;
         assert!(
             beside < centre && (pushes > 0 || rolled),
             "{radius}: {beside}, {pushes}, {energy} against {least}"

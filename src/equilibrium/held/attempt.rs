@@ -185,7 +185,7 @@ impl HeldSearch<'_> {
 
     /// Whether the linear rod is unstable in a direction that the supports permit.
     fn is_unstable(&self, linear: &Linear) -> bool {
-        self.inertia_of(linear, Some(&linear.precision)).negative > 0
+        self.inertia_of(linear, true).negative > 0
     }
 
     /// Tests a tangent. A straight rod is bent first. In a search for a stable equilibrium, a
@@ -203,7 +203,7 @@ impl HeldSearch<'_> {
         let shift = linear.factors.shift;
         let inertia = self
             .tests_inertia(course)
-            .then(|| self.inertia_of(linear, Some(&linear.precision)));
+            .then(|| self.inertia_of(linear, true));
         if let Some(inertia) = inertia.filter(|inertia| shift == 0.0 || inertia.negative > 0) {
             self.found.inertia = inertia;
         }

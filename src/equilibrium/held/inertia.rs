@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::linear::{Linear, NEUTRAL, Precision, Role, Rows, SUSPECT, along, scaled};
+use super::linear::{Linear, NEUTRAL, Role, Rows, SUSPECT, along, scaled};
 use super::search::HeldSearch;
 use super::settings;
 use super::sites::across;
@@ -65,9 +65,9 @@ impl HeldSearch<'_> {
 
     /// The inertia of a linear rod on the directions that the supports permit. The part of sliding
     /// friction that is not symmetric is left out, so that the inertia does not decide stability
-    /// then. With a precision, stiffnesses that are not determined away from equilibrium count as
-    /// neutral.
-    pub(super) fn inertia_of(&self, linear: &Linear, precision: Option<&Precision>) -> Inertia {
+    /// then. On the way to an equilibrium, stiffnesses that unbalanced couples do not determine
+    /// count as neutral.
+    pub(super) fn inertia_of(&self, linear: &Linear, on_the_way: bool) -> Inertia {
         let mut inertia = linear.factors.pivots;
         let Bordered {
             diagonal,
@@ -88,15 +88,15 @@ impl HeldSearch<'_> {
             DVector::zeros(0)
         };
         let mut floors = DVector::zeros(n);
-        if let Some(precision) = precision
-            && eigenvalues.iter().any(|value| value.abs() < SUSPECT)
-        {
+        if !self.is_loaded() && eigenvalues.iter().any(|value| value.abs() < SUSPECT) {
             let eigen = scaled.symmetric_eigen();
             for (k, value) in eigen.eigenvalues.iter().enumerate() {
                 if value.abs() < SUSPECT {
                     let factors = eigen.eigenvectors.column(k).component_mul(&scale);
                     let turns = linear.response.turns(&rows.tr_mul(&factors));
-                    floors[k] = precision.floor(&turns).0;
+                    let floor = linear.precision.floor(&turns);
+                    let unbalanced = if on_the_way { floor.unbalanced } else { 0.0 };
+                    floors[k] = floor.rounding + unbalanced;
                 }
             }
             eigenvalues = eigen.eigenvalues;

@@ -93,9 +93,8 @@ pub(super) struct Conditions {
     /// `None` without conditions.
     eigen: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
     pub scale: DVector<f64>,
-    /// Stiffness that is not determined and largest rotation in each eigenvector with a small
-    /// eigenvalue; zero in the others.
-    floors: Vec<(f64, f64)>,
+    /// What is not determined in each eigenvector with a small eigenvalue; zero in the others.
+    floors: Vec<Floor>,
 }
 
 impl Conditions {
@@ -108,13 +107,12 @@ impl Conditions {
         Self {
             eigen: (n > 0).then(|| SymmetricEigen::new(scaled)),
             scale,
-            floors: vec![(0.0, 0.0); n],
+            floors: vec![Floor::default(); n],
         }
     }
 
-    /// Sets the stiffnesses that are not determined and the largest rotations, functions of the
-    /// factors of the conditions in a direction.
-    pub fn set_floors(&mut self, floor: impl Fn(&DVector<f64>) -> (f64, f64)) {
+    /// Sets what is not determined, a function of the factors of the conditions in a direction.
+    pub fn set_floors(&mut self, floor: impl Fn(&DVector<f64>) -> Floor) {
         let Some(eigen) = &self.eigen else {
             return;
         };
@@ -132,7 +130,10 @@ impl Conditions {
             return false;
         };
         let mut each = eigen.eigenvalues.iter().zip(&self.floors);
-        each.any(|(value, (floor, _))| value.abs() > NEUTRAL && value.abs() <= *floor)
+        each.any(|(value, floor)| {
+            let neutral = NEUTRAL.max(floor.rounding);
+            (neutral..neutral + floor.unbalanced).contains(&value.abs())
+        })
     }
 
     /// The solution for a right-hand side. Neutral directions, and directions in which neither the
@@ -143,10 +144,10 @@ impl Conditions {
         };
         let mut y = eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
         let each = y.iter_mut().zip(eigen.eigenvalues.iter());
-        for ((y, value), (floor, turn)) in each.zip(&self.floors) {
+        for ((y, value), floor) in each.zip(&self.floors) {
             // A quotient of two quantities that are not determined would be a motion at random.
-            let work = y.abs() * turn;
-            let undetermined = value.abs() <= *floor && work <= UNDETERMINED * floor;
+            let (total, work) = (floor.rounding + floor.unbalanced, y.abs() * floor.turn);
+            let undetermined = value.abs() <= total && work <= UNDETERMINED * total;
             let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * ROUNDING;
             *y = if undetermined || neutral {
                 0.0
@@ -207,21 +208,38 @@ pub(super) struct Linear {
     pub precision: Precision,
 }
 
-/// Precision of the stiffness vᵀ K v of a rod in a direction v: unbalanced couples by frames, and the
-/// moment of forces on violated conditions, N m.
+/// Precision of the stiffness vᵀ K v of a rod in a direction v.
 ///
 /// If rotations v leave the energy unchanged, as those about the line of two pins do, the derivative
 /// of vᵀ g = 0 is K v + (∂v)ᵀ g = 0 for the gradient g of the energy. The stiffness vanishes in
-/// equilibrium only. Elsewhere its sign has no meaning if it is at most Σ |g_k| |v_k|².
-pub(super) struct Precision(pub Vec<f64>);
+/// equilibrium only. Elsewhere its sign has no meaning if it is at most Σ |g_k| |v_k|². The tangent
+/// has rounding in addition, as in [neutral directions](crate::equilibrium) of a free rod.
+pub(super) struct Precision {
+    /// Rounding of the diagonal of the tangent, by frames, N m.
+    pub rounding: Vec<Vector3<f64>>,
+    /// Unbalanced couples, and the moment of forces on violated conditions, N m.
+    pub unbalanced: Vec<f64>,
+}
+
+/// Stiffnesses in a direction that are not determined, N m, and its largest rotation.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Floor {
+    pub rounding: f64,
+    pub unbalanced: f64,
+    turn: f64,
+}
 
 impl Precision {
-    /// The stiffness that is not determined for given rotations, N m, and the largest rotation.
-    pub fn floor(&self, turns: &[Vector3<f64>]) -> (f64, f64) {
-        let each = turns.iter().zip(&self.0);
-        let floor = each.map(|(turn, unbalanced)| unbalanced * turn.norm_squared());
-        let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
-        (floor.sum(), largest)
+    /// What is not determined for given rotations.
+    pub fn floor(&self, turns: &[Vector3<f64>]) -> Floor {
+        let mut floor = Floor::default();
+        for ((turn, rounding), unbalanced) in turns.iter().zip(&self.rounding).zip(&self.unbalanced)
+        {
+            floor.rounding += rounding.dot(&turn.component_mul(turn));
+            floor.unbalanced += unbalanced * turn.norm_squared();
+            floor.turn = floor.turn.max(turn.norm());
+        }
+        floor
     }
 }
 

@@ -8,6 +8,7 @@ use super::linear::{Conditions, Factors, Linear, NEUTRAL, Precision, Role, Rows,
 use super::response::LinearResponse;
 use super::search::HeldSearch;
 use crate::equilibrium::EquilibriumError;
+use crate::equilibrium::tangent::STIFFNESS;
 use crate::rod::Rod;
 
 /// Largest share of the spring at a free base that remains in a step.
@@ -179,15 +180,23 @@ impl HeldSearch<'_> {
         let violation = self.violation() * self.force_scale();
         let missing = system.unbalanced.max(violation) / moment;
         let near = (NEUTRAL..NEAR).contains(&missing) && !self.is_loaded();
-        let count = system.couples.len();
-        let unbalanced = |couple: &Vector3<f64>| {
+        let (first, nodes) = (system.joints.first_free(), 0..system.couples.len());
+        let size = |node: usize, axis: usize| match node.checked_sub(first) {
+            Some(block) => system.tangent.size(3 * block + axis),
+            None => 0.0,
+        };
+        let rounding = |node: usize| Vector3::from_fn(|axis, _| STIFFNESS * size(node, axis));
+        let unbalanced = |node: usize| {
             if near {
-                couple.norm() + violation / count as f64
+                system.couples[node].norm() + violation / nodes.len() as f64
             } else {
                 0.0
             }
         };
-        Precision(system.couples.iter().map(unbalanced).collect())
+        Precision {
+            rounding: nodes.clone().map(rounding).collect(),
+            unbalanced: nodes.clone().map(unbalanced).collect(),
+        }
     }
 
     /// Adds the compliances of the obstacles: one that yields is displaced by the forces on all of

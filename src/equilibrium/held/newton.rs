@@ -400,13 +400,13 @@ impl HeldSearch<'_> {
     /// Evaluates the inertia at the equilibrium that a step has reached, with the tangent of the
     /// step unless the distance from it matters.
     fn find_inertia(&mut self, rod: &Rod, step: &Step) -> Result<(), EquilibriumError> {
-        self.found.inertia = self.inertia_of(&step.trial.linear, None);
+        self.found.inertia = self.inertia_of(&step.trial.linear, false);
         let Inertia {
             negative, margin, ..
         } = self.found.inertia;
         if negative > 0 || !(margin > CLOSE.0.max(CLOSE.1 * step.drift)) {
             let linear = self.linear_rod(rod)?;
-            self.found.inertia = self.inertia_of(&linear, None);
+            self.found.inertia = self.inertia_of(&linear, true);
         }
         Ok(())
     }

@@ -21,8 +21,9 @@ const STRAIGHT: f64 = 1e-6;
 const LEAST_LEAVING: f64 = 1e-3;
 /// Number of places at which the deflection of a linear rod is evaluated.
 const DEFLECTIONS: usize = 64;
-/// Largest deflection, relative to the length, that is rounding.
-const DEFLECTED: f64 = 1e-15;
+/// Largest deflection, relative to the length and the distance from the origin, that is rounding of
+/// differences of positions.
+const DEFLECTED: f64 = 8.0 * f64::EPSILON;
 /// Largest ratio of the mean deflection to the largest one of a deflection to both sides.
 const ODD: f64 = 1e-3;
 
@@ -163,7 +164,8 @@ impl HeldSearch<'_> {
         let largest = deflections
             .max_by(|a, b| a.norm().total_cmp(&b.norm()))
             .unwrap_or_default();
-        if !(largest.norm() > DEFLECTED * self.length && largest.norm().is_finite()) {
+        let rounding = DEFLECTED * (self.length + rod.base_position().norm());
+        if !(largest.norm() > rounding && largest.norm().is_finite()) {
             return by_load();
         }
         let side = if mean.norm() > ODD * largest.norm() {

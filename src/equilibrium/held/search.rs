@@ -449,7 +449,7 @@ impl<'a> HeldSearch<'a> {
         self.locate(rod);
         self.apply(rod);
         let linear = self.linear_rod(rod)?;
-        Ok(self.inertia_of(&linear, None))
+        Ok(self.inertia_of(&linear, false))
     }
 
     /// The reactions of springs and elastic joints at a shape. Holds keep the forces of the initial
