@@ -172,14 +172,15 @@ impl HeldSearch<'_> {
     }
 
     /// The precision of stiffnesses with the unbalanced couples in the system. Far from
-    /// equilibrium, and with loaded contacts, every sign counts. If couples balance, what they leave
+    /// equilibrium, with loaded contacts, and in a search for an unstable equilibrium, every sign
+    /// counts. If couples balance, what they leave
     /// undetermined is neutral.
     fn precision(&self) -> Precision {
         let system = self.body.system();
         let moment = self.force_scale() * self.length;
         let violation = self.violation() * self.force_scale();
         let missing = system.unbalanced.max(violation) / moment;
-        let near = (NEUTRAL..NEAR).contains(&missing) && !self.is_loaded();
+        let near = self.stable && (NEUTRAL..NEAR).contains(&missing) && !self.is_loaded();
         let (first, nodes) = (system.joints.first_free(), 0..system.couples.len());
         let size = |node: usize, axis: usize| match node.checked_sub(first) {
             Some(block) => system.tangent.size(3 * block + axis),

@@ -154,8 +154,11 @@ impl HeldSearch<'_> {
         Some((start, origin))
     }
 
-    /// Reports a jump over a distance (m).
+    /// Reports a jump over a distance (m), unless the rod stays near its earlier shape.
     fn report(&mut self, jump: f64) {
+        if jump <= settings::NEAR_MOTION * self.length {
+            return;
+        }
         self.found.jump = Some(self.found.jump.map_or(jump, |last| last.max(jump)));
     }
 
@@ -253,7 +256,9 @@ impl HeldSearch<'_> {
                         let known = suspect
                             .as_ref()
                             .is_some_and(|last| jump >= SAME_DISTANCE * last.jump);
-                        if moves && !known && increment > resolved {
+                        // In contact, friction would depend on the halves of an increment.
+                        let resolves = moves && (self.returns || !self.is_loaded());
+                        if resolves && !known && increment > resolved {
                             let end = self.snapshot(rod);
                             suspect = Some(Suspect { end, next, jump });
                             self.restore(rod, &before);
