@@ -79,7 +79,13 @@ impl HeldSearch<'_> {
         let free = response.free(self.body.system_mut());
         let (mut links, mut roles) = (Rows::default(), Vec::new());
         for (i, site) in self.sites.iter().enumerate() {
-            for direction in principal(&site.fixed, &response.levers(i)) {
+            // In contact the search may amplify rounding, which would decide between equal levers.
+            let directions = if self.obstacles.contacts.is_empty() {
+                principal(&site.fixed, &response.levers(i))
+            } else {
+                site.fixed.clone()
+            };
+            for direction in directions {
                 links.push(along(3 * i, &direction), 0.0);
                 roles.push(Role::Hold(i, direction));
             }
