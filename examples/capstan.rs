@@ -36,6 +36,9 @@ use nalgebra::Vector3;
 const RADIUS: f64 = 0.5e-3;
 /// Length of a tail, relative to its decay length √(B/F).
 const TAIL: f64 = 15.0;
+/// Width and height of the figure of the shapes, mm. The straight rod is longer than the tails are
+/// wide.
+const SHAPES: [f64; 2] = [150.0, 190.0];
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
@@ -190,16 +193,14 @@ fn run() -> Result<(), Box<dyn Error>> {
     shapes.push(Series::new(
         "drum",
         (0..=200).map(circle).collect(),
-        Style::Dashed,
-        1,
+        Style::Line,
+        6,
     ));
     let title = "A rod that is wound on a drum";
-    Figure::new(out.join("shapes.svg"), title).lines(
-        "place x (mm)",
-        "height z (mm)",
-        &shapes,
-        Axes::Equal,
-    )?;
+    Figure::new(out.join("shapes.svg"), title)
+        .width(SHAPES[0])
+        .height(SHAPES[1])
+        .lines("place x (mm)", "height z (mm)", &shapes, Axes::Equal)?;
     let ratios = [
         Series::new("rod", found, Style::Marked, 0),
         Series::new("closed form", exact, Style::Line, 1),

@@ -445,9 +445,13 @@ fn touch(out: &Path, sensitivity: f64) -> Result<(), Box<dyn Error>> {
     ));
     let figure = Figure::new(
         out.join("touch.svg"),
-        "A shoot that grows at a pole, with and without a response to touch",
+        "Shoot at a pole, with and without touch",
     );
-    figure.lines("x (mm)", "z (mm)", &series, Axes::Equal)?;
+    // The shoots are about three times as high as wide.
+    figure
+        .width(120.0)
+        .height(185.0)
+        .lines("x (mm)", "z (mm)", &series, Axes::Equal)?;
     Ok(())
 }
 

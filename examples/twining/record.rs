@@ -13,6 +13,13 @@ use crate::{HOUR, RADIUS, Setup};
 
 /// Number of shapes that are drawn.
 const SHAPES: usize = 12;
+/// Height of the view from the side, and its smallest width, mm.
+const HEIGHT: f64 = 240.0;
+const LEAST_WIDTH: f64 = 85.0;
+/// Width and height of the view from the side outside its frame, mm.
+const MARGINS: [f64; 2] = [62.0, 32.0];
+/// Width and height of the view from above with a square frame, mm.
+const SQUARE: [f64; 2] = [212.0, 180.0];
 
 /// Results of a run over time.
 #[derive(Default)]
@@ -223,51 +230,65 @@ impl Record {
         Ok(())
     }
 
-    /// Draws the shapes over time with the pole, from the side and from above.
+    /// Draws the shapes over time with the pole, from the side and from above. From the side, what is
+    /// behind the pole is pale.
     fn draw_shapes(&self, setup: &Setup, out: &Path) -> Result<(), Box<dyn Error>> {
         let (x, r) = (100.0 * setup.distance(), 100.0 * setup.pole);
-        let all = || {
-            self.shapes
-                .iter()
-                .flat_map(|(_, line)| line.iter().map(|point| point.z))
+        let range = |of: &dyn Fn(&Vector3<f64>) -> f64| {
+            let all = self.shapes.iter().flat_map(|(_, line)| line).map(of);
+            all.fold((0.0, 0.0), |(low, high): (f64, f64), value| {
+                (low.min(value), high.max(value))
+            })
         };
-        let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
-        let edges = |x: f64| vec![(x, low), (x, high)];
+        let ((left, right), (low, high)) = (range(&|p| p.x), range(&|p| p.z));
+        let edge = |x: f64, label| Series::new(label, vec![(x, low), (x, high)], Style::Line, 6);
+        let mut side = vec![edge(x - r, "pole"), edge(x + r, "")];
+        for (hours, line) in &self.shapes {
+            for (hidden, part) in parts(line, |p| (p.x - x).abs() < r && p.y > 0.0) {
+                let style = if hidden { Style::Hidden } else { Style::Line };
+                side.push(Series::new("", part, style, 0).at_time(*hours));
+            }
+        }
+        let width = right.max(x + r) - left;
+        let height = HEIGHT - MARGINS[1];
+        Figure::new(out.join("side.svg"), "Seen from the side")
+            .width((MARGINS[0] + height * width / (high - low)).max(LEAST_WIDTH))
+            .height(HEIGHT)
+            .lines("x (cm)", "z (cm)", &side, Axes::Equal)?;
         let circle = (0..=72)
             .map(|i| (TAU * f64::from(i) / 72.0).sin_cos())
             .map(|(sin, cos)| (x + r * cos, r * sin));
-        let poles = [vec![edges(x - r), edges(x + r)], vec![circle.collect()]];
-        let views = [("side", "z (cm)"), ("above", "y (cm)")];
-        for (view, ((name, label), pole)) in views.into_iter().zip(poles).enumerate() {
-            let project = |p: &Vector3<f64>| (p.x, if view == 0 { p.z } else { p.y });
-            let mut series = Vec::new();
-            for (hours, line) in &self.shapes {
-                series.push(
-                    Series::new("", line.iter().map(project).collect(), Style::Line, 0)
-                        .at_time(*hours),
-                );
-            }
-            for (i, edge) in pole.into_iter().enumerate() {
-                series.push(Series::new(
-                    if i == 0 { "pole" } else { "" },
-                    edge,
-                    Style::Line,
-                    6,
-                ));
-            }
-            let title = format!(
-                "Shoot that winds round a pole, seen from {}",
-                ["the side", "above"][view]
-            );
-            Figure::new(out.join(format!("{name}.svg")), title).lines(
-                "x (cm)",
-                label,
-                &series,
-                Axes::Equal,
-            )?;
+        let mut above = vec![Series::new("pole", circle.collect(), Style::Line, 6)];
+        for (hours, line) in &self.shapes {
+            let line = line.iter().map(|p| (p.x, p.y)).collect();
+            above.push(Series::new("", line, Style::Line, 0).at_time(*hours));
         }
+        Figure::new(out.join("above.svg"), "Seen from above")
+            .width(SQUARE[0])
+            .height(SQUARE[1])
+            .lines("x (cm)", "y (cm)", &above, Axes::Equal)?;
         Ok(())
     }
+}
+
+/// Divides a line, seen from −e2, into parts that are hidden or not. Neighbouring parts share a
+/// point.
+fn parts(
+    line: &[Vector3<f64>],
+    is_hidden: impl Fn(&Vector3<f64>) -> bool,
+) -> Vec<(bool, Vec<(f64, f64)>)> {
+    let mut parts: Vec<(bool, Vec<(f64, f64)>)> = Vec::new();
+    for place in line {
+        let (hidden, point) = (is_hidden(place), (place.x, place.z));
+        match parts.last_mut() {
+            Some((same, part)) if *same == hidden => part.push(point),
+            last => {
+                let shared = last.and_then(|(_, part)| part.last().copied());
+                parts.push((hidden, shared.into_iter().chain([point]).collect()));
+            }
+        }
+    }
+    parts
 }
 
 /// Arc length (m), tension (N), angle of the tangent to the horizontal (°) and twist (1/m) along a

@@ -91,6 +91,20 @@ pub enum EquilibriumError {
         /// cause if it is not much less than π, and the load otherwise.
         intrinsic: f64,
     },
+    /// The search has rotated the frame of an elastic joint to about π, where its rotation vector
+    /// is discontinuous.
+    #[error(
+        "no equilibrium: the search has rotated the frame of the elastic joint at {:.4} m from the base by {:.4} rad; at \
+         π its rotation vector, and with it the couple, is discontinuous; a frame of the joint closer to that of the \
+         rod, or a smaller couple, may help",
+        Number(*arc_length), Number(*turn)
+    )]
+    JointTurned {
+        /// Arc length of the joint, m.
+        arc_length: f64,
+        /// Rotation from the frame of the joint to that of the rod, rad.
+        turn: f64,
+    },
     /// The only equilibrium found is unstable.
     #[error(
         "the equilibrium found is unstable, with {negative} negative eigenvalues of its tangent: the rod buckles or \
@@ -200,6 +214,7 @@ impl EquilibriumError {
             self,
             Self::NoConvergence { .. }
                 | Self::NotHeld { .. }
+                | Self::JointTurned { .. }
                 | Self::Unstable { .. }
                 | Self::Folded { .. }
                 | Self::Shape(RodError::Folded { .. })

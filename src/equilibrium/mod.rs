@@ -28,6 +28,8 @@ pub use newton::{NewtonSolver, NewtonWorkspace};
 pub use rod_energy::{NodeTangent, RodEnergy};
 pub use unloaded::Unloaded;
 
+use nalgebra::Vector3;
+
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
@@ -97,13 +99,17 @@ pub struct Equilibrium {
     pub inertia: Inertia,
     /// Displacement of the tip (m) since the first unstable configuration of the search, unless the
     /// equilibrium is the continuation of the initial guess. It is the continuation if the
-    /// unbalanced couples of the guess cause at least a fifth of the rotation from there. For a rod
-    /// with a support it is the largest displacement of the centre line from the initial guess.
-    /// `None` if all configurations of the search were stable. For a rod with a support it is also
-    /// `None` if Newton's method or a descent within 1e-3 of the length found the equilibrium,
-    /// unless the rod touched no obstacle before and the search without obstacles jumped. After a
-    /// jump the friction of contacts depends on the iterations of the descent, in each of which it
-    /// dissipates energy.
+    /// unbalanced couples of the guess cause at least a fifth of the rotation from there. `None` if
+    /// all configurations of the search were stable.
+    ///
+    /// For a rod with a support it is the largest displacement of the centre line, by more than 1e-3
+    /// of the length, in an increment of the motion of holds, base and obstacles in which the rod
+    /// releases more than twice the energy that the linear rod of its end predicts. Such an
+    /// increment is halved until the displacement is known to 1 %. The first increment counts if the
+    /// rod was in equilibrium before: in a time step, or with the reactions of an earlier search. In
+    /// contact a descent to a distant equilibrium is a jump, too, and so is the jump of a search
+    /// without obstacles if the rod touched none before. After a descent the friction of contacts
+    /// depends on its iterations, in each of which it dissipates energy.
     pub jump: Option<f64>,
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a
     /// distance from the loss of stability that does not depend on the mesh. Zero with a neutral
@@ -170,6 +176,9 @@ pub(crate) struct Past<'a> {
     /// The start of the increment in time: contacts are followed from there, and friction depends
     /// on the displacement.
     pub start: Option<&'a IncrementStart>,
+    /// Rotation vectors of the last equilibrium, if `rod` has an extrapolated shape and touches no
+    /// obstacle.
+    pub last: Option<&'a [Vector3<f64>]>,
     /// Whether the descent to any equilibrium is omitted. In contact this descent follows a failure
     /// of Newton's method and of a descent within 1e-3 of the length. A free rod ignores it.
     pub omits_descent: bool,

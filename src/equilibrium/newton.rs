@@ -325,6 +325,7 @@ impl NewtonSolver {
             search.since(start, support.base());
         }
         search.omits_descent = past.omits_descent;
+        search.last = past.last;
         let mut shape = rod.clone();
         search.guess(&mut shape, past.earlier, past.shape);
         let mut held = search.run(shape, bound)?;

@@ -22,7 +22,7 @@ const SUSPECT: f64 = 1e-6;
 /// Rounding of a stiffness vᵀ K v relative to the sum of K_kk v_k². Six products with two
 /// operations each contribute 6 ε, and the error of the equilibrium and of the entries of K
 /// contributes too.
-const STIFFNESS: f64 = 32.0 * f64::EPSILON;
+pub(super) const STIFFNESS: f64 = 32.0 * f64::EPSILON;
 /// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is
 /// factorised: half of the digits remain. Smaller ones occur where the rod would be at its
 /// stability limit without the holds.
@@ -158,6 +158,9 @@ impl Tangent {
                 self.values.extend([c[0], c[1], c[2], f[0], f[1], f[2]]);
             }
         }
+        // A pivot of exactly zero is replaced by a rounding of the matrix. A smaller one would make
+        // later factors overflow.
+        let replacement = (f64::EPSILON * self.floor()).max(f64::MIN_POSITIVE * 1e100);
         let n = 3 * self.capacity;
         let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
             return Ok(());
@@ -167,10 +170,9 @@ impl Tangent {
         let factorised = factorize_simplicial_numeric_ldlt(
             &mut self.factors,
             SparseColMatRef::new(pattern, &self.values),
-            // A pivot of exactly zero is replaced by a tiny one, which counts as neutral.
             faer::linalg::cholesky::ldlt::factor::LdltRegularization {
                 dynamic_regularization_signs: None,
-                dynamic_regularization_delta: f64::MIN_POSITIVE * 1e100,
+                dynamic_regularization_delta: replacement,
                 dynamic_regularization_epsilon: f64::MIN_POSITIVE,
             },
             symbolic,
@@ -235,14 +237,16 @@ impl Tangent {
         let floor = self.floor();
         loop {
             self.factorise_values()?;
+            // A diagonal entry that vanishes by chance is no scale of its pivot.
+            let size = |column: usize| self.size(column).max(BOOSTED * floor);
             let least = |size: f64| (BOOSTED * floor.min(size)).max(ACCURATE * size);
             let small = (0..3 * self.blocks)
-                .find(|&column| !(self.pivot(column).abs() > least(self.size(column))));
+                .find(|&column| !(self.pivot(column).abs() > least(size(column))));
             let Some(column) = small else { break };
             if boosts.iter().any(|(boosted, _)| *boosted == column) {
                 return Err(EquilibriumError::NotFinite { what: "tangent" });
             }
-            let increase = self.size(column).min(floor).max(f64::MIN_POSITIVE.sqrt());
+            let increase = size(column).min(floor).max(f64::MIN_POSITIVE.sqrt());
             self.diagonal[column / 3][(column % 3, column % 3)] += increase;
             boosts.push((column, increase));
         }

@@ -22,10 +22,10 @@ use crate::rod::Rod;
 
 /// Largest number of corrections. After steps of 0.01 rad each correction is about 1e-2 of the one
 /// before, so that the last one is rounding.
-const CORRECTIONS: usize = 6;
+pub(super) const CORRECTIONS: usize = 6;
 
 /// The sum of the scalar products of rotations.
-fn product(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+pub(super) fn product(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
 

@@ -31,12 +31,12 @@ pub struct Statistics {
     pub contact_changes: usize,
     /// Number of steps that were made to locate these times and then undone.
     pub contact_trials: usize,
-    /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to
-    /// another one. The quasi-static model does not resolve the motion in between. In a free rod a
-    /// jump does not count if the unbalanced couples of the initial guess cause at least a fifth of
-    /// the rotation ([`Equilibrium::jump`]). The number of snaps therefore depends on the length of
-    /// the steps. A snap of a shoot that was held or in contact at the start of the step counts
-    /// only if Newton's method did not follow it.
+    /// Number of snaps: steps in which the shape jumped to another equilibrium
+    /// ([`Equilibrium::jump`]). The quasi-static model does not resolve the motion in between. In a
+    /// free rod a jump does not count if the unbalanced couples of the initial guess cause at least
+    /// a fifth of the rotation, so that the number of snaps depends on the length of the steps. In a
+    /// rod with supports a jump is resolved in increments of the motion of holds, base and
+    /// obstacles. If nothing moves but the rod itself, it is judged for the whole step.
     pub snaps: usize,
     /// End of the step with the last snap, s; `None` without a snap.
     pub last_snap: Option<f64>,

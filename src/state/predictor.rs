@@ -141,6 +141,12 @@ impl Predictor {
         self.known = 0;
     }
 
+    /// Rotation vectors of the rod before the last extrapolation; `None` if they were dropped.
+    pub fn last(&self) -> Option<&[Vector3<f64>]> {
+        let last = self.earlier.first().filter(|_| self.known > 0);
+        last.map(|last| &last.rotations[..])
+    }
+
     /// Restores the shape of the rod before the last extrapolation, and drops the equilibria before
     /// it.
     pub fn take_last(&mut self, rod: &mut Rod) {

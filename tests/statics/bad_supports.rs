@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::fixtures::held::Held;
 use crate::fixtures::messages::in_words;
 use crate::fixtures::rods::tight;
-use crate::fixtures::shoots::WEIGHT;
+use crate::fixtures::shoots::{RADIUS, WEIGHT};
 use morphorod::Scene;
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::EquilibriumSolver;
@@ -447,4 +447,72 @@ fn inertia_with_the_reaction_of_an_obstacle_is_refused() {
         error.contains("number of reactions of obstacles"),
         "{error}"
     );
+}
+
+/// Inside of a tube about e1. Its axis has no normal.
+fn tube(radius: f64) -> impl Obstacle {
+    let distance = move |place: &Vector3<f64>, _: f64| {
+        let across = Vector3::new(0.0, place.y, place.z);
+        let away = across.norm();
+        let normal = if away > 0.0 {
+            -across / away
+        } else {
+            Vector3::zeros()
+        };
+        let round =
+            Matrix3::from_diagonal(&Vector3::new(0.0, 1.0, 1.0)) - normal * normal.transpose();
+        let curvature = if away > 0.0 {
+            round / -away
+        } else {
+            Matrix3::zeros()
+        };
+        Distance {
+            value: radius - away,
+            normal,
+            curvature,
+        }
+    };
+    Of(distance, Vector3::zeros())
+}
+
+#[test]
+fn rod_on_the_axis_of_a_tube_sags_as_on_the_plane_below_it() {
+    // The rod bends in the vertical plane through the axis, where the tube is the plane.
+    let radius = 0.1 * LENGTH;
+    let plane = HalfSpace {
+        through: Vector3::z() * -radius,
+        normal: Vector3::z(),
+    };
+    let (mut inside, mut above) = (horizontal(), horizontal());
+    inside.hold(&contact(tube(radius), 0.0));
+    above.hold(&contact(plane, 0.0));
+    assert!(!above.reactions.is_empty());
+    // Both searches end at the same equations with the tolerance of the solver.
+    let apart = (inside.rod.tip() - above.rod.tip()).norm();
+    assert!(apart < 1e-11 * LENGTH, "{apart:e}");
+    let sum = |held: &Held<Weight>| held.reactions.iter().map(|at| at.force.z).sum::<f64>();
+    let forces = [sum(&inside), sum(&above)];
+    assert!((forces[0] / forces[1] - 1.0).abs() < 1e-9, "{forces:?}");
+}
+
+#[test]
+fn forces_between_two_walls_without_clearance_are_undetermined() {
+    let bent = |clearance: f64| {
+        let wall = |side: f64| {
+            let through = Vector3::z() * (side * (RADIUS + 0.5 * clearance));
+            let normal = Vector3::z() * -side;
+            Contact {
+                obstacle: HalfSpace { through, normal },
+                radius: RADIUS,
+                friction: 0.0,
+            }
+        };
+        let mut held = horizontal();
+        held.rod.set_intrinsic(|_| Vector3::y() * (0.3 / LENGTH));
+        (held, (wall(-1.0), wall(1.0)))
+    };
+    let (mut held, walls) = bent(0.0);
+    held.assert_refused(&walls, "clearance of the shoot between two obstacles");
+    let (mut held, walls) = bent(1e-3 * RADIUS);
+    held.hold(&walls);
 }

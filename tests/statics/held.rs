@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::elastica::legendre;
 use crate::fixtures::held::{Held, assert_close, bisect};
+use crate::fixtures::random::Draw;
 use crate::fixtures::rods::{DENSITY, GRAVITY, bending_stiffness, density_for};
 use crate::fixtures::shoots::{RADIUS, WEIGHT};
 use morphorod::load::Weight;
@@ -262,6 +263,30 @@ fn pinned_and_clamped_elasticas_match_elliptic_integrals() {
             // The rod without weight rotates freely about its chord.
             assert_eq!(clamped.signs(), (0, 1));
         }
+    }
+}
+
+#[test]
+fn pinned_rods_at_random_places_are_elasticas() {
+    // The leading parts of the tangent of such a rod may be singular. The rod begins straight, along
+    // the base.
+    let mut draw = Draw::new(31);
+    for case in 0..100 {
+        let mut component = || draw.uniform(-1.0, 1.0);
+        let direction = Vector3::new(component(), component(), component()).normalize();
+        let distance = draw.uniform(0.2, 0.95);
+        let mut rod = Held::straight(LENGTH, 0.0, 8, ());
+        rod.hold(&(
+            Joint::Ball,
+            Hold::apex().at(direction * (distance * LENGTH)),
+        ));
+        let (_, complete) = modulus(1.0 - distance);
+        let expected = direction * (-4.0 * complete * complete);
+        let found = rod.reaction().0 * LENGTH * LENGTH / bending_stiffness();
+        // The error of eight elements, relative to the load.
+        let error = (found - expected).norm() / expected.norm();
+        assert!(error < 1e-6, "{case}: {error:e}, {direction}, {distance}");
+        assert_eq!(rod.signs().0, 0, "{case}");
     }
 }
 

@@ -359,6 +359,26 @@ fn double_well_moves_the_apex_into_a_well() {
 }
 
 #[test]
+fn joint_that_a_couple_rotates_beyond_pi_is_an_error_that_names_it() {
+    // A constant couple bends the rod to an arc, whose angle is the couple times ℓ/(E I).
+    let couple = |angle: f64| {
+        let frame = horizontal(8).scene.base;
+        let couple = Vector3::y() * (angle * unit() * LENGTH * LENGTH);
+        joint(0.0, frame, move |x| {
+            quadratic(x, &Matrix3::zeros(), &couple)
+        })
+    };
+    let mut held = Held::straight(LENGTH, FRAC_PI_2, 8, ());
+    held.hold(&couple(3.0));
+    let turn = (held.scene.base.inverse() * held.rod.apex_frame()).angle();
+    // Rounding of the rotations and of the stiffness.
+    assert_abs_diff_eq!(turn, 3.0, epsilon = 1e-12);
+    for angle in [3.2, 4.0, 6.0] {
+        Held::straight(LENGTH, FRAC_PI_2, 8, ()).assert_refused(&couple(angle), "discontinuous");
+    }
+}
+
+#[test]
 fn potentials_without_an_energy_are_errors_and_leave_the_rod_unchanged() {
     let k = unit();
     let spin = Matrix3::new(0.0, -k, 0.0, k, 0.0, 0.0, 0.0, 0.0, 0.0);

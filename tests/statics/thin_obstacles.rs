@@ -120,7 +120,8 @@ fn held_frame_that_rotates_does_not_move_the_rod_through_a_pole() {
 }
 
 /// A straight rod whose tip is pulled back bends towards d1, where a pole is nearer than the
-/// deflection.
+/// deflection. It may touch the pole there, or roll about the line of its ends to a plane in which
+/// it does not reach the pole, since a section that is circular has no plane of its own.
 #[test]
 fn straight_rod_that_buckles_does_not_pass_a_pole() {
     let still = Still::weightless();
@@ -146,9 +147,9 @@ fn straight_rod_that_buckles_does_not_pass_a_pole() {
             .iter()
             .filter(|at| at.obstacle.is_some() && at.normal > 0.0)
             .count();
-        (beside.x / LENGTH, pushes)
+        (beside.x / LENGTH, pushes, held.equilibrium.energy)
     };
-    let (free, _) = deflection(vec![]);
+    let (free, _, least) = deflection(vec![]);
     assert!(free > 0.08, "{free}");
     for radius in [7e-3, 1e-3] {
         let centre = 0.01 + radius;
@@ -157,14 +158,17 @@ fn straight_rod_that_buckles_does_not_pass_a_pole() {
             along: Vector3::y(),
             radius: radius * LENGTH,
         };
-        let (beside, pushes) = deflection(vec![Contact {
+        let (beside, pushes, energy) = deflection(vec![Contact {
             obstacle: pole,
             radius: 0.0,
             friction: 0.0,
         }]);
+        // Where the rod has rolled away from the pole by more than its radius, 1e-3, it may still
+        // deviate from its plane by 3e-5 of the length, which changes the energy by the square.
+        let rolled = (energy / least - 1.0).abs() < 1e-7;
         assert!(
-            beside < centre && pushes > 0,
-            "{radius}: {beside}, {pushes}"
+            beside < centre && (pushes > 0 || rolled),
+            "{radius}: {beside}, {pushes}, {energy} against {least}"
         );
     }
 }

@@ -28,6 +28,7 @@ mod order_of_laws;
 mod own_integrators;
 mod random_scenes;
 mod righting;
+mod ropes;
 mod shoots_that_stretch;
 mod short_events;
 mod stops;

@@ -23,7 +23,7 @@ const LONGEST_STEP: f64 = 10.0;
 const TINY_TURN: f64 = 1e-9;
 /// Values below which an unstable rod is near a saddle if its steps do not become shorter. The rod
 /// then leaves the saddle by 0.1 rad, and the residual moves it by much less.
-const NEAR_SADDLE: (f64, f64) = (1e-2, 1e-4);
+const NEAR_SADDLE: (f64, f64) = (1e-2, 1e-6);
 /// Values below which a rod that needs a shift is at a saddle in any case: both are due to
 /// rounding.
 const AT_SADDLE: (f64, f64) = (1e-10, 1e-10);
@@ -112,7 +112,7 @@ impl HeldSearch<'_> {
                 continue;
             }
             let unchecked = self.is_unchecked(&trial, course);
-            let fraction = self.descend(rod, (&start, &trial), unchecked);
+            let fraction = self.descend(rod, (&start, &trial), unchecked, course.last_turn);
             let shortened = fraction.is_none_or(|fraction| fraction < 1.0);
             if is_newton && shortened && self.was_unstable(rod, (&start, &trial), fraction) {
                 return Ok(Attempt::Lost);
@@ -185,7 +185,7 @@ impl HeldSearch<'_> {
 
     /// Whether the linear rod is unstable in a direction that the supports permit.
     fn is_unstable(&self, linear: &Linear) -> bool {
-        self.inertia_of(linear).negative > 0
+        self.inertia_of(linear, true).negative > 0
     }
 
     /// Tests a tangent. A straight rod is bent first. In a search for a stable equilibrium, a
@@ -201,7 +201,9 @@ impl HeldSearch<'_> {
         linear: &Linear,
     ) -> Option<Attempt> {
         let shift = linear.factors.shift;
-        let inertia = self.tests_inertia(course).then(|| self.inertia_of(linear));
+        let inertia = self
+            .tests_inertia(course)
+            .then(|| self.inertia_of(linear, true));
         if let Some(inertia) = inertia.filter(|inertia| shift == 0.0 || inertia.negative > 0) {
             self.found.inertia = inertia;
         }
@@ -210,7 +212,7 @@ impl HeldSearch<'_> {
             && let Some(missing) = self.missing_along_straight(linear)
         {
             course.bowed = true;
-            self.bow_safely(rod, start, 2.0 * (missing / self.length).sqrt());
+            self.bow_safely(rod, start, linear, 2.0 * (missing / self.length).sqrt());
             return Some(Attempt::Moved);
         }
         let negative = inertia?.negative;

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::law::Status;
 use super::search::{HeldSearch, project};
 use super::settings;
 use super::sites::{HeldSite, across, place_of};
@@ -12,42 +13,58 @@ use crate::so3;
 
 /// Largest displacement, relative to the length, by which derivatives of obstacles are checked.
 const DISTANCE_STEP: f64 = 1e-6;
+/// Displacement from a place without a gradient, relative to this step.
+const ASIDE: f64 = 10.0;
 /// Largest error of such a derivative, for example at an edge of an obstacle.
 const DISTANCE_ERROR: f64 = 1e-3;
+/// Largest sum of the normals of two opposite obstacles. The forces between walls with an angle of
+/// 1e-3 rad are determined, with three digits less than others.
+const OPPOSITE: f64 = 1e-3;
 
 impl HeldSearch<'_> {
     /// Returns an error for an obstacle whose function is not a signed distance: its gradient must
-    /// be a unit vector and the derivative of the distance, at all stations of the rod.
+    /// be a unit vector and the derivative of the distance, at all stations of the rod or beside
+    /// them: a place of greatest distance, as on the axis of a tube, has no gradient.
     pub(super) fn check_obstacles(&self) -> Result<(), ParameterError> {
         for station in self.line.stations() {
             for obstacle in 0..self.obstacles.contacts.len() {
-                let here = self.obstacles.gap_at(obstacle, &station.position);
-                let (name, norm) = (
-                    "norm of the gradient of the distance from an obstacle",
-                    here.normal.norm(),
-                );
+                let place = station.position;
+                let value = self.obstacles.gap_at(obstacle, &place).value;
                 let at = |error: ParameterError| error.at(station.arc_length);
-                ParameterError::finite("distance from an obstacle", here.value, "m").map_err(at)?;
-                ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1")
-                    .map_err(at)?;
-                let step = here.normal * (DISTANCE_STEP * self.length);
-                let there = self.obstacles.gap_at(obstacle, &(station.position + step));
-                let (name, slope) = (
-                    "derivative of the distance from an obstacle along its gradient",
-                    Derivatives::along(&step, &here, &there).normal,
-                );
-                let requirement = "1: the gradient is the normal, which must point away from the obstacle; \
-                    `check::obstacle` names the component that is wrong";
-                ParameterError::unless(
-                    (slope - 1.0).abs() < DISTANCE_ERROR,
-                    name,
-                    slope,
-                    requirement,
-                )
-                .map_err(at)?;
+                ParameterError::finite("distance from an obstacle", value, "m").map_err(at)?;
+                let beside = |axis| {
+                    let step = Vector3::ith(axis, ASIDE * DISTANCE_STEP * self.length);
+                    self.check_gradient(obstacle, &(place + step)).is_ok()
+                };
+                if let Err(error) = self.check_gradient(obstacle, &place)
+                    && !(0..3).any(beside)
+                {
+                    return Err(at(error));
+                }
             }
         }
         Ok(())
+    }
+
+    /// Returns an error unless the gradient of the distance from an obstacle is a unit vector and
+    /// the derivative of the distance at a place (m).
+    fn check_gradient(&self, obstacle: usize, place: &Vector3<f64>) -> Result<(), ParameterError> {
+        let here = self.obstacles.gap_at(obstacle, place);
+        let name = "norm of the gradient of the distance from an obstacle";
+        let norm = here.normal.norm();
+        ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1")?;
+        let step = here.normal * (DISTANCE_STEP * self.length);
+        let there = self.obstacles.gap_at(obstacle, &(place + step));
+        let name = "derivative of the distance from an obstacle along its gradient";
+        let slope = Derivatives::along(&step, &here, &there).normal;
+        let requirement = "1: the gradient is the normal, which must point away from the obstacle; \
+                           `check::obstacle` names the component that is wrong";
+        ParameterError::unless(
+            (slope - 1.0).abs() < DISTANCE_ERROR,
+            name,
+            slope,
+            requirement,
+        )
     }
 
     /// Returns an error for a hold that is farther from the base, or from a hold at a point, than
@@ -96,10 +113,42 @@ impl HeldSearch<'_> {
         self.check_potentials(rod)
     }
 
-    /// Returns an error for laws of supports that are invalid where a search ends.
+    /// Returns an error for supports that are invalid where a search ends.
     pub(super) fn check_end(&self, rod: &Rod) -> Result<(), ParameterError> {
         self.check_curvatures()?;
+        self.check_slots()?;
         self.check_potentials(rod)
+    }
+
+    /// Returns an error for two obstacles with forces on the rod between which it has no clearance.
+    /// Equal and opposite forces at such a place do not affect the rod, and are undetermined unless
+    /// an obstacle yields.
+    fn check_slots(&self) -> Result<(), ParameterError> {
+        let loaded = || {
+            self.candidates
+                .iter()
+                .filter(|at| at.status != Status::Open && at.normal() > 0.0)
+        };
+        for at in loaded() {
+            for other in 0..self.obstacles.contacts.len() {
+                let gap = self.obstacles.gap_at(other, &at.position);
+                let opposite = (gap.normal + at.gap.normal).norm() <= OPPOSITE;
+                let touches = gap.value.abs() <= settings::ROUNDING * self.length;
+                if !(opposite && touches && loaded().any(|at| at.obstacle == other)) {
+                    continue;
+                }
+                let compliance =
+                    self.obstacles.compliances[other] + self.obstacles.compliances[at.obstacle];
+                let yields = !self.obstacles.move_together(other, at.obstacle)
+                    && gap.normal.dot(&(compliance * gap.normal)) > 0.0;
+                let name = "clearance of the shoot between two obstacles";
+                let requirement = "positive (m): both touch it at the same place, where their forces are undetermined; \
+                                   let one yield, or leave a gap";
+                ParameterError::unless(yields, name, 0.0, requirement)
+                    .map_err(|error| error.at(at.arc_length))?;
+            }
+        }
+        Ok(())
     }
 
     /// Returns an error for an obstacle that contains the base.

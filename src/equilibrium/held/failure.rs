@@ -1,5 +1,7 @@
 //! Errors of a search that does not converge.
 
+use std::f64::consts::PI;
+
 use nalgebra::Matrix3;
 
 use super::law::Status;
@@ -67,6 +69,19 @@ impl HeldSearch<'_> {
             residual: self.body.system().unbalanced,
             force: self.body.force().largest(),
             contact: self.worst_contact(),
+        }
+    }
+
+    /// Replaces the error of a search without convergence if a step may have rotated the frame of an
+    /// elastic joint past π.
+    pub(super) fn with_cause(&self, error: EquilibriumError) -> EquilibriumError {
+        match (error, self.largest_joint_turn) {
+            (EquilibriumError::NoConvergence { .. }, Some((turn, arc_length)))
+                if turn > PI - settings::LARGEST_TURN =>
+            {
+                EquilibriumError::JointTurned { arc_length, turn }
+            }
+            (error, _) => error,
         }
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
 use super::law::Status;
-use super::linear::{Linear, NEUTRAL, Role, Rows, along, scaled};
+use super::linear::{Linear, NEUTRAL, Role, Rows, SUSPECT, along, scaled};
 use super::search::HeldSearch;
 use super::settings;
 use super::sites::across;
@@ -17,7 +17,7 @@ type Previous = (usize, f64, Vec<Vec<(usize, f64)>>);
 /// The conditions of all supports on a linear rod with the compliance C.
 pub(super) struct Bordered {
     /// The diagonal D.
-    diagonal: Vec<f64>,
+    pub diagonal: Vec<f64>,
     /// The rows T on the coordinates.
     pub rows: DMatrix<f64>,
     /// The matrix D − T C Tᵀ of the reactions, and the factors that scale it.
@@ -65,14 +65,15 @@ impl HeldSearch<'_> {
 
     /// The inertia of a linear rod on the directions that the supports permit. The part of sliding
     /// friction that is not symmetric is left out, so that the inertia does not decide stability
-    /// then.
-    pub(super) fn inertia_of(&self, linear: &Linear) -> Inertia {
+    /// then. On the way to an equilibrium, stiffnesses that unbalanced couples do not determine
+    /// count as neutral.
+    pub(super) fn inertia_of(&self, linear: &Linear, on_the_way: bool) -> Inertia {
         let mut inertia = linear.factors.pivots;
         let Bordered {
             diagonal,
+            rows,
             matrix,
             scale,
-            ..
         } = self.bordered(linear);
         let (n, scaled) = (diagonal.len(), scaled(&matrix, &scale));
         if scaled.iter().any(|value| !value.is_finite()) {
@@ -81,20 +82,34 @@ impl HeldSearch<'_> {
                 ..inertia
             };
         }
-        let eigenvalues = if n > 0 {
+        let mut eigenvalues = if n > 0 {
             scaled.symmetric_eigenvalues()
         } else {
             DVector::zeros(0)
         };
+        let mut floors = DVector::zeros(n);
+        if !self.is_loaded() && eigenvalues.iter().any(|value| value.abs() < SUSPECT) {
+            let eigen = scaled.symmetric_eigen();
+            for (k, value) in eigen.eigenvalues.iter().enumerate() {
+                if value.abs() < SUSPECT {
+                    let factors = eigen.eigenvectors.column(k).component_mul(&scale);
+                    let turns = linear.response.turns(&rows.tr_mul(&factors));
+                    let floor = linear.precision.floor(&turns);
+                    let unbalanced = if on_the_way { floor.unbalanced } else { 0.0 };
+                    floors[k] = floor.rounding + unbalanced;
+                }
+            }
+            eigenvalues = eigen.eigenvalues;
+        }
         // The bordered matrix has one negative eigenvalue for every condition and every spring of
         // positive stiffness.
         let expected = diagonal.iter().filter(|d| **d <= 0.0).count();
         // A condition and a spring of negative stiffness each have one positive eigenvalue.
         let positive = diagonal.iter().filter(|d| **d >= 0.0).count();
         inertia.margin = inertia.margin.abs();
-        for value in eigenvalues.iter() {
+        for (value, floor) in eigenvalues.iter().zip(floors.iter()) {
             // With the sign as the scale, the least magnitude of an eigenvalue enters the margin.
-            inertia.count(*value, value.signum(), NEUTRAL);
+            inertia.count(*value, value.signum(), f64::max(NEUTRAL, *floor));
         }
         let confined = self.body.system().joints.confined_directions();
         inertia.negative = inertia.negative.saturating_sub(expected);

@@ -22,6 +22,17 @@ use crate::equilibrium::Inertia;
 
 /// Largest eigenvalue of the scaled matrix of the reactions that is attributed to rounding.
 pub(super) const NEUTRAL: f64 = 1e-8;
+/// Eigenvalue of the scaled matrix below which it is compared with the stiffness that is not
+/// determined.
+pub(super) const SUSPECT: f64 = 1e-2;
+/// Largest work of the unbalanced couples and violations in a direction, relative to the stiffness
+/// that is not determined, for which the rod does not move in it: a rotation of 0.1 rad. Along a
+/// symmetry the work is of second order in the distance from equilibrium and the stiffness of first
+/// order, and in a soft direction both are of first order.
+const UNDETERMINED: f64 = 0.1;
+
+/// As [`NEUTRAL`], for the work of a violation that is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// What a condition belongs to: a hold, a spring, an increased pivot, or the spring at a free base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +43,13 @@ pub(super) enum Role {
     Spring(usize, Vector3<f64>),
     /// Increase of a pivot, or spring at a free base.
     Boost,
+}
+
+impl Role {
+    /// Whether a condition is one of the hold of a site.
+    pub fn holds(&self, site: usize) -> bool {
+        matches!(self, Self::Hold(own, _) if *own == site)
+    }
 }
 
 /// Rows on coordinates, and the diagonal D of their matrix.
@@ -74,7 +92,9 @@ pub(super) fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64
 pub(super) struct Conditions {
     /// `None` without conditions.
     eigen: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
-    scale: DVector<f64>,
+    pub scale: DVector<f64>,
+    /// What is not determined in each eigenvector with a small eigenvalue; zero in the others.
+    floors: Vec<Floor>,
 }
 
 impl Conditions {
@@ -87,17 +107,49 @@ impl Conditions {
         Self {
             eigen: (n > 0).then(|| SymmetricEigen::new(scaled)),
             scale,
+            floors: vec![Floor::default(); n],
         }
     }
 
-    /// The solution for a right-hand side. Neutral directions have the component zero.
+    /// Sets what is not determined, a function of the factors of the conditions in a direction.
+    pub fn set_floors(&mut self, floor: impl Fn(&DVector<f64>) -> Floor) {
+        let Some(eigen) = &self.eigen else {
+            return;
+        };
+        for (k, value) in eigen.eigenvalues.iter().enumerate() {
+            if value.abs() < SUSPECT {
+                let factors = eigen.eigenvectors.column(k).component_mul(&self.scale);
+                self.floors[k] = floor(&factors);
+            }
+        }
+    }
+
+    /// Whether the solution may leave out a direction that is not neutral.
+    pub fn is_incomplete(&self) -> bool {
+        let Some(eigen) = &self.eigen else {
+            return false;
+        };
+        let mut each = eigen.eigenvalues.iter().zip(&self.floors);
+        each.any(|(value, floor)| {
+            let neutral = NEUTRAL.max(floor.rounding);
+            (neutral..neutral + floor.unbalanced).contains(&value.abs())
+        })
+    }
+
+    /// The solution for a right-hand side. Neutral directions, and directions in which neither the
+    /// stiffness nor the rotation is determined, have the component zero.
     pub fn solve(&self, rhs: &DVector<f64>) -> DVector<f64> {
         let Some(eigen) = &self.eigen else {
             return DVector::zeros(0);
         };
         let mut y = eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
-        for (y, value) in y.iter_mut().zip(eigen.eigenvalues.iter()) {
-            *y = if value.abs() <= NEUTRAL {
+        let each = y.iter_mut().zip(eigen.eigenvalues.iter());
+        for ((y, value), floor) in each.zip(&self.floors) {
+            // A quotient of two quantities that are not determined would be a motion at random.
+            let (total, work) = (floor.rounding + floor.unbalanced, y.abs() * floor.turn);
+            let undetermined = value.abs() <= total && work <= UNDETERMINED * total;
+            let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * ROUNDING;
+            *y = if undetermined || neutral {
                 0.0
             } else {
                 *y / value
@@ -131,10 +183,14 @@ pub(super) struct Linear {
     /// Conditions of holds, springs and increased pivots.
     pub links: Rows,
     pub roles: Vec<Role>,
+    /// Sum of the absolute terms of the displacement along each condition by its own reaction.
+    pub terms: Vec<f64>,
     pub residuals: DVector<f64>,
     /// T, and T C for the compliance C.
     pub rows: DMatrix<f64>,
     pub products: DMatrix<f64>,
+    /// T C Tᵀ − D, and its factors.
+    pub matrix: DMatrix<f64>,
     pub solver: Conditions,
     /// First coordinate of the candidates, and their number.
     pub first: usize,
@@ -148,17 +204,46 @@ pub(super) struct Linear {
     pub remains: f64,
     /// The share of the unbalanced couples and of the residuals that the step removes.
     pub share: f64,
+    /// What determines the stiffness in a direction.
+    pub precision: Precision,
+}
+
+/// Precision of the stiffness vᵀ K v of a rod in a direction v.
+///
+/// If rotations v leave the energy unchanged, as those about the line of two pins do, the derivative
+/// of vᵀ g = 0 is K v + (∂v)ᵀ g = 0 for the gradient g of the energy. The stiffness vanishes in
+/// equilibrium only. Elsewhere its sign has no meaning if it is at most Σ |g_k| |v_k|². The tangent
+/// has rounding in addition, as in [neutral directions](crate::equilibrium) of a free rod.
+pub(super) struct Precision {
+    /// Rounding of the diagonal of the tangent, by frames, N m.
+    pub rounding: Vec<Vector3<f64>>,
+    /// Unbalanced couples, and the moment of forces on violated conditions, N m.
+    pub unbalanced: Vec<f64>,
+}
+
+/// Stiffnesses in a direction that are not determined, N m, and its largest rotation.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Floor {
+    pub rounding: f64,
+    pub unbalanced: f64,
+    turn: f64,
+}
+
+impl Precision {
+    /// What is not determined for given rotations.
+    pub fn floor(&self, turns: &[Vector3<f64>]) -> Floor {
+        let mut floor = Floor::default();
+        for ((turn, rounding), unbalanced) in turns.iter().zip(&self.rounding).zip(&self.unbalanced)
+        {
+            floor.rounding += rounding.dot(&turn.component_mul(turn));
+            floor.unbalanced += unbalanced * turn.norm_squared();
+            floor.turn = floor.turn.max(turn.norm());
+        }
+        floor
+    }
 }
 
 impl Linear {
-    /// The displacement along a condition by its own reaction.
-    pub fn flexibility(&self, condition: usize) -> f64 {
-        self.products
-            .row(condition)
-            .dot(&self.rows.row(condition))
-            .abs()
-    }
-
     /// Changes of the reactions of the links, with which their conditions hold, for changes of
     /// those of the candidates.
     pub fn links_by(&self, offset: &DVector<f64>, changes: &DVector<f64>) -> DVector<f64> {

@@ -1,40 +1,60 @@
 //! Assembly of the linear rod of an iteration.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::candidate::Candidate;
 use super::elastic::Spring;
-use super::linear::{Conditions, Factors, Linear, Role, Rows, along};
+use super::linear::{Conditions, Factors, Linear, NEUTRAL, Precision, Role, Rows, along};
 use super::response::LinearResponse;
 use super::search::HeldSearch;
 use crate::equilibrium::EquilibriumError;
+use crate::equilibrium::tangent::STIFFNESS;
 use crate::rod::Rod;
 
 /// Largest share of the spring at a free base that remains in a step.
 const LARGEST_SHARE: f64 = 0.5;
+/// Largest compliance of a hold, relative to that in another direction, that is rounding.
+const ROUNDED: f64 = 1e-14;
+/// Unbalanced couple or moment of a violation, relative to the force times the length, below which
+/// the rod is close to equilibrium: a negative stiffness that it may cause is then no reason for a
+/// descent.
+const NEAR: f64 = 1e-3;
+
+/// The principal axes of a symmetric matrix, that of the levers of a place, in the space of
+/// orthonormal directions. In these axes a direction in which a straight rod is rigid is a condition
+/// of its own in any orientation of the rod.
+fn principal(directions: &[Vector3<f64>], levers: &Matrix3<f64>) -> Vec<Vector3<f64>> {
+    let size = directions.len();
+    let restricted = DMatrix::from_fn(size, size, |i, j| {
+        directions[i].dot(&(levers * directions[j]))
+    });
+    if size < 2 || restricted.iter().any(|value| !value.is_finite()) {
+        return directions.to_vec();
+    }
+    let axes = restricted.symmetric_eigen().eigenvectors;
+    let axis = |k: usize| (0..size).map(|i| directions[i] * axes[(i, k)]).sum();
+    (0..size).map(axis).collect()
+}
 
 impl HeldSearch<'_> {
-    /// The violations of the conditions of holds and springs, in the order of the links of a linear
-    /// rod.
-    pub(super) fn residuals(&self) -> Vec<f64> {
-        let each = self.sites.iter().flat_map(|site| {
-            let springs = site
-                .spring
-                .iter()
-                .flat_map(Spring::stiff)
-                .map(|(.., residual)| residual);
-            site.missing().map(|(_, distance)| distance).chain(springs)
+    /// The violations of the conditions of holds and springs with the roles of a linear rod. They
+    /// are fewer or more if the stiff axes of a spring have changed.
+    pub(super) fn residuals(&self, roles: &[Role]) -> Vec<f64> {
+        let springs = self.sites.iter().flat_map(|site| &site.spring);
+        let mut springs = springs
+            .flat_map(Spring::stiff)
+            .map(|(.., residual)| residual);
+        let each = roles.iter().filter_map(|role| match role {
+            Role::Hold(site, direction) => {
+                let site = &self.sites[*site];
+                Some(direction.dot(&(site.position - site.target)))
+            }
+            Role::Spring(..) => springs.next(),
+            Role::Boost => Some(0.0),
         });
-        let springs_of_base = self
-            .body
-            .system()
-            .joints
-            .free_base
-            .iter()
-            .flat_map(|_| [0.0; 3]);
-        each.chain(self.boosts.iter().map(|_| 0.0))
-            .chain(springs_of_base)
-            .collect()
+        let mut residuals: Vec<f64> = each.collect();
+        residuals.extend(springs);
+        residuals
     }
 
     /// The linear rod at the present configuration, without a shift.
@@ -59,7 +79,13 @@ impl HeldSearch<'_> {
         let free = response.free(self.body.system_mut());
         let (mut links, mut roles) = (Rows::default(), Vec::new());
         for (i, site) in self.sites.iter().enumerate() {
-            for (direction, _) in site.missing() {
+            // In contact the search may amplify rounding, which would decide between equal levers.
+            let directions = if self.obstacles.contacts.is_empty() {
+                principal(&site.fixed, &response.levers(i))
+            } else {
+                site.fixed.clone()
+            };
+            for direction in directions {
                 links.push(along(3 * i, &direction), 0.0);
                 roles.push(Role::Hold(i, direction));
             }
@@ -95,11 +121,29 @@ impl HeldSearch<'_> {
             .iter()
             .enumerate()
             .for_each(|(i, d)| matrix[(i, i)] -= d);
+        let each = links.factors.iter().enumerate();
+        let terms: Vec<f64> = each
+            .map(|(i, row)| response.terms(row, products.row(i).dot(&rows.row(i))))
+            .collect();
+        let largest = (0..self.sites.len()).map(|site| {
+            let own = roles.iter().zip(&terms);
+            let own = own.filter(|(role, _)| role.holds(site));
+            own.map(|(_, terms)| *terms).fold(0.0, f64::max)
+        });
+        let largest: Vec<f64> = largest.collect();
         let scale = DVector::from_fn(links.len(), |i, _| {
-            let size = matrix[(i, i)].abs() + links.diagonal[i].abs();
+            let size = match roles[i] {
+                // A compliance that is rounding stays small beside those of the other directions.
+                Role::Hold(site, _) if terms[i] < ROUNDED * largest[site] => largest[site],
+                // A compliance that is a difference of larger terms is small: its direction is
+                // neutral.
+                _ => terms[i] + links.diagonal[i].abs(),
+            };
             1.0 / size.max(f64::MIN_POSITIVE).sqrt()
         });
-        let solver = Conditions::new(&matrix, scale);
+        let mut solver = Conditions::new(&matrix, scale);
+        let precision = self.precision();
+        solver.set_floors(|factors| precision.floor(&response.turns(&rows.tr_mul(factors))));
         let mut compliance: DMatrix<f64> = response
             .compliance
             .view((first, first), (size, size))
@@ -111,15 +155,17 @@ impl HeldSearch<'_> {
         if links.len() > 0 {
             compliance.fill_upper_triangle_with_lower_triangle();
         }
-        let residuals = DVector::from_vec(self.residuals());
+        let residuals = DVector::from_vec(self.residuals(&roles));
         Linear {
             factors,
             response,
             links,
             roles,
+            terms,
             residuals,
             rows,
             products,
+            matrix,
             solver,
             first,
             size,
@@ -127,6 +173,36 @@ impl HeldSearch<'_> {
             free,
             remains,
             share: 1.0,
+            precision,
+        }
+    }
+
+    /// The precision of stiffnesses with the unbalanced couples in the system. Far from
+    /// equilibrium, with loaded contacts, and in a search for an unstable equilibrium, every sign
+    /// counts. If couples balance, what they leave
+    /// undetermined is neutral.
+    fn precision(&self) -> Precision {
+        let system = self.body.system();
+        let moment = self.force_scale() * self.length;
+        let violation = self.violation() * self.force_scale();
+        let missing = system.unbalanced.max(violation) / moment;
+        let near = self.stable && (NEUTRAL..NEAR).contains(&missing) && !self.is_loaded();
+        let (first, nodes) = (system.joints.first_free(), 0..system.couples.len());
+        let size = |node: usize, axis: usize| match node.checked_sub(first) {
+            Some(block) => system.tangent.size(3 * block + axis),
+            None => 0.0,
+        };
+        let rounding = |node: usize| Vector3::from_fn(|axis, _| STIFFNESS * size(node, axis));
+        let unbalanced = |node: usize| {
+            if near {
+                system.couples[node].norm() + violation / nodes.len() as f64
+            } else {
+                0.0
+            }
+        };
+        Precision {
+            rounding: nodes.clone().map(rounding).collect(),
+            unbalanced: nodes.clone().map(unbalanced).collect(),
         }
     }
 

@@ -9,6 +9,9 @@ use super::settings;
 use super::trial::{Merit, Start, Trial};
 use crate::rod::Rod;
 
+/// Smallest rotation in a step that is corrected towards the floor of a valley, rad.
+const VALLEY_TURN: f64 = 1e-7;
+
 impl HeldSearch<'_> {
     /// The merit at the last evaluation, in which the rod with its loads had the given energy (J).
     pub(super) fn merit(&mut self, rod: &Rod, energy: f64) -> Merit {
@@ -57,6 +60,7 @@ impl HeldSearch<'_> {
         rod: &mut Rod,
         (start, trial): (&Start, &Trial),
         unchecked: bool,
+        last_turn: f64,
     ) -> Option<f64> {
         let (mut fraction, slope) = (
             1.0,
@@ -69,16 +73,33 @@ impl HeldSearch<'_> {
             |merit: &Merit, weight: f64| merit.energy + weight * merit.violation + merit.friction;
         let before = value(&start.merit, self.weight);
         let slack = self.rounding_of(before);
+        // A step that is not much shorter than the last one may have started beside the floor of a
+        // valley.
+        let stagnates = trial.turn >= 0.5 * last_turn;
+        let in_valley = self.may_follow_valley() && !unchecked && trial.turn > VALLEY_TURN;
         for halving in 0..=settings::HALVINGS {
             if halving > 0 {
                 fraction *= 0.5;
                 self.move_by(rod, start, trial, fraction);
             }
-            let energy = self.balance(rod);
-            let reached = self.merit(rod, energy);
-            let after = value(&reached, self.weight);
             let predicted = (slope - self.weight * start.merit.violation).min(0.0);
-            let falls = after <= before + settings::DECREASE * fraction * predicted + slack;
+            let bound = before + settings::DECREASE * fraction * predicted + slack;
+            let mut reached = self.reached(rod);
+            let mut falls = value(&reached, self.weight) <= bound;
+            if in_valley && (!falls || fraction < 1.0 || stagnates) {
+                let (shape, sites) = (rod.clone(), self.sites.clone());
+                self.reach_floor(rod, &trial.linear, fraction * trial.turn);
+                let floor = self.reached(rod);
+                if value(&floor, self.weight) <= bound.min(value(&reached, self.weight)) {
+                    (reached, falls) = (floor, true);
+                } else {
+                    (*rod, self.sites) = (shape, sites);
+                    self.apply(rod);
+                    self.locate(rod);
+                    self.balance(rod);
+                }
+            }
+            let after = value(&reached, self.weight);
             let converges = reached.residual
                 < start.merit.residual * (1.0 - settings::RESIDUAL_DECREASE * fraction);
             if after.is_finite() && (falls || converges || unchecked) {
@@ -90,5 +111,11 @@ impl HeldSearch<'_> {
             }
         }
         None
+    }
+
+    /// The merit of the present shape.
+    fn reached(&mut self, rod: &Rod) -> Merit {
+        let energy = self.balance(rod);
+        self.merit(rod, energy)
     }
 }

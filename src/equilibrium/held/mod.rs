@@ -22,9 +22,14 @@
 //! | factor | number by which a motion may be longer without passing an obstacle |
 //! | end | last frame of an element; place where a segment ends ([`ends`]); of the rod: the apex, or a free base |
 //! | increment | part of the motion of holds, base and obstacles, and the time step to which it belongs |
+//! | jump | motion in an increment that no branch of equilibria explains |
+//! | valley | shapes of least energy across a direction in which the energy changes little |
 //!
 //! ```text
-//! run                              increments of holds, base and obstacles                     path
+//! run
+//!   follow                         compares the equilibrium with that before a time step        path
+//!   move_holds                     increments of holds, base and obstacles                      path
+//!     release                      the energy that an increment releases: a jump?               continuation
 //!   settle                         Newton's method; if it fails, a descent nearby, then to any path
 //!     find                         iterates, and once more without moving nodes if that fails  newton
 //!       iterate                    until the rod is in equilibrium on nodes at the contacts    newton
@@ -40,6 +45,7 @@
 //!               correct            return to the conditions, with the same factors             step
 //!             add_to               candidates where the step penetrates; a new linear rod      attempt
 //!             descend              first fraction of the step that is an improvement           merit
+//!               reach_floor        corrections across the step                                 valley
 //!         try_to_finish            after a whole step without a shift                          newton
 //!           chord                  further steps with the same factors                         step
 //!           move_nodes             nodes to the contacts and to the ends of segments           newton, placement
@@ -72,6 +78,7 @@ mod candidate;
 mod candidates;
 mod checks;
 mod complementarity;
+mod continuation;
 mod elastic;
 mod ends;
 mod failure;
@@ -99,6 +106,7 @@ mod sites;
 mod solve;
 mod step;
 mod trial;
+mod valley;
 
 pub(super) use line::jump_between;
 pub(super) use mechanics::Body;

@@ -32,7 +32,7 @@ impl<'a> HeldSearch<'a> {
         let linear = self.linear_rod(rod)?;
         let (name, neutral) = (
             "neutral directions of the held rod",
-            self.inertia_of(&linear).neutral,
+            self.inertia_of(&linear, false).neutral,
         );
         let requirement = "zero: shape and reactions must be determined to first order, unlike those of a straight \
             rod whose ends are held";

@@ -179,7 +179,7 @@ impl HeldSearch<'_> {
         let negative = self.found.inertia.negative;
         if self.stable && negative > 0 {
             // A descent continues from this saddle.
-            return if course.is_descent() {
+            return if course.is_descent() || !self.is_loaded() {
                 Ok(false)
             } else {
                 Err(EquilibriumError::Unstable { negative })
@@ -385,6 +385,9 @@ impl HeldSearch<'_> {
         let balanced =
             self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
         let rounds = stagnates && !apart && !stretching && balanced;
+        if step.trial.linear.solver.is_incomplete() {
+            return false;
+        }
         if !rounds
             && (stretching || apart || step.changed || error > self.tolerance && turn >= ROUNDING)
         {
@@ -397,13 +400,13 @@ impl HeldSearch<'_> {
     /// Evaluates the inertia at the equilibrium that a step has reached, with the tangent of the
     /// step unless the distance from it matters.
     fn find_inertia(&mut self, rod: &Rod, step: &Step) -> Result<(), EquilibriumError> {
-        self.found.inertia = self.inertia_of(&step.trial.linear);
+        self.found.inertia = self.inertia_of(&step.trial.linear, false);
         let Inertia {
             negative, margin, ..
         } = self.found.inertia;
         if negative > 0 || !(margin > CLOSE.0.max(CLOSE.1 * step.drift)) {
             let linear = self.linear_rod(rod)?;
-            self.found.inertia = self.inertia_of(&linear);
+            self.found.inertia = self.inertia_of(&linear, true);
         }
         Ok(())
     }

@@ -3,12 +3,15 @@
 //! also move in increments, from the shape at the start of the step. Increments become shorter,
 //! down to a smallest one, until neither the base nor a held frame moves the rod past an obstacle.
 //! An increment is halved after a search in which Newton's method and the descents fail, and does
-//! not grow again. Where a branch of equilibria ends, the rod therefore jumps, or, if the descent
-//! to any equilibrium is omitted, approaches the end until the smallest increment fails.
+//! not grow again. It is halved, too, if the rod releases more energy in it than on a branch of
+//! equilibria, until the distance of this jump is known. Where a branch of equilibria ends, the rod
+//! therefore jumps, or, if the descent to any equilibrium is omitted, approaches the end until the
+//! smallest increment fails.
 
 use nalgebra::Vector3;
 
 use super::candidate::Candidate;
+use super::continuation::{Origin, Release};
 use super::increment::{Before, Motion};
 use super::line::{LinePlace, jump_between};
 use super::obstacles::{Obstacles, contact_factor, safe_factor};
@@ -19,12 +22,32 @@ use super::trial::Reach;
 use crate::equilibrium::{EquilibriumError, Held, IncrementStart};
 use crate::rod::Rod;
 
+/// Ratio of the released energy to the predicted one above which a motion is resolved further. It
+/// tends to one for a short motion along a branch of equilibria.
+const UNEXPLAINED: f64 = 2.0;
+/// Shortest increment in which a motion is resolved, relative to the usual one. Before the end of a
+/// branch the rod moves as the square root of the rest, so that the distance of the jump is known to
+/// about 1 %.
+const RESOLVED: f64 = 1e-3;
+/// Ratio of the distances of a motion in an increment and in its half above which the distance is
+/// that of a jump.
+const SAME_DISTANCE: f64 = 0.995;
+
+/// An increment in which the rod moves farther than along a branch of equilibria.
+struct Suspect {
+    /// The equilibrium at its end, and the progress there.
+    end: Snapshot,
+    next: f64,
+    /// Distance of the motion, m.
+    jump: f64,
+}
+
 impl HeldSearch<'_> {
     /// Finds the equilibrium. Returns an error for laws of supports that are invalid where the
     /// search ends.
     pub fn run(mut self, mut shape: Rod, bound: usize) -> Result<Held, EquilibriumError> {
         let rod = &mut shape;
-        let moved = self.move_holds(rod, bound);
+        let moved = self.follow(rod, bound);
         if moved
             .as_ref()
             .err()
@@ -32,7 +55,7 @@ impl HeldSearch<'_> {
         {
             self.check_end(rod)?;
         }
-        moved?;
+        moved.map_err(|error| self.with_cause(error))?;
         if !self.frames.is_empty() {
             // The last step may change reactions that do not affect the shape.
             self.balance(rod);
@@ -48,11 +71,116 @@ impl HeldSearch<'_> {
         })
     }
 
+    /// Finds the equilibrium, and compares it with that at the start of a time step. If it does not
+    /// continue that one, holds, base and obstacles move from there in increments.
+    fn follow(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
+        let Some((start, origin)) = self.origin(rod) else {
+            let balanced = !self.parent.reactions().is_empty();
+            return self.move_holds(rod, bound, balanced);
+        };
+        // An extrapolation amplifies motions along neutral directions, which no equilibrium
+        // determines, and may add turns of twist.
+        if self.obstacles.contacts.is_empty() {
+            let [guess, last] = [self.merit_in_place(rod)?, self.merit_in_place(&start)?];
+            self.apply(rod);
+            if last < guess - self.rounding_of(guess) {
+                *rod = start;
+                return self.move_holds(rod, bound, true);
+            }
+        }
+        let (guess, motion) = (self.snapshot(rod), self.motion.clone());
+        self.move_holds(rod, bound, false)?;
+        let released = self.release(rod, &origin)?;
+        if !self.stable || !self.is_unexplained(&released) {
+            return Ok(());
+        }
+        let (end, found) = (self.snapshot(rod), self.found);
+        let jump = jump_between(&origin.rod, rod);
+        self.restore(rod, &guess);
+        (*rod, self.motion, self.returns) = (start, motion, true);
+        self.guess_forces(&origin.reactions);
+        match self.move_holds(rod, bound, true) {
+            Err(error) if error.is_recoverable() => {
+                self.restore(rod, &end);
+                self.found = found;
+                self.report(jump);
+                Ok(())
+            }
+            result => result,
+        }
+    }
+
+    /// The energy (J) and the weighted violations of a shape after a rotation of the held frames to
+    /// their places.
+    fn merit_in_place(&mut self, shape: &Rod) -> Result<f64, EquilibriumError> {
+        let mut shape = shape.clone();
+        self.turn_held(&mut shape, 1.0);
+        self.apply(&shape);
+        self.locate(&shape);
+        let (energy, _) = self.body.condense(&shape, 0.0)?;
+        let merit = self.merit(&shape, energy);
+        let largest = self.sites.iter().map(|site| site.force.norm());
+        let weight = 2.0 * largest.fold(0.0, f64::max);
+        Ok(merit.energy + weight * merit.violation)
+    }
+
+    /// The rod at the start of a time step on its present nodes, and the equilibrium there with the
+    /// base and the held frames at the end of the step; `None` for a rod without past.
+    fn origin(&mut self, rod: &Rod) -> Option<(Rod, Origin)> {
+        let (mut shape, reactions) = match (self.last, self.start) {
+            (Some(last), _) if last.len() == rod.rotations.len() => {
+                let mut shape = rod.clone();
+                shape.rotations.copy_from_slice(last);
+                shape.chain_frames();
+                (shape, self.parent.reactions())
+            }
+            (_, Some(start)) => {
+                let mut shape = rod.clone();
+                shape.sample_shape(&start.rod);
+                if let Some(motion) = &self.motion {
+                    motion.carry(&mut shape, 0.0, 1.0);
+                }
+                (shape, &start.reactions[..])
+            }
+            _ => return None,
+        };
+        let reactions = reactions.to_vec();
+        let start = shape.clone();
+        self.turn_held(&mut shape, 1.0);
+        let origin = Origin {
+            rod: shape,
+            reactions,
+        };
+        Some((start, origin))
+    }
+
+    /// Reports a jump over a distance (m), unless the rod stays near its earlier shape.
+    fn report(&mut self, jump: f64) {
+        if jump <= settings::NEAR_MOTION * self.length {
+            return;
+        }
+        self.found.jump = Some(self.found.jump.map_or(jump, |last| last.max(jump)));
+    }
+
+    /// Whether the rod releases more energy than a motion along a branch of equilibria.
+    fn is_unexplained(&self, released: &Release) -> bool {
+        let rounding = self.rounding_of(self.found.energy);
+        released.actual > UNEXPLAINED * released.predicted.max(rounding)
+    }
+
     /// Moves the holds from their present places to the requested ones in increments, each of which
     /// ends in equilibrium after at most `bound` iterations. The progress on the load path
     /// determines the targets of the holds. If the rod could pass an obstacle in the time step, it
-    /// also determines the base and the time of the obstacles.
-    fn move_holds(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
+    /// also determines the base and the time of the obstacles. An increment that begins in
+    /// equilibrium and does not continue it is halved, down to a smallest one, and is a jump then.
+    /// The first one begins in equilibrium if the rod is in equilibrium with the reactions that it
+    /// has.
+    fn move_holds(
+        &mut self,
+        rod: &mut Rod,
+        bound: usize,
+        mut balanced: bool,
+    ) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
         self.check_obstacles()?;
@@ -82,7 +210,9 @@ impl HeldSearch<'_> {
             .max(turned / settings::INCREMENT_TURN)
             .ceil()
             .max(1.0);
-        let (mut done, mut increment) = (0.0, 1.0 / number);
+        let (mut done, mut largest, mut increment) = (0.0, 1.0 / number, 1.0 / number);
+        let resolved = RESOLVED * largest;
+        let mut suspect: Option<Suspect> = None;
         let moves = number > 1.0 || far > 0.0 || turned > 0.0 || self.obstacles_move();
         while done < 1.0 {
             let next = if done + increment > 1.0 - 1e-9 {
@@ -97,6 +227,11 @@ impl HeldSearch<'_> {
                 next
             };
             let before = self.snapshot(rod);
+            let reactions = if done == 0.0 {
+                self.parent.reactions().to_vec()
+            } else {
+                self.reactions(rod)
+            };
             self.carry(rod, next);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
@@ -106,9 +241,35 @@ impl HeldSearch<'_> {
             self.bound = self.found.iterations.saturating_add(bound);
             let smallest =
                 !moves || increment <= settings::SMALLEST_INCREMENT || done + increment <= done;
-            match self.settle(rod) {
-                Ok(()) => {
-                    done = next;
+            let origin = Origin {
+                rod: rod.clone(),
+                reactions,
+            };
+            let released = match self.settle(rod) {
+                Ok(()) if balanced && self.stable => self.release(rod, &origin),
+                result => result.map(|()| Release::default()),
+            };
+            match released {
+                Ok(released) => {
+                    if self.is_unexplained(&released) {
+                        let jump = jump_between(&before.rod, rod);
+                        let known = suspect
+                            .as_ref()
+                            .is_some_and(|last| jump >= SAME_DISTANCE * last.jump);
+                        // In contact, friction would depend on the halves of an increment.
+                        let resolves = moves && (self.returns || !self.is_loaded());
+                        if resolves && !known && increment > resolved {
+                            let end = self.snapshot(rod);
+                            suspect = Some(Suspect { end, next, jump });
+                            self.restore(rod, &before);
+                            increment = 0.5 * increment.min(next - done);
+                            continue;
+                        }
+                        self.report(jump);
+                    }
+                    suspect = suspect.filter(|suspect| suspect.next > next);
+                    (done, balanced) = (next, true);
+                    increment = largest.min(2.0 * increment);
                     if moves_base {
                         // Slip counts from the end of this increment. If only holds move, it counts
                         // from the start of the time step.
@@ -116,9 +277,20 @@ impl HeldSearch<'_> {
                             Before::new(rod, self.obstacles.time, self.obstacles.yielded.clone());
                     }
                 }
+                // A part of a jump may have no equilibrium that the search finds.
+                Err(error) if error.is_recoverable() && suspect.is_some() => {
+                    let Some(Suspect { end, next, jump }) = suspect.take() else {
+                        return Err(error);
+                    };
+                    self.restore(rod, &end);
+                    self.report(jump);
+                    (done, balanced) = (next, true);
+                    increment = largest;
+                }
                 Err(error) if error.is_recoverable() && !smallest => {
                     self.restore(rod, &before);
                     increment = 0.5 * increment.min(next - done);
+                    largest = increment;
                 }
                 Err(error) => return Err(error),
             }
@@ -127,11 +299,12 @@ impl HeldSearch<'_> {
     }
 
     /// Returns to the shape, the base and the time at the start of the increment if a part of the
-    /// rod could pass an obstacle from there to the initial guess. Returns whether it could.
+    /// rod could pass an obstacle from there to the initial guess, or if the search resolves a
+    /// jump. Returns whether it does.
     fn rewind(&mut self, rod: &mut Rod) -> bool {
         let Some(IncrementStart {
             reactions, patches, ..
-        }) = self.start.filter(|_| self.could_pass(rod))
+        }) = self.start.filter(|_| self.returns || self.could_pass(rod))
         else {
             // Base and obstacles stay where they are at the end of the increment.
             self.motion = None;

@@ -281,6 +281,28 @@ impl LinearResponse {
         self.columns.push([couples, turns]);
     }
 
+    /// The sum of c cᵀ over the frames for the couples cᵀ f on them by a force f at a place, m². It
+    /// contains the geometry alone: a compliance may vanish at a critical load, and the axes in which
+    /// it does are not those in which the rod is straight.
+    pub fn levers(&self, place: usize) -> Matrix3<f64> {
+        let first = self.first(place);
+        Matrix3::from_fn(|i, j| {
+            let [a, b] = [i, j].map(|axis| &self.columns[first + axis][0]);
+            a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+        })
+    }
+
+    /// The rotations of the frames by given reactions.
+    pub fn turns(&self, reactions: &DVector<f64>) -> Vec<Vector3<f64>> {
+        let count = self.columns.first().map_or(0, |[_, turns]| turns.len());
+        let mut sum = vec![Vector3::zeros(); count];
+        for ([_, turns], factor) in self.columns.iter().zip(reactions.iter()) {
+            let each = sum.iter_mut().zip(turns);
+            each.for_each(|(sum, turn)| *sum += turn * *factor);
+        }
+        sum
+    }
+
     /// Sum of the absolute terms in the displacement of a combination of coordinates by its own
     /// reaction, which is `total`. Rounding of a sum that cancels is relative to it.
     pub fn terms(&self, factors: &[(usize, f64)], total: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Vector3;
+use nalgebra::{DVector, Vector3};
 
 use super::inertia::Bordered;
 use super::linear::{Conditions, Linear, Role};
@@ -19,6 +19,13 @@ const STRAIGHT: f64 = 1e-6;
 /// Smallest rotation by which the rod leaves a saddle, relative to the largest one. Where a tip is
 /// about to slip off a pole, the energy decreases only within about a hundredth of it.
 const LEAST_LEAVING: f64 = 1e-3;
+/// Number of places at which the deflection of a linear rod is evaluated.
+const DEFLECTIONS: usize = 64;
+/// Largest deflection, relative to the length and the distance from the origin, that is rounding of
+/// differences of positions.
+const DEFLECTED: f64 = 8.0 * f64::EPSILON;
+/// Largest ratio of the mean deflection to the largest one of a deflection to both sides.
+const ODD: f64 = 1e-3;
 
 impl HeldSearch<'_> {
     /// The distance (m) by which a hold or a contact is violated along a rod that is too straight
@@ -53,13 +60,14 @@ impl HeldSearch<'_> {
             // A rod that is bent by a small angle yields along itself by the square of the angle.
             (along * self.length < missing * compliance.trace()).then_some(missing)
         });
-        let holds = self.is_straight(linear).then(|| linear.residuals.amax());
-        contacts.chain(holds).reduce(f64::max)
+        contacts
+            .chain(self.rigid_violation(linear))
+            .reduce(f64::max)
     }
 
-    /// Whether the rod cannot move in a direction in which a hold has to move, to first order: a
-    /// straight rod between two holds.
-    fn is_straight(&self, linear: &Linear) -> bool {
+    /// The distance (m) by which a hold is violated in a direction in which the rod cannot move to
+    /// first order: a straight rod between two holds.
+    fn rigid_violation(&self, linear: &Linear) -> Option<f64> {
         // A free base does not count as flexible if it is held.
         let free = self.body.system().joints.free_base;
         let anchor = free.and_then(|_| {
@@ -68,50 +76,109 @@ impl HeldSearch<'_> {
                 .find(|site| site.node == 0 && !site.fixed.is_empty())
         });
         if free.is_some() && anchor.is_none() {
-            return false;
+            return None;
         }
         let moves = anchor.map_or_else(Vector3::zeros, |site| site.position - site.target);
         let translates = free.map_or(0.0, |base| 1.0 / base.stiffness);
-        let flexible = |i: usize| linear.flexibility(i) - translates;
-        let largest = (0..linear.roles.len()).map(flexible).fold(0.0, f64::max);
+        // In a neutral direction of a bent rod the terms cancel each other.
+        let flexible = |i: usize| linear.terms[i] - translates;
+        // The terms of springs and pivots have other units.
+        let holds = (0..linear.roles.len()).filter(|i| matches!(linear.roles[*i], Role::Hold(..)));
+        let largest = holds.map(flexible).fold(0.0, f64::max);
         let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
             let Role::Hold(site, direction) = role else {
-                return false;
+                return None;
             };
-            let missing = missing - direction.dot(&moves);
-            self.sites[*site].node > 0
-                && missing.abs() > settings::ROUNDING * self.length
-                && flexible(i) < STRAIGHT * largest
+            let missing = (missing - direction.dot(&moves)).abs();
+            let rigid = self.sites[*site].node > 0
+                && missing > settings::ROUNDING * self.length
+                && flexible(i) < STRAIGHT * largest;
+            rigid.then_some(missing)
         };
-        each.into_iter().any(rigid)
+        each.filter_map(rigid).reduce(f64::max)
     }
 
     /// Bends a straight rod at the start of a step by up to `angle` (rad), so that no part of it
     /// passes an obstacle.
-    pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, angle: f64) {
-        self.bow(rod, angle);
+    pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, angle: f64) {
+        let side = self.side(rod, linear);
+        self.bow(rod, &side, angle);
         self.locate(rod);
         let factor = self.safe_step_factor(rod, start);
         if factor < 1.0 {
             start.shape.restore(rod);
-            self.bow(rod, angle * factor);
+            self.bow(rod, &side, angle * factor);
             self.locate(rod);
         }
     }
 
-    /// Bends a straight rod by up to `angle` (rad) towards its load, or towards d1 without one.
-    fn bow(&mut self, rod: &mut Rod, angle: f64) {
+    /// The direction from its base to its apex, or that of its base if they coincide.
+    fn chord_direction(&self, rod: &Rod) -> Vector3<f64> {
         let chord = (rod.tip() - rod.base_position()) / self.length;
-        let tangent = chord
+        chord
             .try_normalize(1e-6)
-            .unwrap_or_else(|| rod.frames()[0] * Vector3::z());
+            .unwrap_or_else(|| rod.frames()[0] * Vector3::z())
+    }
+
+    /// The side to which a straight rod bends: that of its deflection from the chord in the step of
+    /// the linear rod. The branch of equilibria on this side begins at the straight rod and is
+    /// stable at first, whereas that on the other side begins at a larger force. A deflection to
+    /// both sides, as between parallel clamps, does not distinguish them, and the rod has less
+    /// energy if it bends out of the plane of the deflection. If the linear rod has no deflection,
+    /// all sides with the same stiffness are equal, and the rod bends towards its load, or towards
+    /// d1 without one.
+    fn side(&mut self, rod: &Rod, linear: &Linear) -> Vector3<f64> {
+        let tangent = self.chord_direction(rod);
+        let across = |v: Vector3<f64>| v - tangent * tangent.dot(&v);
         let load = self.body.force().load_at_base();
-        let side = load - tangent * tangent.dot(&load);
-        let side = side
-            .try_normalize(1e-9 * load.norm())
-            .unwrap_or_else(|| rod.frames()[0] * Vector3::x());
-        let axis = tangent.cross(&side);
+        let by_load = || {
+            across(load)
+                .try_normalize(1e-9 * load.norm())
+                .unwrap_or_else(|| rod.frames()[0] * Vector3::x())
+        };
+        if !self.candidates.is_empty() {
+            return by_load();
+        }
+        let nothing = DVector::zeros(linear.response.size());
+        let links = linear.links_by(&nothing, &DVector::zeros(linear.size));
+        let reactions = linear.reactions(&DVector::zeros(linear.size), &links);
+        linear.response.load(self.body.system_mut(), &reactions);
+        let system = self.body.system_mut();
+        system.solve();
+        system.start.keep(rod);
+        let mut moved = rod.clone();
+        let fraction = (settings::SADDLE_TURN / system.largest_turn()).min(1.0);
+        system.advance(&mut moved, fraction);
+        let deviations = |rod: &Rod| -> Vec<Vector3<f64>> {
+            let (tip, base) = (rod.tip(), rod.base_position());
+            let places = rod.centre_line_at(DEFLECTIONS + 1);
+            let share = |k: usize| k as f64 / DEFLECTIONS as f64;
+            let each = places.iter().enumerate();
+            each.map(|(k, place)| across(place - base - (tip - base) * share(k)))
+                .collect()
+        };
+        let (before, after) = (deviations(rod), deviations(&moved));
+        let deflections = before.iter().zip(&after).map(|(a, b)| b - a);
+        let mean: Vector3<f64> = deflections.clone().sum::<Vector3<f64>>() / DEFLECTIONS as f64;
+        let largest = deflections
+            .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+            .unwrap_or_default();
+        let rounding = DEFLECTED * (self.length + rod.base_position().norm());
+        if !(largest.norm() > rounding && largest.norm().is_finite()) {
+            return by_load();
+        }
+        let side = if mean.norm() > ODD * largest.norm() {
+            mean
+        } else {
+            tangent.cross(&largest)
+        };
+        side.normalize()
+    }
+
+    /// Bends a straight rod by up to `angle` (rad) towards a side.
+    fn bow(&mut self, rod: &mut Rod, side: &Vector3<f64>, angle: f64) {
+        let axis = self.chord_direction(rod).cross(side);
         let (old, places) = (rod.clone(), rod.ends());
         bend(rod, |e, x| {
             let s = places[e] + x * (places[e + 1] - places[e]);

@@ -47,6 +47,10 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) layer: f64,
     /// Whether the equilibrium has to be stable.
     pub(super) stable: bool,
+    /// Rotation vectors of the last equilibrium, to which an extrapolated initial guess is compared.
+    pub(in crate::equilibrium) last: Option<&'a [Vector3<f64>]>,
+    /// Whether the search returns to the start of the increment in time.
+    pub(super) returns: bool,
     /// Whether the descent to any equilibrium is omitted.
     pub(in crate::equilibrium) omits_descent: bool,
     pub(super) tolerance: f64,
@@ -66,6 +70,9 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) bound: usize,
     /// Number of increments of the load path, including those that failed.
     pub(super) increments: usize,
+    /// Largest rotation of the frame of an elastic joint at the start of a step (rad), and the arc
+    /// length of the joint (m).
+    pub(super) largest_joint_turn: Option<(f64, f64)>,
 }
 
 /// The shape of a rod and its supports, to which the search returns after an attempt that has
@@ -109,6 +116,8 @@ impl<'a> HeldSearch<'a> {
             line: Line::default(),
             layer: f64::INFINITY,
             stable,
+            last: None,
+            returns: false,
             omits_descent: false,
             tolerance,
             length: rod.length(),
@@ -119,6 +128,7 @@ impl<'a> HeldSearch<'a> {
             found: Equilibrium::default(),
             bound: usize::MAX,
             increments: 0,
+            largest_joint_turn: None,
         })
     }
 
@@ -271,6 +281,7 @@ impl<'a> HeldSearch<'a> {
     pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<Factors, EquilibriumError> {
         let (energy, mut pivots) = self.body.condense(rod, shift)?;
         self.stretch_joints(rod);
+        self.record_joint_turns(rod);
         self.spring_base(rod, &mut pivots);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
@@ -307,6 +318,18 @@ impl<'a> HeldSearch<'a> {
         };
         self.body.system_mut().joints.free_base = Some(base);
         inertia.positive += 3;
+    }
+
+    /// Records the largest rotation of the frame of an elastic joint.
+    fn record_joint_turns(&mut self, rod: &Rod) {
+        let joints = self.body.system().joints.elastic.iter();
+        let turns = joints.zip(&self.laws.joints).map(|(joint, (frame, _))| {
+            let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node])).norm();
+            (turn, rod.ends()[joint.node])
+        });
+        self.largest_joint_turn = turns
+            .chain(self.largest_joint_turn)
+            .max_by(|a, b| a.0.total_cmp(&b.0));
     }
 
     /// Evaluates the elastic joints at the frames of a rod. Returns their energy, J.
@@ -426,7 +449,7 @@ impl<'a> HeldSearch<'a> {
         self.locate(rod);
         self.apply(rod);
         let linear = self.linear_rod(rod)?;
-        Ok(self.inertia_of(&linear))
+        Ok(self.inertia_of(&linear, false))
     }
 
     /// The reactions of springs and elastic joints at a shape. Holds keep the forces of the initial

@@ -326,8 +326,9 @@ impl HeldSearch<'_> {
     /// was taken.
     pub(super) fn chord(&mut self, rod: &mut Rod, step: &mut Step) -> bool {
         let energy = self.balance(rod);
-        let (start, residuals, last) = (self.start(rod, energy), self.residuals(), step.trial.turn);
+        let (start, last) = (self.start(rod, energy), step.trial.turn);
         let trial = &mut step.trial;
+        let residuals = self.residuals(&trial.linear.roles);
         // The factors are not reused if the coordinates or the conditions have changed: for a new
         // candidate, for one that no longer follows the least gap, and for other axes of a spring.
         let following: Vec<bool> = self.candidates.iter().map(|at| at.follows_gap).collect();

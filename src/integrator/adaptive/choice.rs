@@ -3,7 +3,7 @@
 
 use std::rc::Rc;
 
-use super::division::{FIRST_LENGTH, size};
+use super::division::first_length;
 use super::richardson::{
     AIM_IN_SPACE, AIM_OF_MERGING, ASYMPTOTIC, ErrorEstimate, ORDER_IN_CONTACT, order_in_space,
 };
@@ -22,8 +22,6 @@ use crate::tropism::Declaration;
 const NEGLIGIBLE: f64 = 0.2;
 /// Largest number of refinements after failures: the elements are then shorter by 0.7¹³ = 1/100.
 const MAX_FAILURES: usize = 13;
-/// Largest number at the start of a run, whose mesh was refined before: 0.7⁻⁵ = 6 elements.
-const MAX_FAILURES_AT_START: usize = 5;
 /// Smallest and largest number of steps of the first run, not counting short steps after
 /// discontinuities.
 const FIRST_STEPS: [f64; 2] = [8.0, 1000.0];
@@ -95,14 +93,9 @@ impl<M: Model> Runs<'_, M> {
                     if let IntegrationError::Equilibrium { time, .. }
                     | IntegrationError::Uneven { time, .. } = error
                     {
+                        // The mesh of the first equilibrium was refined after failures.
                         let at_start = time == self.start.time && !self.has_started();
-                        if failures
-                            >= if at_start {
-                                MAX_FAILURES_AT_START
-                            } else {
-                                MAX_FAILURES
-                            }
-                        {
+                        if at_start || failures >= MAX_FAILURES {
                             return Err(error);
                         }
                         failures += 1;
@@ -146,13 +139,14 @@ impl<M: Model> Runs<'_, M> {
             .unwrap_or_else(|| self.not_met(reached)))
     }
 
-    /// Returns the plan of the first run: one element in the growth zone, and the first step.
+    /// Returns the plan of the first run: one element in the growth zone, or with a support those of
+    /// the shoot, and the first step.
     fn first_plan(&self, until: f64) -> Plan {
         // The elements of a run that has started are kept.
         let longest_element = if self.has_started() {
             self.longest_at_start()
         } else {
-            size(self.shoot) / FIRST_LENGTH
+            first_length(self.shoot, 1.0)
         };
         // A load is evaluated at the ends of steps. If they are multiples of its period, they and
         // their halves have one phase.

@@ -6,6 +6,7 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::state::State;
+use crate::support::Support;
 
 /// Merge tolerance at which the loss is only the rounding of the projection, rad.
 pub(super) const LOSSLESS: f64 = 1e-11;
@@ -38,6 +39,19 @@ pub(super) fn first_in_zone(rod: &Rod) -> usize {
 /// Returns the length of the growth zone, or of a shoot of constant length, m.
 pub(super) fn size(shoot: &Shoot<impl Model>) -> f64 {
     shoot.resolution * shoot.mesh.longest_element
+}
+
+/// Returns the longest element of a plan whose first mesh has at least a `number` of elements in the
+/// growth zone, or in a shoot of constant length, m. With a support the first mesh is not coarser
+/// than that of the shoot, since on a coarse mesh the search may follow another branch of
+/// equilibria, or fail.
+pub(super) fn first_length(shoot: &Shoot<impl Model>, number: f64) -> f64 {
+    let number = if shoot.model.support().is_absent() {
+        number
+    } else {
+        number.max(shoot.resolution)
+    };
+    size(shoot) / (FIRST_LENGTH * number)
 }
 
 /// Divides every element of a shoot without a history into equal parts such that the first elements

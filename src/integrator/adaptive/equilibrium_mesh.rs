@@ -1,7 +1,7 @@
 //! Mesh refinement for an equilibrium with a tolerance.
 
 use super::division::{
-    FIRST_LENGTH, cut, cut_each, cut_into, longest_element, merge_lossless, size,
+    FIRST_LENGTH, cut, cut_each, cut_into, first_length, longest_element, merge_lossless,
 };
 use super::hidden_turns::hidden_turns;
 use super::richardson::SAFETY;
@@ -31,6 +31,9 @@ const MAX_ELEMENTS: usize = 100_000;
 /// Largest number of elements at which an element that rotates by π in the iteration is halved. A
 /// load that folds shorter elements compresses the shoot to nothing.
 const MAX_ELEMENTS_TO_UNFOLD: usize = 1000;
+/// Number of elements below which all elements are halved after a search that fails. Ropes of
+/// q L³/(E I) = 1e5 are found on 16 elements, so that failures on 64 have other causes.
+const MAX_ELEMENTS_TO_FIND: usize = 64;
 
 impl Adaptive {
     /// Solves the equilibrium on a refined mesh, and sets the history of the laws.
@@ -41,8 +44,7 @@ impl Adaptive {
     ) -> Outcome<Statistics> {
         if shoot.state.history.levels() == 0 {
             merge_lossless(shoot);
-            let longest = size(shoot) / (FIRST_LENGTH * FIRST_ELEMENTS);
-            cut(shoot, longest);
+            cut(shoot, first_length(shoot, FIRST_ELEMENTS));
         }
         shoot.state.forget();
         let mut refinement = Statistics::default();
@@ -149,30 +151,35 @@ impl Adaptive {
         }
     }
 
-    /// Solves the equilibrium and adds its cost. Returns `None` if an element rotates by π in the
-    /// iteration. This element is then halved. If the elements are the halves of those of `coarse`,
-    /// the state becomes `coarse`, and its element that contains the half is halved.
+    /// Solves the equilibrium and adds its cost. Returns `None` if the search fails on a mesh that
+    /// can be refined. If an element rotates by π in the iteration, this element is then halved. If
+    /// the elements are the halves of those of `coarse`, the state becomes `coarse`, and its element
+    /// that contains the half is halved. After another failure all elements are halved.
     fn equilibrium_or_cut(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         coarse: Option<&State>,
         spent: &mut Statistics,
     ) -> Outcome<Option<Equilibrium>> {
-        let (few, time) = (
-            shoot.state.rod.elements() < MAX_ELEMENTS_TO_UNFOLD,
-            shoot.time(),
-        );
+        let elements = shoot.state.rod.elements();
+        let time = shoot.time();
         match self.workspace.run(shoot).solve_equilibrium(time) {
             Err(IntegrationError::Equilibrium {
                 error: EquilibriumError::Folded { element, .. },
                 ..
-            }) if few => {
+            }) if elements < MAX_ELEMENTS_TO_UNFOLD => {
                 let mut folded = element;
                 if let Some(coarse) = coarse {
                     shoot.state.copy_from(coarse);
                     folded /= 2;
                 }
                 cut_into(&mut shoot.state, folded, 2);
+                Ok(None)
+            }
+            Err(IntegrationError::Equilibrium { error, .. })
+                if error.is_recoverable() && elements < MAX_ELEMENTS_TO_FIND =>
+            {
+                cut_each(&mut shoot.state, |_, _| 2);
                 Ok(None)
             }
             found => {

@@ -70,6 +70,8 @@ pub(super) struct Stepper {
     /// Whether the search omits the descent to any equilibrium. It then fails where a branch of
     /// equilibria ends.
     omits_descent: bool,
+    /// Whether the shape of the rod is extrapolated and not an equilibrium.
+    is_extrapolated: bool,
     /// Statistics of the last call, also of one that failed.
     pub statistics: Statistics,
     /// Largest work of the call.

@@ -363,15 +363,23 @@ impl<M: Model, E: EquilibriumSolver> Run<'_, M, E> {
             shoot,
             solver,
         } = self;
-        let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
+        let model = &shoot.model;
+        let State {
+            rod,
+            contact,
+            predictor,
+            ..
+        } = &mut shoot.state;
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
         let (reactions, patches) = contact.predicted(rod.reactions(), environment.time);
         let earlier = (&reactions[..], &patches[..]);
         let (shape, start) = (contact.shape.as_ref(), stepper.increment_start.as_ref());
+        let last = predictor.last().filter(|_| stepper.is_extrapolated);
         let past = Past {
             earlier,
             shape,
             start,
+            last,
             omits_descent: stepper.omits_descent,
         };
         let held = solver.hold(&HeldRod {

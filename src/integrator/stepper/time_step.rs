@@ -245,7 +245,9 @@ impl<'a, M: Model, E: EquilibriumSolver> TimeStep<'a, M, E> {
         // equilibrium, since a snap starts from the last one.
         let omitted = run.stepper.omits_descent;
         run.stepper.omits_descent |= first;
+        run.stepper.is_extrapolated = first;
         let found = run.solve_equilibrium(time);
+        run.stepper.is_extrapolated = false;
         run.stepper.omits_descent = omitted;
         let found = match found {
             // The last equilibrium is a safer initial guess. A step that locates a change of

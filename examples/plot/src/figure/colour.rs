@@ -36,6 +36,12 @@ pub fn palette(index: usize) -> RGBColor {
     OKABE_ITO[index % OKABE_ITO.len()]
 }
 
+/// Returns the mean of a colour and white, for lines behind a body.
+pub fn paler(RGBColor(red, green, blue): RGBColor) -> RGBColor {
+    let mean = |part: u8| 255 - (255 - part) / 2;
+    RGBColor(mean(red), mean(green), mean(blue))
+}
+
 /// Returns a colour of the ordered scale; `place` is between 0 and 1.
 pub fn ordered(place: f64) -> RGBColor {
     step_colour((place.clamp(0.0, 1.0) * (STEPS - 1) as f64).round() as usize)

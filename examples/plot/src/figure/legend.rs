@@ -87,8 +87,8 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
         let ends = [(left, y), (left + SAMPLE, y)];
         let colour = one.paint();
         match one.style {
-            Style::Line | Style::Dashed | Style::Dotted | Style::DashDot => {
-                canvas.dashed(&ends, colour, 2.4, one.style.pattern());
+            Style::Line | Style::Dashed | Style::Dotted | Style::DashDot | Style::Hidden => {
+                canvas.dashed(&ends, colour, one.style.width(), one.style.pattern());
             }
             Style::Marked => canvas.line(&ends, colour, 1.4),
             Style::Area => {

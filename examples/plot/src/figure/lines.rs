@@ -5,7 +5,7 @@ use std::io;
 use plotters::style::RGBColor;
 
 use super::canvas::{Canvas, Label, Point};
-use super::colour::{AREA, ColourScale, DOT, ordered, palette};
+use super::colour::{AREA, ColourScale, DOT, ordered, paler, palette};
 use super::legend::{
     draw_badge, draw_below, draw_legend, draw_marker, height_below, is_beside, legend_width, listed,
 };
@@ -27,6 +27,8 @@ pub enum Style {
     Dotted,
     /// A line of dashes and dots in turn.
     DashDot,
+    /// A thin, pale, dashed line, for what is behind a body.
+    Hidden,
     /// Markers only.
     Points,
     /// Markers joined by a thin line, in the order of the points.
@@ -52,7 +54,16 @@ impl Style {
             Self::Dashed => &[4.0, 3.5],
             Self::Dotted => &[0.3, 2.7],
             Self::DashDot => &[6.0, 3.0, 0.3, 3.0],
+            Self::Hidden => &[2.5, 3.5],
             _ => &[],
+        }
+    }
+
+    /// Width of a line, pixels.
+    pub(super) fn width(self) -> f64 {
+        match self {
+            Self::Hidden => 1.4,
+            _ => 2.4,
         }
     }
 }
@@ -147,7 +158,11 @@ impl Series {
 
     /// Returns the colour of the series.
     pub(super) fn paint(&self) -> RGBColor {
-        self.rank.map_or_else(|| palette(self.colour), ordered)
+        let colour = self.rank.map_or_else(|| palette(self.colour), ordered);
+        match self.style {
+            Style::Hidden => paler(colour),
+            _ => colour,
+        }
     }
 }
 
@@ -358,8 +373,9 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
     let colour = series.paint();
     for run in &runs(panel, series) {
         match series.style {
-            Style::Line | Style::Dashed | Style::Dotted | Style::DashDot => {
-                canvas.dashed(&thinned(run), colour, 2.4, series.style.pattern());
+            Style::Line | Style::Dashed | Style::Dotted | Style::DashDot | Style::Hidden => {
+                let (width, pattern) = (series.style.width(), series.style.pattern());
+                canvas.dashed(&thinned(run), colour, width, pattern);
             }
             Style::Marked if run.len() > 1 => canvas.line(&thinned(run), colour, 1.4),
             Style::Area => canvas.area(run, AREA),
@@ -372,7 +388,12 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
                 Style::Badge => draw_badge(canvas, point, &series.text, series.colour),
                 Style::Text => canvas.text(&series.text, Label::new(point.0, point.1)),
                 Style::Beside => canvas.text_beside(&series.text, point.0 + 9.0, point.1),
-                Style::Line | Style::Dashed | Style::Dotted | Style::DashDot | Style::Area => {}
+                Style::Line
+                | Style::Dashed
+                | Style::Dotted
+                | Style::DashDot
+                | Style::Hidden
+                | Style::Area => {}
             }
         }
     }
