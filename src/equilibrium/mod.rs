@@ -105,9 +105,10 @@ pub struct Equilibrium {
     /// For a rod with a support it is the largest displacement of the centre line, by more than 1e-3
     /// of the length, in an increment of the motion of holds, base and obstacles in which the rod
     /// releases more than twice the energy that the linear rod of its end predicts. Such an
-    /// increment is halved until the displacement is known to 1 %. The first increment counts if the
-    /// rod was in equilibrium before: in a time step, or with the reactions of an earlier search. In
-    /// contact a descent to a distant equilibrium is a jump, too, and so is the jump of a search
+    /// increment is halved until its displacement changes by less than 0.5 %, at most ten times. In
+    /// contact it is halved in a time step only. The first increment counts if the rod was in
+    /// equilibrium before: in a time step, or with the reactions of an earlier search. In contact a
+    /// descent to a distant equilibrium is a jump, too, and so is the jump of a search
     /// without obstacles if the rod touched none before. After a descent the friction of contacts
     /// depends on its iterations, in each of which it dissipates energy.
     pub jump: Option<f64>,

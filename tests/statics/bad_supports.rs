@@ -487,7 +487,7 @@ fn rod_on_the_axis_of_a_tube_sags_as_on_the_plane_below_it() {
     inside.hold(&contact(tube(radius), 0.0));
     above.hold(&contact(plane, 0.0));
     assert!(!above.reactions.is_empty());
-    // Both searches end at the same equations with the tolerance of the solver.
+    // Both rods satisfy the same equations, and the solver has a tolerance of 1e-14 rad.
     let apart = (inside.rod.tip() - above.rod.tip()).norm();
     assert!(apart < 1e-11 * LENGTH, "{apart:e}");
     let sum = |held: &Held<Weight>| held.reactions.iter().map(|at| at.force.z).sum::<f64>();

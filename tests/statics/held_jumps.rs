@@ -10,8 +10,8 @@ use crate::fixtures::shoots::{RADIUS, YOUNG};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::Rod;
-use morphorod::support::{Contact, Distance, HalfSpace, Hold, Moving, Obstacle};
-use morphorod::{Order, Scene, Shoot, Still};
+use morphorod::support::{Contact, Distance, HalfSpace, Hold, Moving, Obstacle, Support};
+use morphorod::{Model, Order, Scene, Shoot, Still};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 /// Length, m.
@@ -29,6 +29,18 @@ fn still(base: UnitQuaternion<f64>) -> Still {
     }
 }
 
+/// A straight weightless shoot with a support.
+fn shoot(base: UnitQuaternion<f64>, elements: usize, support: impl Support) -> Shoot<impl Model> {
+    Shoot::builder(YOUNG)
+        .length(LENGTH)
+        .radius(RADIUS)
+        .elements(elements)
+        .scene(still(base))
+        .support(support)
+        .build()
+        .unwrap()
+}
+
 fn frame(draw: &mut Draw) -> UnitQuaternion<f64> {
     about(
         Unit::new_normalize(draw.vector(1.0)),
@@ -43,7 +55,8 @@ fn sequence(
     calls: usize,
     hold: impl Fn(f64) -> Hold,
 ) -> Vec<(f64, Option<f64>)> {
-    let (mut rod, scene) = (rod(base), still(base));
+    let mut rod = rod(base);
+    let scene = still(base);
     let mut solver = NewtonSolver::with_tolerance(1e-10);
     let mut moves = Vec::new();
     for call in 0..=calls {
@@ -123,14 +136,7 @@ fn smooth_motions_of_a_hold_are_no_jumps() {
 fn steps_in_time_report_the_jump_of_an_arch() {
     let base = UnitQuaternion::identity();
     let jumps = [0.05, 0.01].map(|step| {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .elements(12)
-            .scene(still(base))
-            .support(Moving(arch(base, 0.7, 1.2)))
-            .build()
-            .unwrap();
+        let mut shoot = shoot(base, 12, Moving(arch(base, 0.7, 1.2)));
         let solver = NewtonSolver::with_tolerance(1e-10);
         let spent = MethodOfSteps::with_solver(step, solver)
             .advance(&mut shoot, 1.0)
@@ -179,14 +185,7 @@ fn column_that_a_rough_wall_shortens_sticks_for_every_step() {
             radius: 0.0,
             friction: 0.05,
         };
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(LENGTH)
-            .radius(RADIUS)
-            .elements(16)
-            .scene(still(base))
-            .support(support)
-            .build()
-            .unwrap();
+        let mut shoot = shoot(base, 16, support);
         let solver = NewtonSolver::with_tolerance(1e-11);
         let _ = MethodOfSteps::with_solver(step, solver)
             .advance(&mut shoot, 1.0)

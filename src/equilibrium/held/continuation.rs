@@ -31,7 +31,7 @@ pub(super) struct Origin {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Release {
     pub actual: f64,
-    /// That of the linear rod of the new equilibrium.
+    /// The energy that the linear rod of the new equilibrium releases.
     pub predicted: f64,
 }
 
@@ -49,7 +49,8 @@ impl HeldSearch<'_> {
         }
         let mut from = rod.clone();
         from.sample_shape(&origin.rod);
-        let (sites, candidates) = (self.sites.clone(), self.candidates.clone());
+        let sites = self.sites.clone();
+        let candidates = self.candidates.clone();
         let linear = self.linear_rod(rod)?;
         let end = self.energy_with_reactions(rod, linear.factors.energy);
         self.apply(&from);
@@ -107,6 +108,7 @@ impl HeldSearch<'_> {
         let yields = self.yields(from);
         self.body.force_mut().set_reactions(from, &forces, yields);
         self.balance(from);
+        let base_force = self.body.system().base_force;
         // A hold moves as it did, and a spring may have another law. The other conditions with a
         // stiffness are those of contact forces that turn and move.
         let links = self.residuals(&linear.roles);
@@ -122,7 +124,7 @@ impl HeldSearch<'_> {
         linear.response.load(self.body.system_mut(), &reactions);
         let system = self.body.system_mut();
         system.solve();
-        let by_couples = system.base_force.dot(&system.base_motion) - system.slope();
+        let by_couples = base_force.dot(&system.base_motion) - system.slope();
         let each = forces.iter().zip(violations.iter()).zip(&diagonal);
         let by_violations = each.map(|((force, violation), diagonal)| {
             if *diagonal == 0.0 {

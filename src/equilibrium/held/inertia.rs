@@ -65,9 +65,9 @@ impl HeldSearch<'_> {
 
     /// The inertia of a linear rod on the directions that the supports permit. The part of sliding
     /// friction that is not symmetric is left out, so that the inertia does not decide stability
-    /// then. On the way to an equilibrium, stiffnesses that unbalanced couples do not determine
-    /// count as neutral.
-    pub(super) fn inertia_of(&self, linear: &Linear, on_the_way: bool) -> Inertia {
+    /// then. A stiffness within its rounding is neutral. `with_unbalanced` it is also neutral within
+    /// the uncertainty by the couples that were unbalanced when the linear rod was assembled.
+    pub(super) fn inertia_of(&self, linear: &Linear, with_unbalanced: bool) -> Inertia {
         let mut inertia = linear.factors.pivots;
         let Bordered {
             diagonal,
@@ -87,16 +87,18 @@ impl HeldSearch<'_> {
         } else {
             DVector::zeros(0)
         };
-        let mut floors = DVector::zeros(n);
+        let mut uncertainties = DVector::zeros(n);
         if !self.is_loaded() && eigenvalues.iter().any(|value| value.abs() < SUSPECT) {
             let eigen = scaled.symmetric_eigen();
             for (k, value) in eigen.eigenvalues.iter().enumerate() {
                 if value.abs() < SUSPECT {
                     let factors = eigen.eigenvectors.column(k).component_mul(&scale);
                     let turns = linear.response.turns(&rows.tr_mul(&factors));
-                    let floor = linear.precision.floor(&turns);
-                    let unbalanced = if on_the_way { floor.unbalanced } else { 0.0 };
-                    floors[k] = floor.rounding + unbalanced;
+                    let uncertainty = linear.precision.uncertainty(&turns);
+                    uncertainties[k] = uncertainty.rounding;
+                    if with_unbalanced {
+                        uncertainties[k] += uncertainty.unbalanced;
+                    }
                 }
             }
             eigenvalues = eigen.eigenvalues;
@@ -107,9 +109,9 @@ impl HeldSearch<'_> {
         // A condition and a spring of negative stiffness each have one positive eigenvalue.
         let positive = diagonal.iter().filter(|d| **d >= 0.0).count();
         inertia.margin = inertia.margin.abs();
-        for (value, floor) in eigenvalues.iter().zip(floors.iter()) {
+        for (value, uncertainty) in eigenvalues.iter().zip(uncertainties.iter()) {
             // With the sign as the scale, the least magnitude of an eigenvalue enters the margin.
-            inertia.count(*value, value.signum(), f64::max(NEUTRAL, *floor));
+            inertia.count(*value, value.signum(), f64::max(NEUTRAL, *uncertainty));
         }
         let confined = self.body.system().joints.confined_directions();
         inertia.negative = inertia.negative.saturating_sub(expected);

@@ -18,21 +18,18 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
 use super::response::LinearResponse;
+use super::settings;
 use crate::equilibrium::Inertia;
 
 /// Largest eigenvalue of the scaled matrix of the reactions that is attributed to rounding.
 pub(super) const NEUTRAL: f64 = 1e-8;
-/// Eigenvalue of the scaled matrix below which it is compared with the stiffness that is not
-/// determined.
+/// Eigenvalue of the scaled matrix below which it is compared with its uncertainty.
 pub(super) const SUSPECT: f64 = 1e-2;
 /// Largest work of the unbalanced couples and violations in a direction, relative to the stiffness
 /// that is not determined, for which the rod does not move in it: a rotation of 0.1 rad. Along a
 /// symmetry the work is of second order in the distance from equilibrium and the stiffness of first
 /// order, and in a soft direction both are of first order.
 const UNDETERMINED: f64 = 0.1;
-
-/// As [`NEUTRAL`], for the work of a violation that is rounding.
-const ROUNDING: f64 = 1e-12;
 
 /// What a condition belongs to: a hold, a spring, an increased pivot, or the spring at a free base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,8 +90,8 @@ pub(super) struct Conditions {
     /// `None` without conditions.
     eigen: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
     pub scale: DVector<f64>,
-    /// What is not determined in each eigenvector with a small eigenvalue; zero in the others.
-    floors: Vec<Floor>,
+    /// Uncertainty of the stiffness in each eigenvector with a small eigenvalue; zero in the others.
+    uncertainties: Vec<Uncertainty>,
 }
 
 impl Conditions {
@@ -107,19 +104,19 @@ impl Conditions {
         Self {
             eigen: (n > 0).then(|| SymmetricEigen::new(scaled)),
             scale,
-            floors: vec![Floor::default(); n],
+            uncertainties: vec![Uncertainty::default(); n],
         }
     }
 
-    /// Sets what is not determined, a function of the factors of the conditions in a direction.
-    pub fn set_floors(&mut self, floor: impl Fn(&DVector<f64>) -> Floor) {
+    /// Sets the uncertainties, a function of the factors of the conditions in a direction.
+    pub fn set_uncertainties(&mut self, of: impl Fn(&DVector<f64>) -> Uncertainty) {
         let Some(eigen) = &self.eigen else {
             return;
         };
         for (k, value) in eigen.eigenvalues.iter().enumerate() {
             if value.abs() < SUSPECT {
                 let factors = eigen.eigenvectors.column(k).component_mul(&self.scale);
-                self.floors[k] = floor(&factors);
+                self.uncertainties[k] = of(&factors);
             }
         }
     }
@@ -129,10 +126,10 @@ impl Conditions {
         let Some(eigen) = &self.eigen else {
             return false;
         };
-        let mut each = eigen.eigenvalues.iter().zip(&self.floors);
-        each.any(|(value, floor)| {
-            let neutral = NEUTRAL.max(floor.rounding);
-            (neutral..neutral + floor.unbalanced).contains(&value.abs())
+        let mut each = eigen.eigenvalues.iter().zip(&self.uncertainties);
+        each.any(|(value, uncertainty)| {
+            let neutral = NEUTRAL.max(uncertainty.rounding);
+            (neutral..neutral + uncertainty.unbalanced).contains(&value.abs())
         })
     }
 
@@ -144,11 +141,13 @@ impl Conditions {
         };
         let mut y = eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
         let each = y.iter_mut().zip(eigen.eigenvalues.iter());
-        for ((y, value), floor) in each.zip(&self.floors) {
+        for ((y, value), uncertainty) in each.zip(&self.uncertainties) {
             // A quotient of two quantities that are not determined would be a motion at random.
-            let (total, work) = (floor.rounding + floor.unbalanced, y.abs() * floor.turn);
+            let total = uncertainty.rounding + uncertainty.unbalanced;
+            let work = y.abs() * uncertainty.turn;
             let undetermined = value.abs() <= total && work <= UNDETERMINED * total;
-            let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * ROUNDING;
+            // A violation that is more than rounding shows that the direction is not neutral.
+            let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * settings::ROUNDING;
             *y = if undetermined || neutral {
                 0.0
             } else {
@@ -221,25 +220,28 @@ pub(super) struct Precision {
     pub unbalanced: Vec<f64>,
 }
 
-/// Stiffnesses in a direction that are not determined, N m, and its largest rotation.
+/// Uncertainty of the stiffness in a direction.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Floor {
+pub(super) struct Uncertainty {
+    /// Rounding, N m.
     pub rounding: f64,
+    /// The part by unbalanced couples, N m.
     pub unbalanced: f64,
+    /// Largest rotation in the direction, rad.
     turn: f64,
 }
 
 impl Precision {
-    /// What is not determined for given rotations.
-    pub fn floor(&self, turns: &[Vector3<f64>]) -> Floor {
-        let mut floor = Floor::default();
+    /// The uncertainty for given rotations.
+    pub fn uncertainty(&self, turns: &[Vector3<f64>]) -> Uncertainty {
+        let mut sum = Uncertainty::default();
         for ((turn, rounding), unbalanced) in turns.iter().zip(&self.rounding).zip(&self.unbalanced)
         {
-            floor.rounding += rounding.dot(&turn.component_mul(turn));
-            floor.unbalanced += unbalanced * turn.norm_squared();
-            floor.turn = floor.turn.max(turn.norm());
+            sum.rounding += rounding.dot(&turn.component_mul(turn));
+            sum.unbalanced += unbalanced * turn.norm_squared();
+            sum.turn = sum.turn.max(turn.norm());
         }
-        floor
+        sum
     }
 }
 

@@ -36,6 +36,32 @@ fn principal(directions: &[Vector3<f64>], levers: &Matrix3<f64>) -> Vec<Vector3<
     (0..size).map(axis).collect()
 }
 
+/// The factors that scale the conditions of holds and springs, given the absolute terms of the
+/// displacement along each by its own reaction.
+fn scale_of(links: &Rows, roles: &[Role], terms: &[f64]) -> DVector<f64> {
+    let largest = |site: usize| {
+        let own = roles.iter().zip(terms);
+        let own = own.filter(|(role, _)| role.holds(site));
+        own.map(|(_, terms)| *terms).fold(0.0, f64::max)
+    };
+    DVector::from_fn(links.len(), |i, _| {
+        let size = match roles[i] {
+            // A compliance that is rounding stays small beside those of the other directions.
+            Role::Hold(site, _) => {
+                let largest = largest(site);
+                if terms[i] < ROUNDED * largest {
+                    largest
+                } else {
+                    terms[i]
+                }
+            }
+            // A compliance that is a difference of larger terms is small: its direction is neutral.
+            _ => terms[i] + links.diagonal[i].abs(),
+        };
+        1.0 / size.max(f64::MIN_POSITIVE).sqrt()
+    })
+}
+
 impl HeldSearch<'_> {
     /// The violations of the conditions of holds and springs with the roles of a linear rod. They
     /// are fewer or more if the stiff axes of a spring have changed.
@@ -77,42 +103,8 @@ impl HeldSearch<'_> {
         let size = response.added() - first;
         self.add_yielding(&mut response);
         let free = response.free(self.body.system_mut());
-        let (mut links, mut roles) = (Rows::default(), Vec::new());
-        for (i, site) in self.sites.iter().enumerate() {
-            // In contact the search may amplify rounding, which would decide between equal levers.
-            let directions = if self.obstacles.contacts.is_empty() {
-                principal(&site.fixed, &response.levers(i))
-            } else {
-                site.fixed.clone()
-            };
-            for direction in directions {
-                links.push(along(3 * i, &direction), 0.0);
-                roles.push(Role::Hold(i, direction));
-            }
-            for (axis, stiffness, _) in site.spring.iter().flat_map(Spring::stiff) {
-                let axis = axis * stiffness.abs().sqrt();
-                links.push(along(3 * i, &axis), -stiffness.signum());
-                roles.push(Role::Spring(i, axis));
-            }
-        }
-        let system = self.body.system();
-        let base = system.joints.free_base;
-        let remains = base.map_or(0.0, |base| {
-            (system.base_force.norm() / (base.reach * base.stiffness))
-                .clamp(base.least, LARGEST_SHARE)
-        });
-        let stiffness = self.boosts.iter().map(|(_, increase)| *increase);
-        for (k, increase) in stiffness
-            .chain(base.iter().flat_map(|base| [base.stiffness; 3]))
-            .enumerate()
-        {
-            // The reaction undoes the part 1 − `remains` of the increase.
-            links.push(
-                [(first + size + k, 1.0)],
-                1.0 / (increase * (1.0 - remains)),
-            );
-            roles.push(Role::Boost);
-        }
+        let remains = self.remaining_share();
+        let (links, roles) = self.links(&response, remains);
         let rows = links.matrix(response.size());
         let products = &rows * &response.compliance;
         let mut matrix = &products * rows.transpose();
@@ -125,25 +117,12 @@ impl HeldSearch<'_> {
         let terms: Vec<f64> = each
             .map(|(i, row)| response.terms(row, products.row(i).dot(&rows.row(i))))
             .collect();
-        let largest = (0..self.sites.len()).map(|site| {
-            let own = roles.iter().zip(&terms);
-            let own = own.filter(|(role, _)| role.holds(site));
-            own.map(|(_, terms)| *terms).fold(0.0, f64::max)
-        });
-        let largest: Vec<f64> = largest.collect();
-        let scale = DVector::from_fn(links.len(), |i, _| {
-            let size = match roles[i] {
-                // A compliance that is rounding stays small beside those of the other directions.
-                Role::Hold(site, _) if terms[i] < ROUNDED * largest[site] => largest[site],
-                // A compliance that is a difference of larger terms is small: its direction is
-                // neutral.
-                _ => terms[i] + links.diagonal[i].abs(),
-            };
-            1.0 / size.max(f64::MIN_POSITIVE).sqrt()
-        });
+        let scale = scale_of(&links, &roles, &terms);
         let mut solver = Conditions::new(&matrix, scale);
         let precision = self.precision();
-        solver.set_floors(|factors| precision.floor(&response.turns(&rows.tr_mul(factors))));
+        solver.set_uncertainties(|factors| {
+            precision.uncertainty(&response.turns(&rows.tr_mul(factors)))
+        });
         let mut compliance: DMatrix<f64> = response
             .compliance
             .view((first, first), (size, size))
@@ -177,10 +156,55 @@ impl HeldSearch<'_> {
         }
     }
 
-    /// The precision of stiffnesses with the unbalanced couples in the system. Far from
-    /// equilibrium, with loaded contacts, and in a search for an unstable equilibrium, every sign
-    /// counts. If couples balance, what they leave
-    /// undetermined is neutral.
+    /// The share of the spring at a free base, and of the increases of pivots, that remains in a
+    /// step.
+    fn remaining_share(&self) -> f64 {
+        let system = self.body.system();
+        system.joints.free_base.map_or(0.0, |base| {
+            (system.base_force.norm() / (base.reach * base.stiffness))
+                .clamp(base.least, LARGEST_SHARE)
+        })
+    }
+
+    /// The conditions of holds and springs, of increased pivots, and of the spring at a free base,
+    /// of which a share remains.
+    fn links(&self, response: &LinearResponse, remains: f64) -> (Rows, Vec<Role>) {
+        let mut links = Rows::default();
+        let mut roles = Vec::new();
+        for (i, site) in self.sites.iter().enumerate() {
+            // In contact the search may amplify rounding, which would decide between equal levers.
+            let directions = if self.obstacles.contacts.is_empty() {
+                principal(&site.fixed, &response.levers(i))
+            } else {
+                site.fixed.clone()
+            };
+            for direction in directions {
+                links.push(along(3 * i, &direction), 0.0);
+                roles.push(Role::Hold(i, direction));
+            }
+            for (axis, stiffness, _) in site.spring.iter().flat_map(Spring::stiff) {
+                let axis = axis * stiffness.abs().sqrt();
+                links.push(along(3 * i, &axis), -stiffness.signum());
+                roles.push(Role::Spring(i, axis));
+            }
+        }
+        let base = self.body.system().joints.free_base;
+        let increases = self.boosts.iter().map(|(_, increase)| *increase);
+        let springs = base.iter().flat_map(|base| [base.stiffness; 3]);
+        for (k, stiffness) in increases.chain(springs).enumerate() {
+            // The reaction undoes the part 1 − `remains` of the increase.
+            links.push(
+                [(response.added() + k, 1.0)],
+                1.0 / (stiffness * (1.0 - remains)),
+            );
+            roles.push(Role::Boost);
+        }
+        (links, roles)
+    }
+
+    /// The precision of stiffnesses with the factorised tangent and the unbalanced couples in the
+    /// system. Far from equilibrium, with loaded contacts, and in a search for an unstable
+    /// equilibrium, it is that of rounding alone. It is also if the couples balance to [`NEUTRAL`].
     fn precision(&self) -> Precision {
         let system = self.body.system();
         let moment = self.force_scale() * self.length;

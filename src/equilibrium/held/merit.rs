@@ -9,9 +9,6 @@ use super::settings;
 use super::trial::{Merit, Start, Trial};
 use crate::rod::Rod;
 
-/// Smallest rotation in a step that is corrected towards the floor of a valley, rad.
-const VALLEY_TURN: f64 = 1e-7;
-
 impl HeldSearch<'_> {
     /// The merit at the last evaluation, in which the rod with its loads had the given energy (J).
     pub(super) fn merit(&mut self, rod: &Rod, energy: f64) -> Merit {
@@ -76,7 +73,7 @@ impl HeldSearch<'_> {
         // A step that is not much shorter than the last one may have started beside the floor of a
         // valley.
         let stagnates = trial.turn >= 0.5 * last_turn;
-        let in_valley = self.may_follow_valley() && !unchecked && trial.turn > VALLEY_TURN;
+        let in_valley = self.may_follow_valley() && !unchecked;
         for halving in 0..=settings::HALVINGS {
             if halving > 0 {
                 fraction *= 0.5;
@@ -87,15 +84,12 @@ impl HeldSearch<'_> {
             let mut reached = self.reached(rod);
             let mut falls = value(&reached, self.weight) <= bound;
             if in_valley && (!falls || fraction < 1.0 || stagnates) {
-                let (shape, sites) = (rod.clone(), self.sites.clone());
                 self.reach_floor(rod, &trial.linear, fraction * trial.turn);
                 let floor = self.reached(rod);
                 if value(&floor, self.weight) <= bound.min(value(&reached, self.weight)) {
                     (reached, falls) = (floor, true);
                 } else {
-                    (*rod, self.sites) = (shape, sites);
-                    self.apply(rod);
-                    self.locate(rod);
+                    self.move_by(rod, start, trial, fraction);
                     self.balance(rod);
                 }
             }

@@ -385,6 +385,7 @@ impl HeldSearch<'_> {
         let balanced =
             self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
         let rounds = stagnates && !apart && !stretching && balanced;
+        // The error in a direction that the step may have left out is not known.
         if step.trial.linear.solver.is_incomplete() {
             return false;
         }

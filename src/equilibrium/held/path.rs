@@ -17,7 +17,7 @@ use super::line::{LinePlace, jump_between};
 use super::obstacles::{Obstacles, contact_factor, safe_factor};
 use super::search::{HeldSearch, Snapshot, project};
 use super::settings;
-use super::sites::turn_frames;
+use super::sites::{HeldSite, turn_frames};
 use super::trial::Reach;
 use crate::equilibrium::{EquilibriumError, Held, IncrementStart};
 use crate::rod::Rod;
@@ -32,6 +32,18 @@ const RESOLVED: f64 = 1e-3;
 /// Ratio of the distances of a motion in an increment and in its half above which the distance is
 /// that of a jump.
 const SAME_DISTANCE: f64 = 0.995;
+
+/// The motion of holds, base and obstacles in a search.
+struct LoadPath {
+    /// The first and the last target of each site, m.
+    targets: Vec<(Vector3<f64>, Vector3<f64>)>,
+    /// Number of increments.
+    number: f64,
+    /// Whether the base or a held frame rotates.
+    turns: bool,
+    /// Whether anything moves.
+    moves: bool,
+}
 
 /// An increment in which the rod moves farther than along a branch of equilibria.
 struct Suspect {
@@ -88,13 +100,18 @@ impl HeldSearch<'_> {
                 return self.move_holds(rod, bound, true);
             }
         }
-        let (guess, motion) = (self.snapshot(rod), self.motion.clone());
+        let guess = self.snapshot(rod);
+        let motion = self.motion.clone();
         self.move_holds(rod, bound, false)?;
-        let released = self.release(rod, &origin)?;
-        if !self.stable || !self.is_unexplained(&released) {
+        if !self.stable {
             return Ok(());
         }
-        let (end, found) = (self.snapshot(rod), self.found);
+        let released = self.release(rod, &origin)?;
+        if !self.is_unexplained(&released) {
+            return Ok(());
+        }
+        let end = self.snapshot(rod);
+        let found = self.found;
         let jump = jump_between(&origin.rod, rod);
         self.restore(rod, &guess);
         (*rod, self.motion, self.returns) = (start, motion, true);
@@ -187,67 +204,46 @@ impl HeldSearch<'_> {
         self.check_start(rod)?;
         self.lay(rod);
         let moves_base = self.rewind(rod);
-        let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
-        let starts: Vec<Vector3<f64>> = self
-            .sites
-            .iter()
-            .map(|site| site.target + project(&site.fixed, &(site.position - site.target)))
-            .collect();
-        let far = goals
-            .iter()
-            .zip(&starts)
-            .map(|(a, b)| (a - b).norm())
-            .fold(0.0, f64::max)
-            / self.length;
-        let turned = self
-            .frames
-            .iter()
-            .map(|frame| frame.missing(rod).norm())
-            .fold(0.0, f64::max);
-        let (turn, way) = self.motion.as_ref().map(Motion::size).unwrap_or_default();
-        let (far, turned) = (far.max(way / self.length), turned.max(turn));
-        let number = (far / settings::INCREMENT_MOTION)
-            .max(turned / settings::INCREMENT_TURN)
-            .ceil()
-            .max(1.0);
-        let (mut done, mut largest, mut increment) = (0.0, 1.0 / number, 1.0 / number);
+        let path = self.load_path(rod);
+        let mut done = 0.0;
+        let mut largest = 1.0 / path.number;
+        let mut increment = largest;
         let resolved = RESOLVED * largest;
         let mut suspect: Option<Suspect> = None;
-        let moves = number > 1.0 || far > 0.0 || turned > 0.0 || self.obstacles_move();
         while done < 1.0 {
             let next = if done + increment > 1.0 - 1e-9 {
                 1.0
             } else {
                 done + increment
             };
-            let checked = moves_base || turned > 0.0 && !self.obstacles.contacts.is_empty();
+            let checked = moves_base || path.turns && !self.obstacles.contacts.is_empty();
             let next = if checked {
                 self.safe_end(rod, done, next)
             } else {
                 next
             };
             let before = self.snapshot(rod);
-            let reactions = if done == 0.0 {
-                self.parent.reactions().to_vec()
-            } else {
-                self.reactions(rod)
-            };
             self.carry(rod, next);
-            for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
+            for (site, (start, goal)) in self.sites.iter_mut().zip(&path.targets) {
                 site.target = start + (goal - start) * next;
             }
             self.turn_held(rod, (next - done) / (1.0 - done));
             self.increments += 1;
             self.bound = self.found.iterations.saturating_add(bound);
-            let smallest =
-                !moves || increment <= settings::SMALLEST_INCREMENT || done + increment <= done;
-            let origin = Origin {
+            let smallest = !path.moves
+                || increment <= settings::SMALLEST_INCREMENT
+                || done + increment <= done;
+            let origin = (balanced && self.stable).then(|| Origin {
                 rod: rod.clone(),
-                reactions,
-            };
-            let released = match self.settle(rod) {
-                Ok(()) if balanced && self.stable => self.release(rod, &origin),
-                result => result.map(|()| Release::default()),
+                reactions: if done == 0.0 {
+                    self.parent.reactions().to_vec()
+                } else {
+                    self.reactions(rod)
+                },
+            });
+            let released = match (self.settle(rod), &origin) {
+                (Ok(()), Some(origin)) => self.release(rod, origin),
+                (result, _) => result.map(|()| Release::default()),
             };
             match released {
                 Ok(released) => {
@@ -257,7 +253,7 @@ impl HeldSearch<'_> {
                             .as_ref()
                             .is_some_and(|last| jump >= SAME_DISTANCE * last.jump);
                         // In contact, friction would depend on the halves of an increment.
-                        let resolves = moves && (self.returns || !self.is_loaded());
+                        let resolves = path.moves && (self.returns || !self.is_loaded());
                         if resolves && !known && increment > resolved {
                             let end = self.snapshot(rod);
                             suspect = Some(Suspect { end, next, jump });
@@ -277,25 +273,53 @@ impl HeldSearch<'_> {
                             Before::new(rod, self.obstacles.time, self.obstacles.yielded.clone());
                     }
                 }
-                // A part of a jump may have no equilibrium that the search finds.
-                Err(error) if error.is_recoverable() && suspect.is_some() => {
-                    let Some(Suspect { end, next, jump }) = suspect.take() else {
-                        return Err(error);
-                    };
-                    self.restore(rod, &end);
-                    self.report(jump);
-                    (done, balanced) = (next, true);
-                    increment = largest;
-                }
-                Err(error) if error.is_recoverable() && !smallest => {
-                    self.restore(rod, &before);
-                    increment = 0.5 * increment.min(next - done);
-                    largest = increment;
-                }
+                Err(error) if error.is_recoverable() => match suspect.take() {
+                    // A part of a jump may have no equilibrium that the search finds.
+                    Some(Suspect { end, next, jump }) => {
+                        self.restore(rod, &end);
+                        self.report(jump);
+                        (done, balanced) = (next, true);
+                        increment = largest;
+                    }
+                    None if smallest => return Err(error),
+                    None => {
+                        self.restore(rod, &before);
+                        increment = 0.5 * increment.min(next - done);
+                        largest = increment;
+                    }
+                },
                 Err(error) => return Err(error),
             }
         }
         Ok(())
+    }
+
+    /// The load path from the present places to the requested ones.
+    fn load_path(&self, rod: &Rod) -> LoadPath {
+        let start =
+            |site: &HeldSite| site.target + project(&site.fixed, &(site.position - site.target));
+        let targets: Vec<_> = self
+            .sites
+            .iter()
+            .map(|site| (start(site), site.target))
+            .collect();
+        let distances = targets.iter().map(|(start, goal)| (goal - start).norm());
+        let far = distances.fold(0.0, f64::max) / self.length;
+        let frames = self.frames.iter().map(|frame| frame.missing(rod).norm());
+        let turned = frames.fold(0.0, f64::max);
+        let (turn, way) = self.motion.as_ref().map(Motion::size).unwrap_or_default();
+        let far = far.max(way / self.length);
+        let turned = turned.max(turn);
+        let number = (far / settings::INCREMENT_MOTION)
+            .max(turned / settings::INCREMENT_TURN)
+            .ceil()
+            .max(1.0);
+        LoadPath {
+            targets,
+            number,
+            turns: turned > 0.0,
+            moves: number > 1.0 || far > 0.0 || turned > 0.0 || self.obstacles_move(),
+        }
     }
 
     /// Returns to the shape, the base and the time at the start of the increment if a part of the

@@ -1,6 +1,6 @@
 //! The data of a search for an equilibrium of a rod with supports, and its loads.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, UnitQuaternion, Vector3};
 
 use super::candidate::{Candidate, deepest};
 use super::elastic::{ElasticLaws, Spring, elastic_joint};
@@ -324,7 +324,7 @@ impl<'a> HeldSearch<'a> {
     fn record_joint_turns(&mut self, rod: &Rod) {
         let joints = self.body.system().joints.elastic.iter();
         let turns = joints.zip(&self.laws.joints).map(|(joint, (frame, _))| {
-            let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node])).norm();
+            let turn = joint_turn(frame, rod, joint.node).norm();
             (turn, rod.ends()[joint.node])
         });
         self.largest_joint_turn = turns
@@ -343,7 +343,7 @@ impl<'a> HeldSearch<'a> {
             .iter_mut()
             .zip(&self.laws.joints)
         {
-            let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
+            let turn = joint_turn(frame, rod, joint.node);
             let energy = law.energy(&turn, time);
             *joint = elastic_joint(joint.node, &turn, &energy);
             sum += energy.value;
@@ -502,6 +502,11 @@ fn old_candidates(reactions: &[Reaction], obstacles: &Obstacles) -> Vec<Candidat
         });
     }
     all
+}
+
+/// The rotation vector (rad) from the frame of an elastic joint to that of the rod at its node.
+fn joint_turn(frame: &UnitQuaternion<f64>, rod: &Rod, node: usize) -> Vector3<f64> {
+    so3::log(&(frame.inverse() * rod.frames()[node]))
 }
 
 /// The projection of a vector on orthonormal vectors.

@@ -26,7 +26,9 @@ impl HeldSearch<'_> {
     /// given length (rad). The step of the system does not change.
     pub(super) fn reach_floor(&mut self, rod: &mut Rod, linear: &Linear, length: f64) {
         let system = self.body.system_mut();
-        let (turns, steps) = (system.turns.clone(), system.steps.clone());
+        let turns = system.turns.clone();
+        let steps = system.steps.clone();
+        let base_motion = system.base_motion;
         // The response to couples in proportion to the rotations in the step.
         system.couples.clone_from(&turns);
         let elements = system.elements.iter_mut();
@@ -37,7 +39,8 @@ impl HeldSearch<'_> {
         let moved = &linear.rows * linear.response.free(system);
         system.solve();
         let response = system.turns.clone();
-        let (n, own) = (linear.roles.len(), product(&direction, &response));
+        let n = linear.roles.len();
+        let own = product(&direction, &response);
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
         matrix.view_mut((0, 0), (n, n)).copy_from(&linear.matrix);
         matrix.view_mut((0, n), (n, 1)).copy_from(&moved);
@@ -79,6 +82,6 @@ impl HeldSearch<'_> {
             self.locate(rod);
         }
         let system = self.body.system_mut();
-        (system.turns, system.steps) = (turns, steps);
+        (system.turns, system.steps, system.base_motion) = (turns, steps, base_motion);
     }
 }
