@@ -335,6 +335,12 @@ impl ElementSystem {
         self.outer(&self.condensed, P)
     }
 
+    /// The sum of the unbalanced couples on the interior nodes of an element with `points` Gauss
+    /// points, N m.
+    pub fn interior_couples(&self, points: usize) -> f64 {
+        self.gradient[..points - 1].iter().map(Vector3::norm).sum()
+    }
+
     /// The Newton step of the interior rotation vectors from the gradient of
     /// [`condense_gradient`](Self::condense_gradient), given the rotations of the last and of the
     /// first frame.

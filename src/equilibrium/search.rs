@@ -23,7 +23,7 @@ pub(super) const NEGLIGIBLE_TURN: f64 = 1e-7;
 /// Number of successive steps below [`SMALL_TURN`] that end the search as rounding, if each is at
 /// least half as long as the step before the first of them. At a bifurcation the ratio of
 /// successive steps is 2/3, so that two iterations halve a step.
-const ROUNDING_STEPS: usize = 4;
+pub(super) const ROUNDING_STEPS: usize = 4;
 /// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation.
 /// Their sizes estimate the error.
 const CHORD_TURN: f64 = 0.05;

@@ -17,7 +17,7 @@ use crate::so3;
 #[derive(Debug, Default)]
 pub(super) struct System {
     /// Number of Gauss points in an element at the last assembly.
-    points: usize,
+    pub(super) points: usize,
     pub elements: Vec<ElementSystem>,
     pub tangent: Tangent,
     /// Workspace of the search on a coarser mesh.

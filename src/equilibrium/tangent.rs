@@ -27,6 +27,9 @@ pub(super) const STIFFNESS: f64 = 32.0 * f64::EPSILON;
 /// factorised: half of the digits remain. Smaller ones occur where the rod would be at its
 /// stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
+/// Number of steps of inverse iteration for the softest direction: each reduces the part of the
+/// others by the ratio of the stiffnesses.
+const SOFTENINGS: usize = 3;
 /// Smallest pivot beside a short element, relative to the diagonal entry. The pivot is a difference
 /// of numbers of the size of that entry, so that its relative rounding is 2e-4 at most.
 const ACCURATE: f64 = 1e-12;
@@ -225,28 +228,39 @@ impl Tangent {
         }
     }
 
-    /// Factorises a tangent whose leading parts may be singular: a diagonal entry with a small
-    /// pivot is increased, and appended with the increase to `boosts`. Adds the pivots to
-    /// `inertia`.
+    /// Factorises a tangent that may be singular: a diagonal entry with a small pivot, or with the
+    /// largest component of a direction whose stiffness is below `soft` (N m/rad), is increased, and
+    /// appended with the increase to `boosts`. Adds the pivots to `inertia`.
     pub fn factorise_boosted(
         &mut self,
         inertia: &mut Inertia,
         boosts: &mut Vec<(usize, f64)>,
+        soft: f64,
     ) -> Outcome {
         boosts.clear();
         let floor = self.floor();
+        // A diagonal entry that vanishes by chance is no scale of its pivot.
+        let scale = |size: f64| size.max(BOOSTED * floor);
+        let least = |size: f64| (BOOSTED * floor.min(size)).max(ACCURATE * size);
         loop {
             self.factorise_values()?;
-            // A diagonal entry that vanishes by chance is no scale of its pivot.
-            let size = |column: usize| self.size(column).max(BOOSTED * floor);
-            let least = |size: f64| (BOOSTED * floor.min(size)).max(ACCURATE * size);
-            let small = (0..3 * self.blocks)
-                .find(|&column| !(self.pivot(column).abs() > least(size(column))));
-            let Some(column) = small else { break };
-            if boosts.iter().any(|(boosted, _)| *boosted == column) {
-                return Err(EquilibriumError::NotFinite { what: "tangent" });
-            }
-            let increase = size(column).min(floor).max(f64::MIN_POSITIVE.sqrt());
+            let is_boosted = |column: usize| boosts.iter().any(|(own, _)| *own == column);
+            let is_small = |column: &usize| {
+                let pivot = self.pivot(*column).abs();
+                !(pivot > least(scale(self.size(*column))))
+            };
+            let column = match (0..3 * self.blocks).find(is_small) {
+                Some(column) if is_boosted(column) => {
+                    return Err(EquilibriumError::NotFinite { what: "tangent" });
+                }
+                Some(column) => column,
+                None => match self.softest(soft) {
+                    Some(column) if !is_boosted(column) => column,
+                    _ => break,
+                },
+            };
+            let size = scale(self.size(column));
+            let increase = size.min(floor).max(f64::MIN_POSITIVE.sqrt());
             self.diagonal[column / 3][(column % 3, column % 3)] += increase;
             boosts.push((column, increase));
         }
@@ -254,6 +268,34 @@ impl Tangent {
             inertia.count(self.pivot(column), self.size(column), 0.0);
         }
         Ok(())
+    }
+
+    /// The column with the largest component of the softest direction, by inverse iteration, if its
+    /// stiffness (N m/rad) is below a bound. Pivots do not show it: that of the last frame is large
+    /// if the direction is small there.
+    fn softest(&mut self, bound: f64) -> Option<usize> {
+        if bound <= 0.0 {
+            return None;
+        }
+        let start = |k: usize| Vector3::from_fn(|axis, _| (1.0 + (3 * k + axis) as f64).sin());
+        let mut direction: Vec<Vector3<f64>> = (0..self.blocks).map(start).collect();
+        let mut stiffness = f64::INFINITY;
+        for _ in 0..SOFTENINGS {
+            let last = direction.clone();
+            self.solve(&mut direction);
+            let product = |a: &[Vector3<f64>]| -> f64 {
+                a.iter().zip(&direction).map(|(a, b)| a.dot(b)).sum()
+            };
+            let largest = direction.iter().map(Vector3::amax).fold(0.0, f64::max);
+            stiffness = product(&last) / largest.powi(2);
+            direction.iter_mut().for_each(|turn| *turn /= largest);
+        }
+        let largest = |turn: &Vector3<f64>| turn.amax();
+        let (block, turn) = direction
+            .iter()
+            .enumerate()
+            .max_by(|a, b| largest(a.1).total_cmp(&largest(b.1)))?;
+        (stiffness.abs() < bound).then(|| 3 * block + turn.iamax())
     }
 
     /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues
@@ -393,7 +435,7 @@ mod tests {
                 }
             }
             tangent
-                .factorise_boosted(&mut inertia, &mut boosts)
+                .factorise_boosted(&mut inertia, &mut boosts, 0.0)
                 .unwrap();
             assert_eq!((boosts, inertia.positive), (Vec::new(), 12));
             let mut turns = [

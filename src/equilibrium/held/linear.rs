@@ -90,69 +90,96 @@ pub(super) struct Conditions {
     /// `None` without conditions.
     eigen: Option<SymmetricEigen<f64, nalgebra::Dyn>>,
     pub scale: DVector<f64>,
-    /// Uncertainty of the stiffness in each eigenvector with a small eigenvalue; zero in the others.
-    uncertainties: Vec<Uncertainty>,
+    /// Eigenvectors that solutions leave out.
+    omitted: Vec<bool>,
+    /// Whether the omitted part may be more than rounding.
+    incomplete: bool,
 }
 
 impl Conditions {
-    /// Factorises a matrix, whose rows and columns are multiplied by `scale`.
+    /// Factorises a matrix, whose rows and columns are multiplied by `scale`. Solutions omit
+    /// eigenvectors whose eigenvalue is rounding.
     pub fn new(matrix: &DMatrix<f64>, scale: DVector<f64>) -> Self {
         let (n, scaled) = (scale.len(), scaled(matrix, &scale));
         // The eigenvalues of a matrix that is not finite are not found.
         let finite = scaled.iter().all(|value| value.is_finite());
         let scaled = if finite { scaled } else { DMatrix::zeros(n, n) };
+        let eigen = (n > 0).then(|| SymmetricEigen::new(scaled));
+        let values = eigen.iter().flat_map(|eigen| eigen.eigenvalues.iter());
         Self {
-            eigen: (n > 0).then(|| SymmetricEigen::new(scaled)),
+            omitted: values.map(|value| value.abs() <= NEUTRAL).collect(),
+            eigen,
             scale,
-            uncertainties: vec![Uncertainty::default(); n],
+            incomplete: false,
         }
     }
 
-    /// Sets the uncertainties, a function of the factors of the conditions in a direction.
-    pub fn set_uncertainties(&mut self, of: impl Fn(&DVector<f64>) -> Uncertainty) {
+    /// Omits neutral directions, and directions in which neither the stiffness nor the rotation is
+    /// determined, given the `violations` of the conditions at the start of a step and the
+    /// uncertainty for the factors of the conditions in a direction. A rod that is `close` to
+    /// equilibrium has only violations by rounding in them.
+    pub fn omit_undetermined(
+        &mut self,
+        violations: &DVector<f64>,
+        uncertainty: impl Fn(&DVector<f64>) -> Uncertainty,
+        close: bool,
+    ) {
         let Some(eigen) = &self.eigen else {
             return;
         };
+        let scaled = violations.component_mul(&self.scale);
         for (k, value) in eigen.eigenvalues.iter().enumerate() {
-            if value.abs() < SUSPECT {
-                let factors = eigen.eigenvectors.column(k).component_mul(&self.scale);
-                self.uncertainties[k] = of(&factors);
+            if !(value.abs() < SUSPECT) {
+                continue;
             }
+            let direction = eigen.eigenvectors.column(k);
+            let Uncertainty {
+                rounding,
+                unbalanced,
+                own,
+                turn,
+            } = uncertainty(&direction.component_mul(&self.scale));
+            // A quotient of two quantities that are not determined would be a motion at random.
+            let work = direction.dot(&scaled).abs() * turn;
+            let undetermined =
+                value.abs() <= rounding + unbalanced && work <= UNDETERMINED * (rounding + own);
+            // A violation that is more than rounding shows that the direction is not neutral.
+            let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * settings::ROUNDING;
+            self.omitted[k] = undetermined || neutral;
+            let bound = NEUTRAL.max(rounding);
+            self.incomplete |= !close && (bound..bound + unbalanced).contains(&value.abs());
         }
     }
 
-    /// Whether the solution may leave out a direction that is not neutral.
-    pub fn is_incomplete(&self) -> bool {
+    /// The matrix that makes the scaled eigenvalues of the omitted directions one.
+    pub fn compliance_of_omitted(&self) -> DMatrix<f64> {
+        let n = self.scale.len();
+        let mut sum = DMatrix::zeros(n, n);
         let Some(eigen) = &self.eigen else {
-            return false;
+            return sum;
         };
-        let mut each = eigen.eigenvalues.iter().zip(&self.uncertainties);
-        each.any(|(value, uncertainty)| {
-            let neutral = NEUTRAL.max(uncertainty.rounding);
-            (neutral..neutral + uncertainty.unbalanced).contains(&value.abs())
-        })
+        let each = eigen.eigenvalues.iter().zip(&self.omitted).enumerate();
+        for (k, (value, _)) in each.filter(|(_, (_, omitted))| **omitted) {
+            let direction = eigen.eigenvectors.column(k).component_div(&self.scale);
+            sum += &direction * direction.transpose() * (1.0 - value);
+        }
+        sum
     }
 
-    /// The solution for a right-hand side. Neutral directions, and directions in which neither the
-    /// stiffness nor the rotation is determined, have the component zero.
+    /// Whether the solution may omit a direction that is not neutral.
+    pub fn is_incomplete(&self) -> bool {
+        self.incomplete
+    }
+
+    /// The solution for a right-hand side, with the component zero in the omitted directions.
     pub fn solve(&self, rhs: &DVector<f64>) -> DVector<f64> {
         let Some(eigen) = &self.eigen else {
             return DVector::zeros(0);
         };
         let mut y = eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
         let each = y.iter_mut().zip(eigen.eigenvalues.iter());
-        for ((y, value), uncertainty) in each.zip(&self.uncertainties) {
-            // A quotient of two quantities that are not determined would be a motion at random.
-            let total = uncertainty.rounding + uncertainty.unbalanced;
-            let work = y.abs() * uncertainty.turn;
-            let undetermined = value.abs() <= total && work <= UNDETERMINED * total;
-            // A violation that is more than rounding shows that the direction is not neutral.
-            let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * settings::ROUNDING;
-            *y = if undetermined || neutral {
-                0.0
-            } else {
-                *y / value
-            };
+        for ((y, value), omitted) in each.zip(&self.omitted) {
+            *y = if *omitted { 0.0 } else { *y / value };
         }
         (&eigen.eigenvectors * y).component_mul(&self.scale)
     }
@@ -211,13 +238,22 @@ pub(super) struct Linear {
 ///
 /// If rotations v leave the energy unchanged, as those about the line of two pins do, the derivative
 /// of vᵀ g = 0 is K v + (∂v)ᵀ g = 0 for the gradient g of the energy. The stiffness vanishes in
-/// equilibrium only. Elsewhere its sign has no meaning if it is at most Σ |g_k| |v_k|². The tangent
-/// has rounding in addition, as in [neutral directions](crate::equilibrium) of a free rod.
+/// equilibrium only. Elsewhere it is at most Σ |g_k| |∂v_k|, and a smaller one has a sign without
+/// meaning. Where a rod between clamps rotates about its chord by the angle α, and its sections
+/// rotate back about their tangents, v is α times the slope, and its derivative is α v. The angle
+/// is the change of v along the rod over the rotation of the frames along it.
+///
+/// The tangent has rounding in addition, as in [neutral directions](crate::equilibrium) of a free
+/// rod.
 pub(super) struct Precision {
     /// Rounding of the diagonal of the tangent, by frames, N m.
     pub rounding: Vec<Vector3<f64>>,
     /// Unbalanced couples, and the moment of forces on violated conditions, N m.
     pub unbalanced: Vec<f64>,
+    /// The largest of them on a frame, relative to the force times the length.
+    pub missing: f64,
+    /// Sum of the rotations from each frame to the next, rad.
+    pub bend: f64,
 }
 
 /// Uncertainty of the stiffness in a direction.
@@ -227,20 +263,42 @@ pub(super) struct Uncertainty {
     pub rounding: f64,
     /// The part by unbalanced couples, N m.
     pub unbalanced: f64,
+    /// Work of the unbalanced couples, at most, in a rotation by v, N m.
+    own: f64,
     /// Largest rotation in the direction, rad.
     turn: f64,
+}
+
+impl Uncertainty {
+    /// The part by rounding of the tangent.
+    pub fn by_rounding(self) -> Self {
+        Self {
+            unbalanced: 0.0,
+            own: 0.0,
+            ..self
+        }
+    }
 }
 
 impl Precision {
     /// The uncertainty for given rotations.
     pub fn uncertainty(&self, turns: &[Vector3<f64>]) -> Uncertainty {
         let mut sum = Uncertainty::default();
+        let mut couples = 0.0;
         for ((turn, rounding), unbalanced) in turns.iter().zip(&self.rounding).zip(&self.unbalanced)
         {
             sum.rounding += rounding.dot(&turn.component_mul(turn));
-            sum.unbalanced += unbalanced * turn.norm_squared();
+            sum.own += unbalanced * turn.norm_squared();
+            couples += unbalanced * turn.norm();
             sum.turn = sum.turn.max(turn.norm());
         }
+        let change: f64 = turns
+            .windows(2)
+            .map(|ends| (ends[1] - ends[0]).norm())
+            .sum();
+        // A straight rod is in equilibrium in all planes.
+        let angle = change / self.bend.max(f64::EPSILON);
+        sum.unbalanced = couples * angle.max(sum.turn);
         sum
     }
 }

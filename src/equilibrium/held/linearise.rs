@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::candidate::Candidate;
 use super::elastic::Spring;
+use super::law::Status;
 use super::linear::{Conditions, Factors, Linear, NEUTRAL, Precision, Role, Rows, along};
 use super::response::LinearResponse;
 use super::search::HeldSearch;
@@ -119,10 +120,17 @@ impl HeldSearch<'_> {
             .collect();
         let scale = scale_of(&links, &roles, &terms);
         let mut solver = Conditions::new(&matrix, scale);
-        let precision = self.precision();
-        solver.set_uncertainties(|factors| {
-            precision.uncertainty(&response.turns(&rows.tr_mul(factors)))
-        });
+        let precision = self.precision(rod);
+        // Contact forces may change violations of holds.
+        let is_loaded = self.is_loaded();
+        let uncertainty = |factors: &DVector<f64>| {
+            let all = precision.uncertainty(&response.turns(&rows.tr_mul(factors)));
+            if is_loaded { all.by_rounding() } else { all }
+        };
+        let residuals = DVector::from_vec(self.residuals(&roles));
+        let violations = &residuals + &rows * &free;
+        let close = precision.missing < NEUTRAL;
+        solver.omit_undetermined(&violations, uncertainty, close);
         let mut compliance: DMatrix<f64> = response
             .compliance
             .view((first, first), (size, size))
@@ -134,8 +142,7 @@ impl HeldSearch<'_> {
         if links.len() > 0 {
             compliance.fill_upper_triangle_with_lower_triangle();
         }
-        let residuals = DVector::from_vec(self.residuals(&roles));
-        Linear {
+        let mut linear = Linear {
             factors,
             response,
             links,
@@ -153,6 +160,61 @@ impl HeldSearch<'_> {
             remains,
             share: 1.0,
             precision,
+        };
+        self.relax_undetermined(&mut linear);
+        linear
+    }
+
+    /// Gives contacts that stick a compliance in directions that neither the stiffness of the rod
+    /// nor its motion determines. Their forces do not change in these directions in a step, as
+    /// those of holds.
+    fn relax_undetermined(&self, linear: &mut Linear) {
+        let mut coordinates = Vec::new();
+        let mut violations = linear.free_candidates(&DVector::zeros(linear.response.size()));
+        for (i, at) in self.candidates.iter().enumerate() {
+            let first = linear.response.first(self.sites.len() + i) - linear.first;
+            let slip = at.slip(&self.obstacles.yielded[at.obstacle]);
+            let mut own = violations.fixed_rows_mut::<3>(first);
+            own += at.gap.normal * at.gap.value + slip;
+            // A line of contact permits no rotation about a chord.
+            if at.status == Status::Sticking && at.point {
+                coordinates.extend(first..first + 3);
+            }
+        }
+        if coordinates.is_empty() {
+            return;
+        }
+        let compliance = &linear.compliance;
+        let matrix = compliance
+            .select_rows(&coordinates)
+            .select_columns(&coordinates);
+        let scale = DVector::from_iterator(
+            coordinates.len(),
+            coordinates.iter().map(|&i| {
+                let at = linear.first + i;
+                let total = linear.response.compliance[(at, at)];
+                let terms = linear.response.terms(&[(at, 1.0)], total);
+                1.0 / terms.max(f64::MIN_POSITIVE).sqrt()
+            }),
+        );
+        let mut conditions = Conditions::new(&matrix, scale);
+        let uncertainty = |factors: &DVector<f64>| {
+            let mut forces = DVector::zeros(linear.size);
+            for (i, factor) in coordinates.iter().zip(factors.iter()) {
+                forces[*i] = *factor;
+            }
+            let links = linear.products.columns(linear.first, linear.size) * &forces;
+            let links = linear.solver.solve(&-links);
+            let all = linear.reactions(&forces, &links);
+            linear.precision.uncertainty(&linear.response.turns(&all))
+        };
+        let violations = violations.select_rows(&coordinates);
+        conditions.omit_undetermined(&violations, uncertainty, true);
+        let relaxed = conditions.compliance_of_omitted();
+        for (i, &row) in coordinates.iter().enumerate() {
+            for (j, &column) in coordinates.iter().enumerate() {
+                linear.compliance[(row, column)] += relaxed[(i, j)];
+            }
         }
     }
 
@@ -203,30 +265,38 @@ impl HeldSearch<'_> {
     }
 
     /// The precision of stiffnesses with the factorised tangent and the unbalanced couples in the
-    /// system. Far from equilibrium, with loaded contacts, and in a search for an unstable
-    /// equilibrium, it is that of rounding alone. It is also if the couples balance to [`NEUTRAL`].
-    fn precision(&self) -> Precision {
+    /// system. Far from equilibrium and in a search for an unstable equilibrium, it is that of
+    /// rounding alone.
+    fn precision(&self, rod: &Rod) -> Precision {
         let system = self.body.system();
         let moment = self.force_scale() * self.length;
         let violation = self.violation() * self.force_scale();
         let missing = system.unbalanced.max(violation) / moment;
-        let near = self.stable && (NEUTRAL..NEAR).contains(&missing) && !self.is_loaded();
+        let near = self.stable && missing < NEAR;
         let (first, nodes) = (system.joints.first_free(), 0..system.couples.len());
         let size = |node: usize, axis: usize| match node.checked_sub(first) {
             Some(block) => system.tangent.size(3 * block + axis),
             None => 0.0,
         };
         let rounding = |node: usize| Vector3::from_fn(|axis, _| STIFFNESS * size(node, axis));
+        let inside = |node: usize| match node.checked_sub(1) {
+            Some(e) => system.elements[e].interior_couples(system.points),
+            None => 0.0,
+        };
         let unbalanced = |node: usize| {
             if near {
-                system.couples[node].norm() + violation / nodes.len() as f64
+                system.couples[node].norm() + inside(node) + violation / nodes.len() as f64
             } else {
                 0.0
             }
         };
+        let frames = rod.frames();
+        let bend = frames.windows(2).map(|ends| ends[0].angle_to(&ends[1]));
         Precision {
             rounding: nodes.clone().map(rounding).collect(),
             unbalanced: nodes.clone().map(unbalanced).collect(),
+            missing,
+            bend: bend.sum(),
         }
     }
 

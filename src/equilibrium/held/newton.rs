@@ -17,6 +17,7 @@ use super::search::HeldSearch;
 use super::settings::{self, SAME};
 use super::sites::HeldSite;
 use super::trial::{Attempt, Course, Reach, Step};
+use crate::equilibrium::search::ROUNDING_STEPS;
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
 
@@ -53,6 +54,8 @@ impl HeldSearch<'_> {
             next_shift: 0.0,
             lowest: f64::INFINITY,
             saddles: 0,
+            compared: f64::INFINITY,
+            rounding_steps: 0,
             negative: None,
             bowed: false,
             placements: 0,
@@ -97,6 +100,11 @@ impl HeldSearch<'_> {
             };
             let (turn, shift) = (step.trial.turn, step.trial.linear.factors.shift);
             let stalled = step.removed < 0.5 && turn < 0.05;
+            if turn >= RESTING || turn < 0.5 * course.compared {
+                (course.compared, course.rounding_steps) = (turn, 0);
+            } else {
+                course.rounding_steps += 1;
+            }
             let finished =
                 step.removed == 1.0 && shift == 0.0 && self.try_to_finish(rod, course, step)?;
             let farthest = if course.reach == Reach::Near {
@@ -160,8 +168,8 @@ impl HeldSearch<'_> {
         let converged = loop {
             // The ratio of a chord to the step before shows the accuracy of the tangent.
             let distance = if chords == 0 { step.drift } else { turn };
-            let converged =
-                turn < settings::SMALL_TURN && self.has_converged(rod, &step, (last, distance));
+            let converged = turn < settings::SMALL_TURN
+                && self.has_converged(rod, (course, &step), (last, distance));
             let enough =
                 !self.is_loaded() || self.found.error <= settings::CHORD_ERROR * self.tolerance;
             let ends = converged && enough || turn >= settings::CHORD_TURN || chords == most;
@@ -354,7 +362,12 @@ impl HeldSearch<'_> {
     /// Whether the rod is in equilibrium after a whole Newton step, which followed one with the
     /// rotation `last` (rad). `distance` is that of the tangent from the shape and the reactions
     /// after the step.
-    fn has_converged(&mut self, rod: &Rod, step: &Step, (last, distance): (f64, f64)) -> bool {
+    fn has_converged(
+        &mut self,
+        rod: &Rod,
+        (course, step): (&Course, &Step),
+        (last, distance): (f64, f64),
+    ) -> bool {
         let turn = step.trial.turn;
         let stretching = step.stretch > 1e-8 * self.length;
         // The next error is the product of the step and the distance of the tangent, which contains
@@ -374,7 +387,8 @@ impl HeldSearch<'_> {
         // Conditions at places that move together are violated by rounding of their differences.
         let violation = self.largest_violation() / self.length;
         // Steps that stagnate show no convergence. The rod rests if they are also shorter than
-        // `RESTING`, and rounding causes them if all couples balance up to rounding.
+        // `RESTING`, and rounding causes them if all couples balance up to rounding, or after
+        // several steps.
         let stagnates = turn < STAGNANT && (settings::SLOW * turn..STAGNANT).contains(&last);
         let rests = stagnates && turn < RESTING && turn >= settings::SLOW * last;
         let apart = skew
@@ -384,7 +398,8 @@ impl HeldSearch<'_> {
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced =
             self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
-        let rounds = stagnates && !apart && !stretching && balanced;
+        let rounding = stagnates && balanced || course.rounding_steps >= ROUNDING_STEPS;
+        let rounds = rounding && !apart && !stretching;
         // The error in a direction that the step may have left out is not known.
         if step.trial.linear.solver.is_incomplete() {
             return false;

@@ -94,11 +94,12 @@ impl HeldSearch<'_> {
         // determines, and may add turns of twist.
         if self.obstacles.contacts.is_empty() {
             let [guess, last] = [self.merit_in_place(rod)?, self.merit_in_place(&start)?];
-            self.apply(rod);
-            if last < guess - self.rounding_of(guess) {
+            if last < guess - self.rounding_of(guess) || self.is_neutral(&start)? {
                 *rod = start;
+                self.apply(rod);
                 return self.move_holds(rod, bound, true);
             }
+            self.apply(rod);
         }
         let guess = self.snapshot(rod);
         let motion = self.motion.clone();
@@ -139,6 +140,15 @@ impl HeldSearch<'_> {
         let largest = self.sites.iter().map(|site| site.force.norm());
         let weight = 2.0 * largest.fold(0.0, f64::max);
         Ok(merit.energy + weight * merit.violation)
+    }
+
+    /// Whether a shape has neutral directions that the supports permit, also if the unbalanced
+    /// couples conceal them.
+    fn is_neutral(&mut self, shape: &Rod) -> Result<bool, EquilibriumError> {
+        self.apply(shape);
+        self.locate(shape);
+        let linear = self.linear_rod(shape)?;
+        Ok(self.inertia_of(&linear, true).neutral > 0)
     }
 
     /// The rod at the start of a time step on its present nodes, and the equilibrium there with the

@@ -24,6 +24,11 @@ use crate::support::{Joint, Patch, Reaction, Slip, Support};
 /// where only friction prevents a rigid motion.
 const LEAST_SPRING: f64 = 1e-2;
 
+/// Stiffness of a direction, relative to that of the rod without load, below which the tangent is
+/// not inverted in it. The supports may permit this direction, so that its stiffness is compared
+/// with its uncertainty.
+const SOFT: f64 = 1e-2;
+
 /// A search for an equilibrium of a rod with supports.
 pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) body: Box<dyn Mechanics + 'a>,
@@ -285,9 +290,14 @@ impl<'a> HeldSearch<'a> {
         self.spring_base(rod, &mut pivots);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
+        let soft = if self.obstacles.contacts.is_empty() {
+            SOFT / system.compliance()
+        } else {
+            0.0
+        };
         system
             .tangent
-            .factorise_boosted(&mut pivots, &mut self.boosts)?;
+            .factorise_boosted(&mut pivots, &mut self.boosts, soft)?;
         self.found.factorisations += 1 + self.boosts.len();
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
         Ok(Factors {

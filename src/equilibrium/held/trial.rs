@@ -43,6 +43,10 @@ pub(super) struct Course {
     /// since then, including this one.
     pub lowest: f64,
     pub saddles: usize,
+    /// Step with which the following small steps are compared, rad.
+    pub compared: f64,
+    /// Number of successive small steps that are not shorter than half of it.
+    pub rounding_steps: usize,
     /// Number of permitted negative directions at the first tangent, in a search for an unstable
     /// equilibrium.
     pub negative: Option<usize>,

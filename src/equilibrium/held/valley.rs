@@ -18,7 +18,7 @@ use crate::rod::Rod;
 impl HeldSearch<'_> {
     /// Whether a rod without contact may follow a valley: nothing else bounds its motion.
     pub(super) fn may_follow_valley(&self) -> bool {
-        self.stable && self.obstacles.contacts.is_empty() && self.boosts.is_empty()
+        self.stable && self.obstacles.contacts.is_empty()
     }
 
     /// Corrects the rod, which has moved by a part of a step of the system, towards the floor of
