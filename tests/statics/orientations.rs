@@ -1,7 +1,7 @@
 //! Held rods in every orientation of the fixed frame: the axes of coordinates must not decide
 //! whether an equilibrium is found, nor which one.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::held::{Held, about, assert_close};
@@ -9,7 +9,7 @@ use crate::fixtures::random::Draw;
 use crate::fixtures::rods::{bending_stiffness, tight};
 use crate::fixtures::shoots::{RADIUS, YOUNG};
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
-use morphorod::load::Weight;
+use morphorod::load::{ApicalForce, Weight};
 use morphorod::rod::Rod;
 use morphorod::support::{Hold, Joint, Moving, Support};
 use morphorod::{Model, Order, Shoot, Still};
@@ -100,6 +100,39 @@ fn column_with_an_apex_beside_its_axis_has_almost_the_force_of_the_column() {
         let force = along * LENGTH * LENGTH / bending_stiffness();
         assert_close("force", force, 20.958_642_205_6, 1e-9 + 2.0 * offset);
         assert_eq!(held.found.inertia.negative, 0, "{offset:e}");
+    }
+}
+
+#[test]
+fn column_above_its_critical_load_is_not_stable_in_any_orientation() {
+    // Rounding of a straight rod was taken for a rotation of its plane: with 1.003 times the critical
+    // load the straight column was returned as stable in rotated scenes.
+    let mut draw = Draw::new(7);
+    for base in [
+        UnitQuaternion::identity(),
+        rotation(&mut draw),
+        rotation(&mut draw),
+    ] {
+        for over in [1e-4, 1e-3, 3e-3] {
+            let scene = Still {
+                base,
+                gravity: Vector3::zeros(),
+            };
+            // π²/4 B/L² for a clamped column.
+            let critical = (0.5 * PI / LENGTH).powi(2) * bending_stiffness();
+            let force = base * -Vector3::z() * ((1.0 + over) * critical);
+            let load = ApicalForce(move |_| force);
+            let mut held = Held::on(scene, LENGTH, (16, Order::Eight), load);
+            held.hold(&Hold::apex());
+            assert_eq!(held.found.inertia.negative, 0, "{over}");
+            // The angle θ of the apex satisfies P/Pc = (2 K(sin θ/2)/π)² = 1 + θ²/8, and the first mode
+            // moves the apex by 2 L θ/π.
+            let expected = 2.0 / PI * (8.0 * over).sqrt();
+            let tip = base.inverse() * held.rod.tip() / LENGTH;
+            let deflection = tip.xy().norm();
+            // The next terms of both series are of the order of θ².
+            assert_close("deflection", deflection, expected, 8.0 * over);
+        }
     }
 }
 

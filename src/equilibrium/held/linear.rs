@@ -31,6 +31,10 @@ pub(super) const SUSPECT: f64 = 1e-2;
 /// order, and in a soft direction both are of first order.
 const UNDETERMINED: f64 = 0.1;
 
+/// Rotation along a rod, rad, below which it counts as straight and lies in no plane. Couples that
+/// are 1e-15 of the force times the length then leave the sign of a stiffness above 1e-9 of it.
+const STRAIGHT: f64 = 1e-6;
+
 /// What a condition belongs to: a hold, a spring, an increased pivot, or the spring at a free base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Role {
@@ -296,8 +300,7 @@ impl Precision {
             .windows(2)
             .map(|ends| (ends[1] - ends[0]).norm())
             .sum();
-        // A straight rod is in equilibrium in all planes.
-        let angle = change / self.bend.max(f64::EPSILON);
+        let angle = change / self.bend.max(STRAIGHT);
         sum.unbalanced = couples * angle.max(sum.turn);
         sum
     }
