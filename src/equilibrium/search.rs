@@ -20,10 +20,10 @@ const SMALL_TURN: f64 = 1e-4;
 /// since Newton's method squares the error. A line search fails and a saddle is reached at steps of
 /// this size.
 pub(super) const NEGLIGIBLE_TURN: f64 = 1e-7;
-/// Number of successive steps below [`SMALL_TURN`] that end the search as rounding, if each is at
-/// least half as long as the step before the first of them. At a bifurcation the ratio of
-/// successive steps is 2/3, so that two iterations halve a step.
-pub(super) const ROUNDING_STEPS: usize = 4;
+/// Number of successive small steps that end the search as rounding, if each is at least half as
+/// long as the step before the first of them. At a bifurcation the ratio of successive steps is 2/3,
+/// so that two iterations halve a step.
+const ROUNDING_STEPS: usize = 4;
 /// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation.
 /// Their sizes estimate the error.
 const CHORD_TURN: f64 = 0.05;
@@ -69,10 +69,8 @@ pub(super) struct NewtonSearch<'a, C> {
     pub(super) turn: f64,
     /// Whether the current step is longer than half of the previous one.
     pub(super) stagnates: bool,
-    /// Step with which the following small steps are compared, rad.
-    compared: f64,
-    /// Number of successive small steps that are not shorter than half of it.
-    rounding_steps: usize,
+    /// The last steps below [`SMALL_TURN`] without a shift.
+    small_steps: SmallSteps,
     /// Number of saddles that were left.
     pub(super) saddles: usize,
     /// Position of the tip at the first tangent that was not positive definite (m), and the largest
@@ -91,6 +89,38 @@ pub(super) struct NewtonSearch<'a, C> {
     pub(super) least_resistance: f64,
     /// Counts, and energy and inertia of the last assembly.
     pub(super) found: Equilibrium,
+}
+
+/// The last steps of a search. They are rounding if several small ones do not become shorter.
+pub(super) struct SmallSteps {
+    /// Step with which the following small steps are compared, rad.
+    compared: f64,
+    /// Number of successive small steps that are not shorter than half of it.
+    number: usize,
+}
+
+impl Default for SmallSteps {
+    fn default() -> Self {
+        Self {
+            compared: f64::INFINITY,
+            number: 0,
+        }
+    }
+}
+
+impl SmallSteps {
+    /// Records the largest rotation in a step, rad.
+    pub fn record(&mut self, turn: f64, is_small: bool) {
+        if !is_small || turn < 0.5 * self.compared {
+            (self.compared, self.number) = (turn, 0);
+        } else {
+            self.number += 1;
+        }
+    }
+
+    pub fn are_rounding(&self) -> bool {
+        self.number >= ROUNDING_STEPS
+    }
 }
 
 impl<'a, C: Constitutive> NewtonSearch<'a, C> {
@@ -113,8 +143,7 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
             last_shift: 0.0,
             turn: f64::INFINITY,
             stagnates: false,
-            compared: f64::INFINITY,
-            rounding_steps: 0,
+            small_steps: SmallSteps::default(),
             saddles: 0,
             lost: None,
             longest_turn: 0.0,
@@ -282,11 +311,8 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
         self.system.solve();
         let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
         self.stagnates = !(self.turn < 0.5 * last);
-        if self.shift > 0.0 || self.turn >= SMALL_TURN || self.turn < 0.5 * self.compared {
-            (self.compared, self.rounding_steps) = (self.turn, 0);
-        } else {
-            self.rounding_steps += 1;
-        }
+        let is_small = self.shift == 0.0 && self.turn < SMALL_TURN;
+        self.small_steps.record(self.turn, is_small);
         if self.lost.is_some() {
             self.longest_turn = self.longest_turn.max(self.turn);
         }
@@ -328,7 +354,7 @@ impl<'a, C: Constitutive> NewtonSearch<'a, C> {
             && self.stagnates
             && self.turn < CHORD_TURN
             && self.has_only_rounding();
-        balanced || self.rounding_steps >= ROUNDING_STEPS
+        balanced || self.small_steps.are_rounding()
     }
 
     /// Whether the unbalanced couples are rounding of the largest.

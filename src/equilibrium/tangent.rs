@@ -27,9 +27,9 @@ pub(super) const STIFFNESS: f64 = 32.0 * f64::EPSILON;
 /// factorised: half of the digits remain. Smaller ones occur where the rod would be at its
 /// stability limit without the holds.
 const BOOSTED: f64 = 1e-6;
-/// Number of steps of inverse iteration for the softest direction: each reduces the part of the
-/// others by the ratio of the stiffnesses.
-const SOFTENINGS: usize = 3;
+/// Number of steps of inverse iteration for a soft direction. If the stiffness of the others is a
+/// hundred times as large, these steps reduce their part by 1e6.
+const INVERSE_STEPS: usize = 3;
 /// Smallest pivot beside a short element, relative to the diagonal entry. The pivot is a difference
 /// of numbers of the size of that entry, so that its relative rounding is 2e-4 at most.
 const ACCURATE: f64 = 1e-12;
@@ -280,7 +280,7 @@ impl Tangent {
         let start = |k: usize| Vector3::from_fn(|axis, _| (1.0 + (3 * k + axis) as f64).sin());
         let mut direction: Vec<Vector3<f64>> = (0..self.blocks).map(start).collect();
         let mut stiffness = f64::INFINITY;
-        for _ in 0..SOFTENINGS {
+        for _ in 0..INVERSE_STEPS {
             let last = direction.clone();
             self.solve(&mut direction);
             let product = |a: &[Vector3<f64>]| -> f64 {
@@ -290,12 +290,10 @@ impl Tangent {
             stiffness = product(&last) / largest.powi(2);
             direction.iter_mut().for_each(|turn| *turn /= largest);
         }
-        let largest = |turn: &Vector3<f64>| turn.amax();
-        let (block, turn) = direction
-            .iter()
-            .enumerate()
-            .max_by(|a, b| largest(a.1).total_cmp(&largest(b.1)))?;
-        (stiffness.abs() < bound).then(|| 3 * block + turn.iamax())
+        let size = |column: &usize| direction[column / 3][column % 3].abs();
+        let columns = 0..3 * self.blocks;
+        let largest = columns.max_by(|a, b| size(a).total_cmp(&size(b)));
+        largest.filter(|_| stiffness.abs() < bound)
     }
 
     /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues
@@ -452,6 +450,36 @@ mod tests {
                 assert_abs_diff_eq!(*turn, expected, epsilon = rounding * expected)
             });
         }
+    }
+
+    #[test]
+    fn soft_direction_that_is_small_in_the_last_block_is_found_although_its_pivots_are_large() {
+        // v = (1, ε) about d1 has the stiffness λ (1 + ε²), and the last pivot is λ/ε².
+        let (epsilon, lambda): (f64, f64) = (0.1, 1e-6);
+        let boosted = |soft: f64| {
+            let mut tangent = Tangent::default();
+            let mut boosts = Vec::new();
+            tangent.reset(2).unwrap();
+            let diagonal = [epsilon * epsilon + lambda, 1.0 + lambda];
+            for (block, entry) in diagonal.into_iter().enumerate() {
+                tangent.add_diagonal(
+                    block,
+                    &Matrix3::from_diagonal(&Vector3::new(entry, 1.0, 1.0)),
+                );
+            }
+            let coupling = Vector3::new(-epsilon, 0.0, 0.0);
+            tangent.set_coupling(1, &Matrix3::from_diagonal(&coupling));
+            tangent
+                .factorise_boosted(&mut Inertia::default(), &mut boosts, soft)
+                .unwrap();
+            boosts
+                .iter()
+                .map(|(column, _)| *column)
+                .collect::<Vec<usize>>()
+        };
+        let stiffness = lambda * (1.0 + epsilon * epsilon);
+        assert!(boosted(0.9 * stiffness).is_empty());
+        assert_eq!(boosted(1.1 * stiffness), [0]);
     }
 
     #[test]

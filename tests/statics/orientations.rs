@@ -171,7 +171,7 @@ fn twist_of_a_buckled_rod_follows_its_apex_in_time() {
             let _ = run.advance(&mut shoot, t).expect("a step");
             held.hold(&turned(t));
             let (a, b) = (twist(shoot.rod()), twist(&held.rod));
-            // Both solve the same equations to rounding.
+            // The results of both searches differ by rounding only.
             assert!(
                 (a - b).abs() < 1e-9,
                 "{elements} elements, {t} turns: {a} and {b}"
@@ -215,7 +215,7 @@ fn plane(shoot: &Shoot<impl Model>, base: UnitQuaternion<f64>) -> f64 {
 #[test]
 fn column_stays_in_the_plane_of_its_first_step() {
     // All planes are equal, and the first step bends the rod towards d1. A step may rotate the plane
-    // by the rounding of its equilibrium, at most 3e-7 in 100 steps.
+    // by the rounding of its equilibrium, at most 4e-7 in 100 steps.
     let mut draw = Draw::new(4);
     for base in [UnitQuaternion::identity(), rotation(&mut draw)] {
         for clamped in [false, true] {

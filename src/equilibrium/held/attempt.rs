@@ -23,7 +23,7 @@ const LONGEST_STEP: f64 = 10.0;
 const TINY_TURN: f64 = 1e-9;
 /// Values below which an unstable rod is near a saddle if its steps do not become shorter. The rod
 /// then leaves the saddle by 0.1 rad, and the residual moves it by much less. With a residual of
-/// 1e-4 a buckled rod left its neutral plane by this angle where its clamp turned slowly.
+/// 1e-4, a buckled rod whose clamp turned slowly rotated out of its plane by 0.1 rad.
 const NEAR_SADDLE: (f64, f64) = (1e-2, 1e-6);
 /// Values below which a rod that needs a shift is at a saddle in any case: both are due to
 /// rounding.

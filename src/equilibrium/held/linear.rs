@@ -31,8 +31,9 @@ pub(super) const SUSPECT: f64 = 1e-2;
 /// order, and in a soft direction both are of first order.
 const UNDETERMINED: f64 = 0.1;
 
-/// Rotation along a rod, rad, below which it counts as straight and lies in no plane. Couples that
-/// are 1e-15 of the force times the length then leave the sign of a stiffness above 1e-9 of it.
+/// Rotation along a rod, rad, below which it counts as straight and lies in no plane. Couples by
+/// rounding, 1e-15 of the force times the length, then conceal no stiffness above 1e-9 of this
+/// product.
 const STRAIGHT: f64 = 1e-6;
 
 /// What a condition belongs to: a hold, a spring, an increased pivot, or the spring at a free base.
@@ -96,7 +97,7 @@ pub(super) struct Conditions {
     pub scale: DVector<f64>,
     /// Eigenvectors that solutions leave out.
     omitted: Vec<bool>,
-    /// Whether the omitted part may be more than rounding.
+    /// Whether solutions may omit a direction that is not neutral.
     incomplete: bool,
 }
 
@@ -120,13 +121,11 @@ impl Conditions {
 
     /// Omits neutral directions, and directions in which neither the stiffness nor the rotation is
     /// determined, given the `violations` of the conditions at the start of a step and the
-    /// uncertainty for the factors of the conditions in a direction. A rod that is `close` to
-    /// equilibrium has only violations by rounding in them.
+    /// uncertainty for the factors of the conditions in a direction.
     pub fn omit_undetermined(
         &mut self,
         violations: &DVector<f64>,
         uncertainty: impl Fn(&DVector<f64>) -> Uncertainty,
-        close: bool,
     ) {
         let Some(eigen) = &self.eigen else {
             return;
@@ -151,7 +150,7 @@ impl Conditions {
             let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * settings::ROUNDING;
             self.omitted[k] = undetermined || neutral;
             let bound = NEUTRAL.max(rounding);
-            self.incomplete |= !close && (bound..bound + unbalanced).contains(&value.abs());
+            self.incomplete |= (bound..bound + unbalanced).contains(&value.abs());
         }
     }
 
@@ -168,11 +167,6 @@ impl Conditions {
             sum += &direction * direction.transpose() * (1.0 - value);
         }
         sum
-    }
-
-    /// Whether the solution may omit a direction that is not neutral.
-    pub fn is_incomplete(&self) -> bool {
-        self.incomplete
     }
 
     /// The solution for a right-hand side, with the component zero in the omitted directions.
@@ -307,6 +301,12 @@ impl Precision {
 }
 
 impl Linear {
+    /// Whether a step may omit a motion that is more than rounding. Close to equilibrium all
+    /// violations in the omitted directions are rounding.
+    pub fn is_incomplete(&self) -> bool {
+        self.solver.incomplete && !(self.precision.missing < NEUTRAL)
+    }
+
     /// Changes of the reactions of the links, with which their conditions hold, for changes of
     /// those of the candidates.
     pub fn links_by(&self, offset: &DVector<f64>, changes: &DVector<f64>) -> DVector<f64> {

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use super::candidate::Candidate;
 use super::elastic::Spring;
 use super::law::Status;
-use super::linear::{Conditions, Factors, Linear, NEUTRAL, Precision, Role, Rows, along};
+use super::linear::{Conditions, Factors, Linear, Precision, Role, Rows, along};
 use super::response::LinearResponse;
 use super::search::HeldSearch;
 use crate::equilibrium::EquilibriumError;
@@ -129,8 +129,7 @@ impl HeldSearch<'_> {
         };
         let residuals = DVector::from_vec(self.residuals(&roles));
         let violations = &residuals + &rows * &free;
-        let close = precision.missing < NEUTRAL;
-        solver.omit_undetermined(&violations, uncertainty, close);
+        solver.omit_undetermined(&violations, uncertainty);
         let mut compliance: DMatrix<f64> = response
             .compliance
             .view((first, first), (size, size))
@@ -169,20 +168,20 @@ impl HeldSearch<'_> {
     /// nor its motion determines. Their forces do not change in these directions in a step, as
     /// those of holds.
     fn relax_undetermined(&self, linear: &mut Linear) {
+        // A line of contact permits no rotation about a chord.
+        let sticks = |(_, at): &(usize, &Candidate)| at.status == Status::Sticking && at.point;
+        let sticking: Vec<_> = self.candidates.iter().enumerate().filter(sticks).collect();
+        if sticking.is_empty() {
+            return;
+        }
         let mut coordinates = Vec::new();
         let mut violations = linear.free_candidates(&DVector::zeros(linear.response.size()));
-        for (i, at) in self.candidates.iter().enumerate() {
+        for (i, at) in sticking {
             let first = linear.response.first(self.sites.len() + i) - linear.first;
             let slip = at.slip(&self.obstacles.yielded[at.obstacle]);
             let mut own = violations.fixed_rows_mut::<3>(first);
             own += at.gap.normal * at.gap.value + slip;
-            // A line of contact permits no rotation about a chord.
-            if at.status == Status::Sticking && at.point {
-                coordinates.extend(first..first + 3);
-            }
-        }
-        if coordinates.is_empty() {
-            return;
+            coordinates.extend(first..first + 3);
         }
         let compliance = &linear.compliance;
         let matrix = compliance
@@ -209,7 +208,7 @@ impl HeldSearch<'_> {
             linear.precision.uncertainty(&linear.response.turns(&all))
         };
         let violations = violations.select_rows(&coordinates);
-        conditions.omit_undetermined(&violations, uncertainty, true);
+        conditions.omit_undetermined(&violations, uncertainty);
         let relaxed = conditions.compliance_of_omitted();
         for (i, &row) in coordinates.iter().enumerate() {
             for (j, &column) in coordinates.iter().enumerate() {

@@ -17,7 +17,7 @@ use super::search::HeldSearch;
 use super::settings::{self, SAME};
 use super::sites::HeldSite;
 use super::trial::{Attempt, Course, Reach, Step};
-use crate::equilibrium::search::ROUNDING_STEPS;
+use crate::equilibrium::search::SmallSteps;
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::rod::Rod;
 
@@ -54,8 +54,7 @@ impl HeldSearch<'_> {
             next_shift: 0.0,
             lowest: f64::INFINITY,
             saddles: 0,
-            compared: f64::INFINITY,
-            rounding_steps: 0,
+            small_steps: SmallSteps::default(),
             negative: None,
             bowed: false,
             placements: 0,
@@ -100,11 +99,7 @@ impl HeldSearch<'_> {
             };
             let (turn, shift) = (step.trial.turn, step.trial.linear.factors.shift);
             let stalled = step.removed < 0.5 && turn < 0.05;
-            if turn >= RESTING || turn < 0.5 * course.compared {
-                (course.compared, course.rounding_steps) = (turn, 0);
-            } else {
-                course.rounding_steps += 1;
-            }
+            course.small_steps.record(turn, turn < RESTING);
             let finished =
                 step.removed == 1.0 && shift == 0.0 && self.try_to_finish(rod, course, step)?;
             let farthest = if course.reach == Reach::Near {
@@ -398,10 +393,10 @@ impl HeldSearch<'_> {
         // Close to a loss of stability rounding rotates the frames in every iteration.
         let balanced =
             self.body.system().unbalanced <= BALANCED * self.body.force().largest() * self.length;
-        let rounding = stagnates && balanced || course.rounding_steps >= ROUNDING_STEPS;
+        let rounding = stagnates && balanced || course.small_steps.are_rounding();
         let rounds = rounding && !apart && !stretching;
         // The error in a direction that the step may have left out is not known.
-        if step.trial.linear.solver.is_incomplete() {
+        if step.trial.linear.is_incomplete() {
             return false;
         }
         if !rounds

@@ -10,6 +10,7 @@ use super::reduced::LinearContact;
 use super::search::Snapshot;
 use super::sites::HeldSite;
 use crate::equilibrium::elimination::Row;
+use crate::equilibrium::search::SmallSteps;
 use crate::equilibrium::system::Configuration;
 
 /// Method of a search.
@@ -43,10 +44,8 @@ pub(super) struct Course {
     /// since then, including this one.
     pub lowest: f64,
     pub saddles: usize,
-    /// Step with which the following small steps are compared, rad.
-    pub compared: f64,
-    /// Number of successive small steps that are not shorter than half of it.
-    pub rounding_steps: usize,
+    /// The last steps in which the rod rests.
+    pub small_steps: SmallSteps,
     /// Number of permitted negative directions at the first tangent, in a search for an unstable
     /// equilibrium.
     pub negative: Option<usize>,
