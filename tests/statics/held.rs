@@ -167,7 +167,7 @@ fn spring_at_small_load_follows_the_linear_beam() {
 }
 
 /// Modulus k of the elastica with relative shortening D = 2 (1 − E(k)/K(k)), and K(k).
-fn modulus(shortening: f64) -> (f64, f64) {
+pub(super) fn modulus(shortening: f64) -> (f64, f64) {
     let complete = |k: f64| legendre(FRAC_PI_2, k);
     let k = bisect((1e-3, 0.999), 1e-15, |k| {
         2.0 * (1.0 - complete(k).1 / complete(k).0) > shortening

@@ -97,8 +97,8 @@ pub(super) struct Conditions {
     pub scale: DVector<f64>,
     /// Eigenvectors that solutions leave out.
     omitted: Vec<bool>,
-    /// Whether solutions may omit a direction that is not neutral.
-    incomplete: bool,
+    /// Whether a direction that is not neutral may be omitted or has another stiffness.
+    pub incomplete: bool,
 }
 
 impl Conditions {
@@ -119,20 +119,24 @@ impl Conditions {
         }
     }
 
-    /// Omits neutral directions, and directions in which neither the stiffness nor the rotation is
-    /// determined, given the `violations` of the conditions at the start of a step and the
-    /// uncertainty for the factors of the conditions in a direction.
-    pub fn omit_undetermined(
+    /// Treats directions whose stiffness is not determined, given the `violations` of the conditions
+    /// at the start of a step and the uncertainty for the factors of the conditions in a direction.
+    /// Neutral directions are omitted, and unless the solution `completes` a step, those in which
+    /// the rotation is not determined, too. In the others the stiffness, minus the eigenvalue, is
+    /// replaced by its magnitude, so that the energy decreases.
+    pub fn treat_undetermined(
         &mut self,
         violations: &DVector<f64>,
         uncertainty: impl Fn(&DVector<f64>) -> Uncertainty,
+        completes: bool,
     ) {
-        let Some(eigen) = &self.eigen else {
+        let Some(eigen) = &mut self.eigen else {
             return;
         };
         let scaled = violations.component_mul(&self.scale);
-        for (k, value) in eigen.eigenvalues.iter().enumerate() {
-            if !(value.abs() < SUSPECT) {
+        for k in 0..eigen.eigenvalues.len() {
+            let size = eigen.eigenvalues[k].abs();
+            if !(size < SUSPECT) {
                 continue;
             }
             let direction = eigen.eigenvectors.column(k);
@@ -144,13 +148,16 @@ impl Conditions {
             } = uncertainty(&direction.component_mul(&self.scale));
             // A quotient of two quantities that are not determined would be a motion at random.
             let work = direction.dot(&scaled).abs() * turn;
-            let undetermined =
-                value.abs() <= rounding + unbalanced && work <= UNDETERMINED * (rounding + own);
+            let undetermined = size <= rounding + unbalanced;
             // A violation that is more than rounding shows that the direction is not neutral.
-            let neutral = value.abs() <= NEUTRAL && work <= UNDETERMINED * settings::ROUNDING;
-            self.omitted[k] = undetermined || neutral;
+            let neutral = size <= NEUTRAL && work <= UNDETERMINED * settings::ROUNDING;
+            let is_small = work <= UNDETERMINED * (rounding + own);
+            self.omitted[k] = undetermined && is_small && !completes || neutral;
+            if undetermined && !self.omitted[k] {
+                eigen.eigenvalues[k] = -size.max(rounding + own);
+            }
             let bound = NEUTRAL.max(rounding);
-            self.incomplete |= (bound..bound + unbalanced).contains(&value.abs());
+            self.incomplete |= (bound..bound + unbalanced).contains(&size);
         }
     }
 
@@ -248,8 +255,6 @@ pub(super) struct Precision {
     pub rounding: Vec<Vector3<f64>>,
     /// Unbalanced couples, and the moment of forces on violated conditions, N m.
     pub unbalanced: Vec<f64>,
-    /// The largest of them on a frame, relative to the force times the length.
-    pub missing: f64,
     /// Sum of the rotations from each frame to the next, rad.
     pub bend: f64,
 }
@@ -264,7 +269,7 @@ pub(super) struct Uncertainty {
     /// Work of the unbalanced couples, at most, in a rotation by v, N m.
     own: f64,
     /// Largest rotation in the direction, rad.
-    turn: f64,
+    pub turn: f64,
 }
 
 impl Uncertainty {
@@ -301,12 +306,6 @@ impl Precision {
 }
 
 impl Linear {
-    /// Whether a step may omit a motion that is more than rounding. Close to equilibrium all
-    /// violations in the omitted directions are rounding.
-    pub fn is_incomplete(&self) -> bool {
-        self.solver.incomplete && !(self.precision.missing < NEUTRAL)
-    }
-
     /// Changes of the reactions of the links, with which their conditions hold, for changes of
     /// those of the candidates.
     pub fn links_by(&self, offset: &DVector<f64>, changes: &DVector<f64>) -> DVector<f64> {

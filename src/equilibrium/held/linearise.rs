@@ -16,6 +16,9 @@ use crate::rod::Rod;
 const LARGEST_SHARE: f64 = 0.5;
 /// Largest compliance of a hold, relative to that in another direction, that is rounding.
 const ROUNDED: f64 = 1e-14;
+/// Displacement of a loaded contact against its condition, relative to the rotation of the rod
+/// times the length, below which a direction does not move it.
+const MOVED: f64 = 1e-6;
 /// Unbalanced couple or moment of a violation, relative to the force times the length, below which
 /// the rod is close to equilibrium: a negative stiffness that it may cause is then no reason for a
 /// descent.
@@ -121,15 +124,20 @@ impl HeldSearch<'_> {
         let scale = scale_of(&links, &roles, &terms);
         let mut solver = Conditions::new(&matrix, scale);
         let precision = self.precision(rod);
-        // Contact forces may change violations of holds.
-        let is_loaded = self.is_loaded();
         let uncertainty = |factors: &DVector<f64>| {
-            let all = precision.uncertainty(&response.turns(&rows.tr_mul(factors)));
-            if is_loaded { all.by_rounding() } else { all }
+            let reactions = rows.tr_mul(factors);
+            let all = precision.uncertainty(&response.turns(&reactions));
+            let moved = &response.compliance * &reactions;
+            if self.moves_contact(&response, &moved, all.turn) {
+                // The forces of the contacts determine the motion, too.
+                all.by_rounding()
+            } else {
+                all
+            }
         };
         let residuals = DVector::from_vec(self.residuals(&roles));
         let violations = &residuals + &rows * &free;
-        solver.omit_undetermined(&violations, uncertainty);
+        solver.treat_undetermined(&violations, uncertainty, self.completes);
         let mut compliance: DMatrix<f64> = response
             .compliance
             .view((first, first), (size, size))
@@ -162,6 +170,23 @@ impl HeldSearch<'_> {
         };
         self.relax_undetermined(&mut linear);
         linear
+    }
+
+    /// Whether displacements of the coordinates with the largest rotation `turn` (rad) move a contact
+    /// that is loaded against its condition.
+    fn moves_contact(&self, response: &LinearResponse, moved: &DVector<f64>, turn: f64) -> bool {
+        let candidates = self.candidates.iter().enumerate();
+        let mut loaded = candidates.filter(|(_, at)| at.status != Status::Open);
+        loaded.any(|(i, at)| {
+            let first = response.first(self.sites.len() + i);
+            let by: Vector3<f64> = moved.fixed_rows::<3>(first).into_owned();
+            let by = if at.status == Status::Sticking {
+                by.norm()
+            } else {
+                at.gap.normal.dot(&by).abs()
+            };
+            by > MOVED * turn * self.length
+        })
     }
 
     /// Gives contacts that stick a compliance in directions that neither the stiffness of the rod
@@ -208,7 +233,7 @@ impl HeldSearch<'_> {
             linear.precision.uncertainty(&linear.response.turns(&all))
         };
         let violations = violations.select_rows(&coordinates);
-        conditions.omit_undetermined(&violations, uncertainty);
+        conditions.treat_undetermined(&violations, uncertainty, self.completes);
         let relaxed = conditions.compliance_of_omitted();
         for (i, &row) in coordinates.iter().enumerate() {
             for (j, &column) in coordinates.iter().enumerate() {
@@ -294,7 +319,6 @@ impl HeldSearch<'_> {
         Precision {
             rounding: nodes.clone().map(rounding).collect(),
             unbalanced: nodes.clone().map(unbalanced).collect(),
-            missing,
             bend: bend.sum(),
         }
     }

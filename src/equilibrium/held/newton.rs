@@ -93,13 +93,18 @@ impl HeldSearch<'_> {
             self.drop_candidates();
             self.add_candidates(rod, -settings::ROUNDING * self.length);
             self.apply(rod);
-            let Some(step) = self.step(rod, course)? else {
+            let step = self.step(rod, course);
+            self.completes = false;
+            let Some(step) = step? else {
                 course.last_turn = f64::INFINITY;
                 continue;
             };
             let (turn, shift) = (step.trial.turn, step.trial.linear.factors.shift);
             let stalled = step.removed < 0.5 && turn < 0.05;
             course.small_steps.record(turn, turn < RESTING);
+            self.completes = turn < RESTING
+                && (step.trial.linear.solver.incomplete
+                    || self.largest_violation() > settings::ROUNDING * self.length);
             let finished =
                 step.removed == 1.0 && shift == 0.0 && self.try_to_finish(rod, course, step)?;
             let farthest = if course.reach == Reach::Near {
@@ -396,7 +401,7 @@ impl HeldSearch<'_> {
         let rounding = stagnates && balanced || course.small_steps.are_rounding();
         let rounds = rounding && !apart && !stretching;
         // The error in a direction that the step may have left out is not known.
-        if step.trial.linear.is_incomplete() {
+        if step.trial.linear.solver.incomplete {
             return false;
         }
         if !rounds

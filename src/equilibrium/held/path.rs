@@ -2,11 +2,11 @@
 //! ones. If a part of the rod could pass an obstacle in a time step, the base and the obstacles
 //! also move in increments, from the shape at the start of the step. Increments become shorter,
 //! down to a smallest one, until neither the base nor a held frame moves the rod past an obstacle.
-//! An increment is halved after a search in which Newton's method and the descents fail, and does
-//! not grow again. It is halved, too, if the rod releases more energy in it than on a branch of
-//! equilibria, until the distance of this jump is known. Where a branch of equilibria ends, the rod
-//! therefore jumps, or, if the descent to any equilibrium is omitted, approaches the end until the
-//! smallest increment fails.
+//! An increment is halved after a search in which Newton's method and the descents fail, and the one
+//! after a success is twice as long, up to the first one. An increment is halved, too, if the rod
+//! releases more energy in it than on a branch of equilibria, until the distance of this jump is
+//! known. Where a branch of equilibria ends, the rod therefore jumps, or, if the descent to any
+//! equilibrium is omitted, approaches the end until the smallest increment fails.
 
 use nalgebra::Vector3;
 
@@ -216,7 +216,7 @@ impl HeldSearch<'_> {
         let moves_base = self.rewind(rod);
         let path = self.load_path(rod);
         let mut done = 0.0;
-        let mut largest = 1.0 / path.number;
+        let largest = 1.0 / path.number;
         let mut increment = largest;
         let resolved = RESOLVED * largest;
         let mut suspect: Option<Suspect> = None;
@@ -295,7 +295,6 @@ impl HeldSearch<'_> {
                     None => {
                         self.restore(rod, &before);
                         increment = 0.5 * increment.min(next - done);
-                        largest = increment;
                     }
                 },
                 Err(error) => return Err(error),

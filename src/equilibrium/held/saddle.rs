@@ -82,9 +82,12 @@ impl HeldSearch<'_> {
         let translates = free.map_or(0.0, |base| 1.0 / base.stiffness);
         // In a neutral direction of a bent rod the terms cancel each other.
         let flexible = |i: usize| linear.terms[i] - translates;
-        // The terms of springs and pivots have other units.
-        let holds = (0..linear.roles.len()).filter(|i| matches!(linear.roles[*i], Role::Hold(..)));
-        let largest = holds.map(flexible).fold(0.0, f64::max);
+        // The largest flexibility of a held place may be in a direction in which it is free.
+        let response = &linear.response;
+        let held = (0..self.sites.len()).filter(|i| !self.sites[*i].fixed.is_empty());
+        let coordinates = held.flat_map(|i| 3 * i..3 * i + 3);
+        let terms = coordinates.map(|i| response.terms(&[(i, 1.0)], response.compliance[(i, i)]));
+        let largest = terms.fold(0.0, f64::max) - translates;
         let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
             let Role::Hold(site, direction) = role else {

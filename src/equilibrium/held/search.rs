@@ -62,6 +62,9 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) length: f64,
     /// Length of an element of the rod without additional nodes, m.
     pub(super) element: f64,
+    /// Whether the next step omits neutral directions only, because the last one left the rod at
+    /// rest and has omitted a direction.
+    pub(super) completes: bool,
     /// Unknowns whose diagonal entry was increased, and the increases.
     pub(super) boosts: Vec<(usize, f64)>,
     /// Weight of violated distances in the merit, N: at least twice the largest force of a contact
@@ -127,6 +130,7 @@ impl<'a> HeldSearch<'a> {
             tolerance,
             length: rod.length(),
             element: rod.length() / rod.elements() as f64,
+            completes: false,
             boosts: Vec::new(),
             weight: 0.0,
             energy_scale: 0.0,
@@ -388,7 +392,10 @@ impl<'a> HeldSearch<'a> {
         for (role, change) in roles.iter().zip(changes.iter()) {
             match role {
                 Role::Hold(site, direction) => {
-                    self.sites[*site].force += direction * (fraction * change)
+                    let site = &mut self.sites[*site];
+                    let force = site.force + direction * (fraction * change);
+                    // Rounding of a force that was large may exceed the present one.
+                    site.force = project(&site.fixed, &force);
                 }
                 Role::Spring(site, axis) => {
                     if let Some(spring) = &mut self.sites[*site].spring {

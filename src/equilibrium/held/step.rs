@@ -294,9 +294,13 @@ impl HeldSearch<'_> {
     /// rod and the rod. The existing factors serve as long as each correction halves the difference
     /// and the rotation does not double.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
-        let (mut last, turn) = (f64::INFINITY, trial.turn);
+        let turn = trial.turn;
+        let uncorrected = trial.contacts.clone();
+        let mut last = f64::INFINITY;
+        let mut remaining = 0.0;
         for _ in 0..settings::CORRECTIONS {
             let (difference, largest) = self.mismatch(start, trial);
+            remaining = largest;
             if largest <= settings::ROUNDING * self.length || !(largest < 0.5 * last) {
                 break;
             }
@@ -315,9 +319,14 @@ impl HeldSearch<'_> {
                 break;
             }
         }
+        trial.offset.fill(0.0);
+        // Corrections that do not converge would violate the conditions to first order.
+        if remaining > settings::PERMITTED * self.length && self.may_follow_valley() {
+            self.take_contacts(trial, start, uncorrected);
+            self.move_by(rod, start, trial, 1.0);
+        }
         // The rotation before the corrections is the size of the step.
         trial.turn = turn;
-        trial.offset.fill(0.0);
     }
 
     /// Takes a further step with the factors of the last one, from the present shape, if
