@@ -17,7 +17,8 @@ const LARGEST_SHARE: f64 = 0.5;
 /// Largest compliance of a hold, relative to that in another direction, that is rounding.
 const ROUNDED: f64 = 1e-14;
 /// Displacement of a loaded contact against its condition, relative to the rotation of the rod
-/// times the length, below which a direction does not move it.
+/// times the length, below which a direction does not move it. A direction that moves it does so by
+/// about this product.
 const MOVED: f64 = 1e-6;
 /// Unbalanced couple or moment of a violation, relative to the force times the length, below which
 /// the rod is close to equilibrium: a negative stiffness that it may cause is then no reason for a
@@ -127,8 +128,7 @@ impl HeldSearch<'_> {
         let uncertainty = |factors: &DVector<f64>| {
             let reactions = rows.tr_mul(factors);
             let all = precision.uncertainty(&response.turns(&reactions));
-            let moved = &response.compliance * &reactions;
-            if self.moves_contact(&response, &moved, all.turn) {
+            if self.move_contact(&reactions, &response, all.turn) {
                 // The forces of the contacts determine the motion, too.
                 all.by_rounding()
             } else {
@@ -172,14 +172,14 @@ impl HeldSearch<'_> {
         linear
     }
 
-    /// Whether displacements of the coordinates with the largest rotation `turn` (rad) move a contact
-    /// that is loaded against its condition.
-    fn moves_contact(&self, response: &LinearResponse, moved: &DVector<f64>, turn: f64) -> bool {
+    /// Whether reactions, which cause rotations of at most `turn` (rad), move a loaded contact against
+    /// its condition.
+    fn move_contact(&self, reactions: &DVector<f64>, response: &LinearResponse, turn: f64) -> bool {
         let candidates = self.candidates.iter().enumerate();
         let mut loaded = candidates.filter(|(_, at)| at.status != Status::Open);
         loaded.any(|(i, at)| {
             let first = response.first(self.sites.len() + i);
-            let by: Vector3<f64> = moved.fixed_rows::<3>(first).into_owned();
+            let by: Vector3<f64> = response.compliance.fixed_rows::<3>(first) * reactions;
             let by = if at.status == Status::Sticking {
                 by.norm()
             } else {

@@ -82,6 +82,7 @@ impl HeldSearch<'_> {
     /// on the present nodes.
     fn iterate(&mut self, rod: &mut Rod, course: &mut Course) -> Result<(), EquilibriumError> {
         let mut stalls = 0;
+        self.completes = false;
         let usual = self.found.iterations + settings::ITERATIONS;
         let end = if course.reach == Reach::Far {
             self.bound
@@ -102,6 +103,7 @@ impl HeldSearch<'_> {
             let (turn, shift) = (step.trial.turn, step.trial.linear.factors.shift);
             let stalled = step.removed < 0.5 && turn < 0.05;
             course.small_steps.record(turn, turn < RESTING);
+            // Violations remain in directions that were omitted.
             self.completes = turn < RESTING
                 && (step.trial.linear.solver.incomplete
                     || self.largest_violation() > settings::ROUNDING * self.length);

@@ -3,7 +3,7 @@
 //! also move in increments, from the shape at the start of the step. Increments become shorter,
 //! down to a smallest one, until neither the base nor a held frame moves the rod past an obstacle.
 //! An increment is halved after a search in which Newton's method and the descents fail, and the one
-//! after a success is twice as long, up to the first one. An increment is halved, too, if the rod
+//! after a success is twice as long, up to the length of the first. It is halved, too, if the rod
 //! releases more energy in it than on a branch of equilibria, until the distance of this jump is
 //! known. Where a branch of equilibria ends, the rod therefore jumps, or, if the descent to any
 //! equilibrium is omitted, approaches the end until the smallest increment fails.

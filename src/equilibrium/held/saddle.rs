@@ -1,5 +1,6 @@
 //! Initial shapes: a straight rod between holds, and directions that leave a saddle of the energy.
 
+use std::cell::LazyCell;
 use std::f64::consts::TAU;
 
 use nalgebra::{DVector, Vector3};
@@ -83,11 +84,14 @@ impl HeldSearch<'_> {
         // In a neutral direction of a bent rod the terms cancel each other.
         let flexible = |i: usize| linear.terms[i] - translates;
         // The largest flexibility of a held place may be in a direction in which it is free.
-        let response = &linear.response;
-        let held = (0..self.sites.len()).filter(|i| !self.sites[*i].fixed.is_empty());
-        let coordinates = held.flat_map(|i| 3 * i..3 * i + 3);
-        let terms = coordinates.map(|i| response.terms(&[(i, 1.0)], response.compliance[(i, i)]));
-        let largest = terms.fold(0.0, f64::max) - translates;
+        let largest = LazyCell::new(|| {
+            let response = &linear.response;
+            let held = (0..self.sites.len()).filter(|i| !self.sites[*i].fixed.is_empty());
+            let coordinates = held.flat_map(|i| 3 * i..3 * i + 3);
+            let terms =
+                coordinates.map(|i| response.terms(&[(i, 1.0)], response.compliance[(i, i)]));
+            terms.fold(0.0, f64::max) - translates
+        });
         let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
             let Role::Hold(site, direction) = role else {
@@ -96,7 +100,7 @@ impl HeldSearch<'_> {
             let missing = (missing - direction.dot(&moves)).abs();
             let rigid = self.sites[*site].node > 0
                 && missing > settings::ROUNDING * self.length
-                && flexible(i) < STRAIGHT * largest;
+                && flexible(i) < STRAIGHT * *largest;
             rigid.then_some(missing)
         };
         each.filter_map(rigid).reduce(f64::max)

@@ -62,8 +62,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a> {
     pub(super) length: f64,
     /// Length of an element of the rod without additional nodes, m.
     pub(super) element: f64,
-    /// Whether the next step omits neutral directions only, because the last one left the rod at
-    /// rest and has omitted a direction.
+    /// Whether the next step omits neutral directions only: the last one hardly moved the rod, but
+    /// may have omitted others.
     pub(super) completes: bool,
     /// Unknowns whose diagonal entry was increased, and the increases.
     pub(super) boosts: Vec<(usize, f64)>,

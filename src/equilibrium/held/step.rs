@@ -292,10 +292,10 @@ impl HeldSearch<'_> {
 
     /// Corrects a step of any share, without a line search, for the difference between the linear
     /// rod and the rod. The existing factors serve as long as each correction halves the difference
-    /// and the rotation does not double.
+    /// and the rotation does not double. Without obstacles, corrections that do not converge are
+    /// undone, since a fraction of the step would violate the conditions to first order.
     pub(super) fn correct(&mut self, rod: &mut Rod, start: &Start, trial: &mut Trial) {
         let turn = trial.turn;
-        let uncorrected = trial.contacts.clone();
         let mut last = f64::INFINITY;
         let mut remaining = 0.0;
         for _ in 0..settings::CORRECTIONS {
@@ -320,9 +320,8 @@ impl HeldSearch<'_> {
             }
         }
         trial.offset.fill(0.0);
-        // Corrections that do not converge would violate the conditions to first order.
         if remaining > settings::PERMITTED * self.length && self.may_follow_valley() {
-            self.take_contacts(trial, start, uncorrected);
+            self.take_contacts(trial, start, Vec::new());
             self.move_by(rod, start, trial, 1.0);
         }
         // The rotation before the corrections is the size of the step.
