@@ -51,6 +51,12 @@ impl ContactState {
         (reactions, patches)
     }
 
+    /// Drops the rates.
+    pub fn forget(&mut self) {
+        self.end_rates.clear();
+        self.force_rates.clear();
+    }
+
     /// Takes the patches at a time (s), with the reactions before and then.
     pub fn take(&mut self, patches: Vec<Patch>, [before, now]: [&[Reaction]; 2], time: f64) {
         let after = time - self.time;
@@ -65,8 +71,7 @@ impl ContactState {
         // A search that is repeated at the same time keeps the rates.
         if after > 0.0 || !same {
             self.earlier = self.time;
-            self.end_rates.clear();
-            self.force_rates.clear();
+            self.forget();
             if same {
                 // Shorter motions are not extrapolated, so that a rod at rest stays at rest.
                 let length = now.iter().map(|at| at.arc_length).fold(0.0, f64::max);

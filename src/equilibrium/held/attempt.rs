@@ -213,7 +213,7 @@ impl HeldSearch<'_> {
             && let Some(missing) = self.missing_along_straight(linear)
         {
             course.bowed = true;
-            self.bow_safely(rod, start, linear, 2.0 * (missing / self.length).sqrt());
+            self.bow(rod, start, linear, missing);
             return Some(Attempt::Moved);
         }
         let negative = inertia?.negative;

@@ -145,6 +145,7 @@ impl Conditions {
                 unbalanced,
                 own,
                 turn,
+                moves_contact,
             } = uncertainty(&direction.component_mul(&self.scale));
             // A quotient of two quantities that are not determined would be a motion at random.
             let work = direction.dot(&scaled).abs() * turn;
@@ -152,7 +153,7 @@ impl Conditions {
             // A violation that is more than rounding shows that the direction is not neutral.
             let neutral = size <= NEUTRAL && work <= UNDETERMINED * settings::ROUNDING;
             let is_small = work <= UNDETERMINED * (rounding + own);
-            self.omitted[k] = undetermined && is_small && !completes || neutral;
+            self.omitted[k] = !moves_contact && (undetermined && is_small && !completes || neutral);
             if undetermined && !self.omitted[k] {
                 eigen.eigenvalues[k] = -size.max(rounding + own);
             }
@@ -270,14 +271,18 @@ pub(super) struct Uncertainty {
     own: f64,
     /// Largest rotation in the direction, rad.
     pub turn: f64,
+    /// Whether the direction moves a loaded contact against its condition, which determines the
+    /// motion then.
+    pub moves_contact: bool,
 }
 
 impl Uncertainty {
-    /// The part by rounding of the tangent.
-    pub fn by_rounding(self) -> Self {
+    /// The part by rounding of the tangent, in a direction that moves a loaded contact.
+    pub fn in_contact(self) -> Self {
         Self {
             unbalanced: 0.0,
             own: 0.0,
+            moves_contact: true,
             ..self
         }
     }

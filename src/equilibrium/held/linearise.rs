@@ -129,8 +129,7 @@ impl HeldSearch<'_> {
             let reactions = rows.tr_mul(factors);
             let all = precision.uncertainty(&response.turns(&reactions));
             if self.move_contact(&reactions, &response, all.turn) {
-                // The forces of the contacts determine the motion, too.
-                all.by_rounding()
+                all.in_contact()
             } else {
                 all
             }

@@ -90,11 +90,10 @@ impl HeldSearch<'_> {
             let balanced = !self.parent.reactions().is_empty();
             return self.move_holds(rod, bound, balanced);
         };
-        // An extrapolation amplifies motions along neutral directions, which no equilibrium
-        // determines, and may add turns of twist.
+        // An extrapolation may add turns of twist.
         if self.obstacles.contacts.is_empty() {
             let [guess, last] = [self.merit_in_place(rod)?, self.merit_in_place(&start)?];
-            if last < guess - self.rounding_of(guess) || self.is_neutral(&start)? {
+            if !(guess < last - self.rounding_of(last)) {
                 *rod = start;
                 self.apply(rod);
                 return self.move_holds(rod, bound, true);
@@ -140,15 +139,6 @@ impl HeldSearch<'_> {
         let largest = self.sites.iter().map(|site| site.force.norm());
         let weight = 2.0 * largest.fold(0.0, f64::max);
         Ok(merit.energy + weight * merit.violation)
-    }
-
-    /// Whether a shape has neutral directions that the supports permit, also if the unbalanced
-    /// couples conceal them.
-    fn is_neutral(&mut self, shape: &Rod) -> Result<bool, EquilibriumError> {
-        self.apply(shape);
-        self.locate(shape);
-        let linear = self.linear_rod(shape)?;
-        Ok(self.inertia_of(&linear, true).neutral > 0)
     }
 
     /// The rod at the start of a time step on its present nodes, and the equilibrium there with the

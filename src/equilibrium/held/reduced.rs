@@ -124,8 +124,11 @@ impl Evaluated {
 pub(super) struct Reduced<'a> {
     pub surfaces: &'a dyn Surfaces,
     pub compliance: &'a DMatrix<f64>,
-    /// The coordinates for the forces zero.
+    /// The coordinates for the present reactions.
     pub free: DVector<f64>,
+    /// The present reactions. Displacements by the changes since then have less rounding than those
+    /// by all of a force, which is large where the rod is almost unstable.
+    pub present: DVector<f64>,
     /// The coordinates at the start of the step of the rod.
     pub start: DVector<f64>,
     /// Magnitude of the force in the rod, N.
@@ -144,7 +147,7 @@ impl Reduced<'_> {
 
     /// The coordinates for the forces and displacements of the contacts.
     pub fn coordinates(&self, contacts: &[LinearContact]) -> DVector<f64> {
-        &self.free + self.compliance * self.reactions(contacts)
+        &self.free + self.compliance * (self.reactions(contacts) - &self.present)
     }
 
     /// The place and the tangent of a contact, for given coordinates.

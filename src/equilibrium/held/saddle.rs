@@ -1,19 +1,15 @@
 //! Initial shapes: a straight rod between holds, and directions that leave a saddle of the energy.
 
-use std::cell::LazyCell;
-use std::f64::consts::TAU;
-
 use nalgebra::{DVector, Vector3};
 
 use super::inertia::Bordered;
 use super::linear::{Conditions, Linear, Role};
 use super::search::HeldSearch;
 use super::settings;
-use super::sites::bend;
+use super::sites::HeldSite;
 use super::trial::{Merit, Start};
 use crate::equilibrium::elimination::Row;
 use crate::rod::Rod;
-use crate::so3;
 
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
 const STRAIGHT: f64 = 1e-6;
@@ -70,53 +66,72 @@ impl HeldSearch<'_> {
     /// first order: a straight rod between two holds.
     fn rigid_violation(&self, linear: &Linear) -> Option<f64> {
         // A free base does not count as flexible if it is held.
-        let free = self.body.system().joints.free_base;
-        let anchor = free.and_then(|_| {
+        let anchor = self.body.system().joints.free_base.and_then(|_| {
             self.sites
                 .iter()
                 .find(|site| site.node == 0 && !site.fixed.is_empty())
         });
-        if free.is_some() && anchor.is_none() {
+        let moves = anchor.map_or_else(Vector3::zeros, |site| site.position - site.target);
+        let missing = |i: usize| match linear.roles[i] {
+            Role::Hold(_, direction) => (linear.residuals[i] - direction.dot(&moves)).abs(),
+            _ => 0.0,
+        };
+        let violated = |i: &usize| missing(*i) > settings::ROUNDING * self.length;
+        if !(0..linear.roles.len()).any(|i| violated(&i)) {
             return None;
         }
-        let moves = anchor.map_or_else(Vector3::zeros, |site| site.position - site.target);
-        let translates = free.map_or(0.0, |base| 1.0 / base.stiffness);
-        // In a neutral direction of a bent rod the terms cancel each other.
-        let flexible = |i: usize| linear.terms[i] - translates;
-        // The largest flexibility of a held place may be in a direction in which it is free.
-        let largest = LazyCell::new(|| {
-            let response = &linear.response;
-            let held = (0..self.sites.len()).filter(|i| !self.sites[*i].fixed.is_empty());
-            let coordinates = held.flat_map(|i| 3 * i..3 * i + 3);
-            let terms =
-                coordinates.map(|i| response.terms(&[(i, 1.0)], response.compliance[(i, i)]));
-            terms.fold(0.0, f64::max) - translates
-        });
-        let each = linear.roles.iter().zip(linear.residuals.iter()).enumerate();
-        let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
-            let Role::Hold(site, direction) = role else {
-                return None;
-            };
-            let missing = (missing - direction.dot(&moves)).abs();
-            let rigid = self.sites[*site].node > 0
-                && missing > settings::ROUNDING * self.length
-                && flexible(i) < STRAIGHT * *largest;
-            rigid.then_some(missing)
-        };
-        each.filter_map(rigid).reduce(f64::max)
+        let rigid = self.rigid_conditions(linear).into_iter();
+        rigid.filter(violated).map(missing).reduce(f64::max)
     }
 
-    /// Bends a straight rod at the start of a step by up to `angle` (rad), so that no part of it
-    /// passes an obstacle.
-    pub(super) fn bow_safely(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, angle: f64) {
-        let side = self.side(rod, linear);
-        self.bow(rod, &side, angle);
-        self.locate(rod);
-        let factor = self.safe_step_factor(rod, start);
-        if factor < 1.0 {
-            start.shape.restore(rod);
-            self.bow(rod, &side, angle * factor);
-            self.locate(rod);
+    /// The conditions of holds along which the rod cannot move to first order.
+    fn rigid_conditions(&self, linear: &Linear) -> Vec<usize> {
+        let free = self.body.system().joints.free_base;
+        let held_base = |site: &HeldSite| site.node == 0 && !site.fixed.is_empty();
+        if free.is_some() && !self.sites.iter().any(held_base) {
+            return Vec::new();
+        }
+        let translates = free.map_or(0.0, |base| 1.0 / base.stiffness);
+        let response = &linear.response;
+        // The largest flexibility of a held place may be in a direction in which it is free.
+        let held = (0..self.sites.len()).filter(|i| !self.sites[*i].fixed.is_empty());
+        let terms = held
+            .flat_map(|i| 3 * i..3 * i + 3)
+            .map(|i| response.terms(&[(i, 1.0)], response.compliance[(i, i)]));
+        let largest = terms.fold(0.0, f64::max) - translates;
+        // In a neutral direction of a bent rod the terms cancel each other.
+        let is_rigid = |i: &usize| match linear.roles[*i] {
+            Role::Hold(site, _) => {
+                self.sites[site].node > 0 && linear.terms[*i] - translates < STRAIGHT * largest
+            }
+            _ => false,
+        };
+        (0..linear.roles.len()).filter(is_rigid).collect()
+    }
+
+    /// Bends a straight rod, which is too long by `missing` (m), at the start of a step: in the mode
+    /// in which it buckles, with the amplitude at which it fits, and so that no part of it passes an
+    /// obstacle. The modes are those with the least ∫ B θ'² ds for a given shortening ½ ∫ θ² ds.
+    pub(super) fn bow(&mut self, rod: &mut Rod, start: &Start, linear: &Linear, missing: f64) {
+        let axis = self.chord_direction(rod).cross(&self.side(rod, linear));
+        let turns = rod.frames().iter().zip(self.profile());
+        let turns = turns
+            .map(|(frame, factor)| frame.inverse() * axis * factor)
+            .collect();
+        let rigid = self.rigid_conditions(linear);
+        self.soften(rod, linear, turns, &rigid);
+        let turns = &self.body.system().turns;
+        let shortening: f64 = (0..rod.elements())
+            .map(|e| {
+                let mean = turns[e].xy().norm_squared() + turns[e + 1].xy().norm_squared();
+                0.25 * rod.length_of(e) * mean
+            })
+            .sum();
+        self.body.system_mut().start.keep(rod);
+        let fraction = (missing / shortening).sqrt();
+        // The supports may permit no motion.
+        if fraction.is_finite() {
+            self.leave_safely(rod, start, fraction);
         }
     }
 
@@ -183,16 +198,6 @@ impl HeldSearch<'_> {
         side.normalize()
     }
 
-    /// Bends a straight rod by up to `angle` (rad) towards a side.
-    fn bow(&mut self, rod: &mut Rod, side: &Vector3<f64>, angle: f64) {
-        let axis = self.chord_direction(rod).cross(side);
-        let (old, places) = (rod.clone(), rod.ends());
-        bend(rod, |e, x| {
-            let s = places[e] + x * (places[e + 1] - places[e]);
-            so3::exp(&(axis * (angle * (TAU * s / self.length).sin()))) * old.frame_within(e, x)
-        });
-    }
-
     /// Moves the rod from the start of a step along the softest direction that the supports permit,
     /// so far that no part of it passes an obstacle.
     pub(super) fn leave_saddle(
@@ -202,20 +207,43 @@ impl HeldSearch<'_> {
         linear: &Linear,
         number: usize,
     ) {
-        // Inverse iteration with the shifted tangent and the conditions of supports, from rotations
-        // about an axis.
+        let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
+        let turns = self.profile().map(|factor| axis * factor).collect();
+        self.soften(rod, linear, turns, &[]);
+        self.body.system_mut().start.keep(rod);
+        let fraction = settings::SADDLE_TURN / self.body.system().largest_turn();
+        // The supports may permit no motion.
+        if !fraction.is_finite() {
+            return;
+        }
+        let fraction = self.descending(rod, start, fraction);
+        self.leave_safely(rod, start, fraction);
+    }
+
+    /// Factors of the frames from which an inverse iteration begins. They contain all modes.
+    fn profile(&self) -> impl Iterator<Item = f64> + use<> {
+        let count = self.body.system().turns.len();
+        (0..count).map(move |i| (i as f64 / count as f64 + 0.3).sin())
+    }
+
+    /// Sets the step of the system to the softest direction that the conditions permit, except for
+    /// the `omitted` ones, by inverse iteration with the present factors from given rotations.
+    /// Rotations are weighted by lengths.
+    fn soften(
+        &mut self,
+        rod: &Rod,
+        linear: &Linear,
+        mut turns: Vec<Vector3<f64>>,
+        omitted: &[usize],
+    ) {
         let Bordered {
             rows,
             matrix,
-            scale,
+            mut scale,
             ..
         } = self.bordered(linear);
+        omitted.iter().for_each(|i| scale[*i] = 0.0);
         let conditions = Conditions::new(&matrix, scale);
-        let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
-        let count = self.body.system().turns.len();
-        let mut turns: Vec<Vector3<f64>> = (0..count)
-            .map(|i| axis * (i as f64 / count as f64 + 0.3).sin())
-            .collect();
         for _ in 0..settings::SOFTENINGS {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             let system = self.body.system_mut();
@@ -234,18 +262,6 @@ impl HeldSearch<'_> {
             linear.response.load(system, &reactions);
             self.body.system_mut().solve();
             turns.clone_from(&self.body.system().turns);
-        }
-        self.body.system_mut().start.keep(rod);
-        let fraction = settings::SADDLE_TURN / self.body.system().largest_turn();
-        // The supports may permit no motion.
-        if !fraction.is_finite() {
-            return;
-        }
-        let fraction = self.descending(rod, start, fraction);
-        self.leave_by(rod, start, fraction);
-        let factor = self.safe_step_factor(rod, start);
-        if factor < 1.0 {
-            self.leave_by(rod, start, fraction * factor);
         }
     }
 
@@ -281,6 +297,16 @@ impl HeldSearch<'_> {
             fraction *= 0.25;
         }
         first.unwrap_or(longest)
+    }
+
+    /// Moves the rod from the start of a step by a fraction of the step of the system, so far that
+    /// no part of it passes an obstacle.
+    fn leave_safely(&mut self, rod: &mut Rod, start: &Start, fraction: f64) {
+        self.leave_by(rod, start, fraction);
+        let factor = self.safe_step_factor(rod, start);
+        if factor < 1.0 {
+            self.leave_by(rod, start, fraction * factor);
+        }
     }
 
     /// Moves the rod from the start of a step by a fraction of the step of the system.

@@ -294,11 +294,7 @@ impl<'a> HeldSearch<'a> {
         self.spring_base(rod, &mut pivots);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
-        let soft = if self.obstacles.contacts.is_empty() {
-            SOFT / system.compliance()
-        } else {
-            0.0
-        };
+        let soft = SOFT / system.compliance();
         system
             .tangent
             .factorise_boosted(&mut pivots, &mut self.boosts, soft)?;

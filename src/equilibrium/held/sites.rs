@@ -293,7 +293,7 @@ pub(super) fn turn_frames(
 
 /// Gives a rod the shape in which the frames relative to the first one are a function of element
 /// and coordinate. The frame of the base does not change.
-pub(super) fn bend(rod: &mut Rod, frame: impl Fn(usize, f64) -> UnitQuaternion<f64>) {
+fn bend(rod: &mut Rod, frame: impl Fn(usize, f64) -> UnitQuaternion<f64>) {
     let (p, reference) = (rod.order().points(), rod.reference());
     for (e, rotations) in rod.rotations.chunks_mut(p).enumerate() {
         let start = frame(e, 0.0).inverse();

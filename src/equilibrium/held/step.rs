@@ -131,15 +131,15 @@ impl HeldSearch<'_> {
             }
         });
         let contacts: Vec<LinearContact> = each.collect();
-        let (free, scale) = (DVector::zeros(linear.size), self.force_scale());
         let mut problem = Reduced {
             surfaces: &self.obstacles,
             compliance: &linear.compliance,
-            free,
+            free: &present + moved,
+            present: DVector::zeros(linear.size),
             start: present,
-            scale,
+            scale: self.force_scale(),
         };
-        problem.free = &problem.start + moved - &linear.compliance * problem.reactions(&contacts);
+        problem.present = problem.reactions(&contacts);
         (contacts, problem)
     }
 

@@ -34,6 +34,7 @@ use crate::model::Model;
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Moments, Nodes, Spare, State, intrinsic_moments};
+use crate::support::Support;
 use crate::tropism::{Declaration, Growing};
 use collocation::{ExponentialCollocation, Levels};
 use gradient_integral::GradientIntegral;
@@ -306,6 +307,13 @@ impl Stepper {
         }
         if let Some(jump) = found.jump {
             self.statistics.add_snap(shoot.state.time, jump);
+        }
+        // Motions along neutral directions are rounding, which extrapolations would amplify.
+        let drifts = found.inertia.neutral > 0 && !shoot.model.support().is_absent();
+        if drifts {
+            shoot.state.contact.forget();
+        }
+        if drifts || found.jump.is_some() {
             shoot.state.predictor.forget();
         }
         Ok(())

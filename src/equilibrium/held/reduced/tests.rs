@@ -59,6 +59,7 @@ fn newton_step_has_the_derivatives_of_the_residuals() {
         surfaces: &Ball,
         compliance: &compliance,
         start: free.clone(),
+        present: DVector::zeros(free.len()),
         free,
         scale: 0.0,
     };
@@ -111,6 +112,7 @@ fn active_set_keeps_the_solution_and_approaches_it() {
         surfaces: &Ball,
         compliance: &compliance,
         start: free.clone(),
+        present: DVector::zeros(free.len()),
         free,
         scale: 0.0,
     };
@@ -171,6 +173,7 @@ fn point_on_two_springs_sticks_or_slides_by_coulombs_law() {
             surfaces: &Floor,
             compliance: &compliance,
             start: free.clone(),
+            present: DVector::zeros(free.len()),
             free,
             scale: 0.0,
         };
@@ -212,6 +215,7 @@ fn two_points_share_a_load_by_their_coupled_compliance() {
         surfaces: &Floor,
         compliance: &compliance,
         start: free.clone(),
+        present: DVector::zeros(free.len()),
         free,
         scale: 0.0,
     };
@@ -256,6 +260,7 @@ fn contact_that_bears_almost_no_force_is_solved_to_the_rounding_of_its_place() {
             surfaces: &FarBall,
             compliance: &compliance,
             start: free.clone(),
+            present: DVector::zeros(free.len()),
             free,
             scale: 1e-27,
         };
@@ -301,6 +306,7 @@ fn solution_whose_residual_is_hidden_by_rounding_needs_no_second_guess() {
         surfaces: &floor,
         compliance: &compliance,
         start: free.clone(),
+        present: DVector::zeros(free.len()),
         free,
         scale: 0.0,
     };
@@ -348,6 +354,7 @@ fn problems_of_many_close_stations_are_solved_to_rounding() {
             surfaces: &Floor,
             compliance: &compliance,
             start: free.clone(),
+            present: DVector::zeros(free.len()),
             free,
             scale: 0.0,
         };
@@ -504,6 +511,7 @@ fn contact_that_friction_presses_into_the_floor_sticks() {
             surfaces: &Floor,
             compliance: &compliance,
             start: free.clone(),
+            present: DVector::zeros(free.len()),
             free,
             scale: 0.0,
         };
