@@ -25,21 +25,9 @@ pub(super) struct Bordered {
     pub scale: DVector<f64>,
 }
 
-impl HeldSearch<'_> {
-    /// The conditions of all supports on a linear rod. The rows are the conditions of the links,
-    /// the gaps and slips of loaded contacts, and the stiffnesses by which contact forces turn with
-    /// the normal and move along the rod.
-    pub(super) fn bordered(&self, linear: &Linear) -> Bordered {
-        let mut rows = linear.links.clone();
-        for (diagonal, _) in rows
-            .diagonal
-            .iter_mut()
-            .zip(&linear.roles)
-            .filter(|(_, role)| **role == Role::Boost)
-        {
-            *diagonal *= 1.0 - linear.remains;
-        }
-        self.add_contact_rows(linear, &mut rows);
+impl Bordered {
+    /// The given conditions on a linear rod.
+    pub fn new(linear: &Linear, rows: Rows) -> Self {
         let t = rows.matrix(linear.response.size());
         let mut matrix: DMatrix<f64> = &t * &linear.response.compliance * t.transpose();
         let terms: Vec<f64> = rows
@@ -55,12 +43,36 @@ impl HeldSearch<'_> {
             .for_each(|(i, d)| matrix[(i, i)] += d);
         let size = |i: usize| (terms[i] + rows.diagonal[i].abs()).max(f64::MIN_POSITIVE);
         let scale = DVector::from_fn(rows.len(), |i, _| size(i).sqrt().recip());
-        Bordered {
+        Self {
             diagonal: rows.diagonal,
             rows: t,
             matrix,
             scale,
         }
+    }
+}
+
+impl HeldSearch<'_> {
+    /// The conditions of all supports on a linear rod. The rows are the conditions of the links,
+    /// the gaps and slips of loaded contacts, and the stiffnesses by which contact forces turn with
+    /// the normal and move along the rod.
+    pub(super) fn bordered(&self, linear: &Linear) -> Bordered {
+        Bordered::new(linear, self.conditions(linear))
+    }
+
+    /// The rows of these conditions, first those of the links.
+    pub(super) fn conditions(&self, linear: &Linear) -> Rows {
+        let mut rows = linear.links.clone();
+        for (diagonal, _) in rows
+            .diagonal
+            .iter_mut()
+            .zip(&linear.roles)
+            .filter(|(_, role)| **role == Role::Boost)
+        {
+            *diagonal *= 1.0 - linear.remains;
+        }
+        self.add_contact_rows(linear, &mut rows);
+        rows
     }
 
     /// The inertia of a linear rod on the directions that the supports permit. The part of sliding

@@ -67,6 +67,11 @@ impl Rows {
         self.diagonal.push(diagonal);
     }
 
+    pub fn remove(&mut self, row: usize) {
+        self.factors.remove(row);
+        self.diagonal.remove(row);
+    }
+
     pub fn len(&self) -> usize {
         self.factors.len()
     }

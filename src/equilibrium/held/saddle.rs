@@ -3,10 +3,10 @@
 use nalgebra::{DVector, Vector3};
 
 use super::inertia::Bordered;
-use super::linear::{Conditions, Linear, Role};
+use super::linear::{Conditions, Linear, Role, along};
 use super::search::HeldSearch;
 use super::settings;
-use super::sites::HeldSite;
+use super::sites::{HeldSite, across};
 use super::trial::{Merit, Start};
 use crate::equilibrium::elimination::Row;
 use crate::rod::Rod;
@@ -118,8 +118,21 @@ impl HeldSearch<'_> {
         let turns = turns
             .map(|(frame, factor)| frame.inverse() * axis * factor)
             .collect();
-        let rigid = self.rigid_conditions(linear);
-        self.soften(rod, linear, turns, &rigid);
+        let mut rows = self.conditions(linear);
+        for i in self.rigid_conditions(linear).into_iter().rev() {
+            rows.remove(i);
+        }
+        // Friction holds the place that is pressed against an obstacle.
+        for (i, at) in self.candidates.iter().enumerate() {
+            let sticks = self.obstacles.contacts[at.obstacle].friction > 0.0;
+            if sticks && -at.gap.value > settings::ROUNDING * self.length {
+                let first = linear.response.first(self.sites.len() + i);
+                for side in across(&at.gap.normal) {
+                    rows.push(along(first, &side), 0.0);
+                }
+            }
+        }
+        self.soften(rod, linear, turns, Bordered::new(linear, rows));
         let turns = &self.body.system().turns;
         let shortening: f64 = (0..rod.elements())
             .map(|e| {
@@ -209,7 +222,7 @@ impl HeldSearch<'_> {
     ) {
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
         let turns = self.profile().map(|factor| axis * factor).collect();
-        self.soften(rod, linear, turns, &[]);
+        self.soften(rod, linear, turns, self.bordered(linear));
         self.body.system_mut().start.keep(rod);
         let fraction = settings::SADDLE_TURN / self.body.system().largest_turn();
         // The supports may permit no motion.
@@ -226,23 +239,21 @@ impl HeldSearch<'_> {
         (0..count).map(move |i| (i as f64 / count as f64 + 0.3).sin())
     }
 
-    /// Sets the step of the system to the softest direction that the conditions permit, except for
-    /// the `omitted` ones, by inverse iteration with the present factors from given rotations.
-    /// Rotations are weighted by lengths.
+    /// Sets the step of the system to the softest direction that conditions permit, by inverse
+    /// iteration with the present factors from given rotations. Rotations are weighted by lengths.
     fn soften(
         &mut self,
         rod: &Rod,
         linear: &Linear,
         mut turns: Vec<Vector3<f64>>,
-        omitted: &[usize],
+        conditions: Bordered,
     ) {
         let Bordered {
             rows,
             matrix,
-            mut scale,
+            scale,
             ..
-        } = self.bordered(linear);
-        omitted.iter().for_each(|i| scale[*i] = 0.0);
+        } = conditions;
         let conditions = Conditions::new(&matrix, scale);
         for _ in 0..settings::SOFTENINGS {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);

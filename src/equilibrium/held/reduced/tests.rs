@@ -389,6 +389,7 @@ fn first_step_solves_laws_that_are_linear_at_the_start_of_the_step() {
     let problem = Reduced {
         surfaces: &Floor,
         compliance: &compliance,
+        present: DVector::zeros(free.len()),
         free,
         start,
         scale: 0.0,
@@ -463,6 +464,7 @@ fn flat_point_is_clamped_by_a_couple() {
             let problem = Reduced {
                 surfaces: &Floor,
                 compliance: &compliance,
+                present: DVector::zeros(free.len()),
                 free,
                 start,
                 scale: 0.0,
@@ -568,6 +570,7 @@ fn apex_that_slides_along_an_inclined_shoot_is_found_from_its_present_force() {
         surfaces: &Floor,
         compliance: &compliance,
         start,
+        present: DVector::zeros(free.len()),
         free,
         scale: 2e-3,
     };
