@@ -8,7 +8,7 @@ use crate::fixtures::random::Draw;
 use crate::fixtures::rods::bending_stiffness;
 use crate::fixtures::shoots::{RADIUS, YOUNG};
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
 use morphorod::rod::Rod;
 use morphorod::support::{Contact, Distance, HalfSpace, Hold, Moving, Obstacle, Support};
 use morphorod::{Model, Order, Scene, Shoot, Still};
@@ -204,5 +204,56 @@ fn column_that_a_rough_wall_shortens_sticks_for_every_step() {
         let force: Vector3<f64> = shoot.reactions().iter().map(|at| at.force).sum();
         let force = force.dot(&normal) * LENGTH * LENGTH / bending_stiffness();
         assert_close(&format!("force for {step} s"), force, 20.190_728_6, 1e-4);
+    }
+}
+
+#[test]
+fn column_under_a_smooth_wall_buckles_in_its_plane_in_every_orientation() {
+    // Half of the elastica between pins, whose force at a shortening of 0.1 is 10.392564 B/L². All
+    // planes through the axis are equal, and a rotation of the plane from step to step would be
+    // taken for an error in time.
+    let mut draw = Draw::new(6);
+    let bases = [
+        UnitQuaternion::identity(),
+        frame(&mut draw),
+        frame(&mut draw),
+    ];
+    for (base, elements) in bases.iter().flat_map(|base| [8, 16].map(|n| (*base, n))) {
+        let column = || {
+            let wall = Approaching {
+                normal: base * -Vector3::z(),
+                speed: 0.1 * LENGTH,
+            };
+            let support = Contact {
+                obstacle: wall,
+                radius: 0.0,
+                friction: 0.0,
+            };
+            shoot(base, elements, support)
+        };
+        // In its first step, shorter by 6e-6 of its length, the rod takes the mode in which it
+        // buckles. Sixteen iterations are those of the upright column.
+        let mut first = column();
+        let solver = NewtonSolver::with_tolerance(1e-11);
+        let statistics = MethodOfSteps::with_solver(6e-5, solver)
+            .advance(&mut first, 6e-5)
+            .unwrap();
+        assert_eq!(statistics.snaps, 0, "{base}");
+        assert!(statistics.iterations <= 20, "{base}: {statistics:?}");
+        let amplitude = (base.inverse() * first.rod().tip()).xy().norm() / LENGTH;
+        // The shortening of the mode is (π/4)² times the square of the deflection of its apex, to
+        // second order in it.
+        let expected = 4.0 / PI * 6e-6_f64.sqrt();
+        assert_close("amplitude", amplitude, expected, 1e-5);
+
+        let mut column = column();
+        let statistics = Adaptive::new(1e-6).advance(&mut column, 1.0).unwrap();
+        assert!(statistics.error.unwrap() <= 1e-6);
+        let force: Vector3<f64> = column.reactions().iter().map(|at| at.force).sum();
+        let force = base.inverse() * force * LENGTH * LENGTH / bending_stiffness();
+        // Elements of order eight have an error of 1e-12, and the wall determines the shape.
+        assert_close("force", -force.z, 0.25 * 10.392_563_948_289, 1e-11);
+        let tip = base.inverse() * column.rod().tip();
+        assert!(tip.y.atan2(tip.x).abs() < 1e-6, "{base}: {tip:?}");
     }
 }

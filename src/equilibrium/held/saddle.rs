@@ -132,16 +132,22 @@ impl HeldSearch<'_> {
                 }
             }
         }
-        self.soften(rod, linear, turns, Bordered::new(linear, rows));
+        // Only bending shortens the rod. Its twist may be softer.
+        let bending = Vector3::new(1.0, 1.0, 0.0);
+        self.soften(rod, linear, (turns, bending), Bordered::new(linear, rows));
+        // The shortening, and the mean deflection towards the side.
+        let (mut shortening, mut deflection, mut rest) = (0.0, 0.0, self.length);
         let turns = &self.body.system().turns;
-        let shortening: f64 = (0..rod.elements())
-            .map(|e| {
-                let mean = turns[e].xy().norm_squared() + turns[e + 1].xy().norm_squared();
-                0.25 * rod.length_of(e) * mean
-            })
-            .sum();
+        for (e, (turns, frames)) in turns.windows(2).zip(rod.frames().windows(2)).enumerate() {
+            let length = rod.length_of(e);
+            let squares = turns[0].xy().norm_squared() + turns[1].xy().norm_squared();
+            let slopes = axis.dot(&(frames[0] * turns[0] + frames[1] * turns[1]));
+            shortening += 0.25 * length * squares;
+            deflection += 0.5 * length * slopes * (rest - 0.5 * length);
+            rest -= length;
+        }
         self.body.system_mut().start.keep(rod);
-        let fraction = (missing / shortening).sqrt();
+        let fraction = (missing / shortening).sqrt().copysign(deflection);
         // The supports may permit no motion.
         if fraction.is_finite() {
             self.leave_safely(rod, start, fraction);
@@ -222,7 +228,8 @@ impl HeldSearch<'_> {
     ) {
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
         let turns = self.profile().map(|factor| axis * factor).collect();
-        self.soften(rod, linear, turns, self.bordered(linear));
+        let all = Vector3::repeat(1.0);
+        self.soften(rod, linear, (turns, all), self.bordered(linear));
         self.body.system_mut().start.keep(rod);
         let fraction = settings::SADDLE_TURN / self.body.system().largest_turn();
         // The supports may permit no motion.
@@ -240,12 +247,13 @@ impl HeldSearch<'_> {
     }
 
     /// Sets the step of the system to the softest direction that conditions permit, by inverse
-    /// iteration with the present factors from given rotations. Rotations are weighted by lengths.
+    /// iteration with the present factors from given rotations. The rotations about d1, d2 and d3 have
+    /// weights, and the length as a further one.
     fn soften(
         &mut self,
         rod: &Rod,
         linear: &Linear,
-        mut turns: Vec<Vector3<f64>>,
+        (mut turns, weights): (Vec<Vector3<f64>>, Vector3<f64>),
         conditions: Bordered,
     ) {
         let Bordered {
@@ -265,7 +273,7 @@ impl HeldSearch<'_> {
             system.base_force = Vector3::zeros();
             for (e, (to, turn)) in system.couples.iter_mut().zip(&turns).enumerate() {
                 let length = if e > 0 { rod.length_of(e - 1) } else { 0.0 };
-                *to = turn * (length / largest);
+                *to = turn.component_mul(&weights) * (length / largest);
             }
             system.joints.confine(&mut system.couples);
             let free = linear.response.free(system);

@@ -294,7 +294,14 @@ impl<'a> HeldSearch<'a> {
         self.spring_base(rod, &mut pivots);
         let system = self.body.system_mut();
         system.joints.apply(&mut system.tangent);
-        let soft = SOFT / system.compliance();
+        // The stations of a line contact hold the rod, and a rod that follows an obstacle may have
+        // a soft pivot in every element.
+        let follows = |at: &Candidate| !at.point && at.status != Status::Open;
+        let soft = if self.candidates.iter().any(follows) {
+            0.0
+        } else {
+            SOFT / system.compliance()
+        };
         system
             .tangent
             .factorise_boosted(&mut pivots, &mut self.boosts, soft)?;

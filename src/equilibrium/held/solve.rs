@@ -68,9 +68,10 @@ impl Reduced<'_> {
                 .compliance
                 .fixed_view::<3, 3>(contact.first, contact.first);
             let trace = own.trace();
-            // Without friction only motions along the normal count. Where a rod is almost unstable
-            // and slides, those across it are much larger.
-            let own = if contact.friction == 0.0 {
+            // For a single contact without friction only motions along the normal count. Where a
+            // rod is almost unstable and slides, those across it are much larger. Several contacts
+            // have scales of the same kind.
+            let own = if contact.friction == 0.0 && contacts.len() == 1 {
                 let place = self.start.fixed_rows::<3>(contact.first).into_owned();
                 let normal = self.surfaces.gap(contact.obstacle, &place).normal;
                 (3.0 * normal.dot(&(own * normal))).abs().max(ALONG * trace)
