@@ -168,41 +168,56 @@ impl Obstacle for Approaching {
     }
 }
 
+/// A column on a base of given frame, and a wall that shortens it by a part of its length in one
+/// second.
+fn under_wall(
+    base: UnitQuaternion<f64>,
+    elements: usize,
+    shortening: f64,
+    friction: f64,
+) -> Shoot<impl Model> {
+    let wall = Approaching {
+        normal: base * -Vector3::z(),
+        speed: shortening * LENGTH,
+    };
+    let support = Contact {
+        obstacle: wall,
+        radius: 0.0,
+        friction,
+    };
+    shoot(base, elements, support)
+}
+
+/// The upright frame and two random ones.
+fn bases(seed: u64) -> [UnitQuaternion<f64>; 3] {
+    let mut draw = Draw::new(seed);
+    [
+        UnitQuaternion::identity(),
+        frame(&mut draw),
+        frame(&mut draw),
+    ]
+}
+
 #[test]
 fn column_that_a_rough_wall_shortens_sticks_for_every_step() {
     // A clamped column whose tip sticks buckles at (4.4934 / L)² B = 20.19 B/L², and the shortening
     // of 2e-4 L changes the force by less than 1e-4 of it. The tip would slide at a lateral force of
     // 0.05 of the axial one.
     // The rod may bend in any plane through its axis.
-    let mut draw = Draw::new(5);
-    let bases = [
-        UnitQuaternion::identity(),
-        frame(&mut draw),
-        frame(&mut draw),
-    ];
+    let bases = bases(5);
     let steps = [1.0, 0.2, 0.05, 0.01, 0.002];
     for (base, step) in bases
         .iter()
         .flat_map(|base| steps.map(|step| (*base, step)))
     {
-        let wall = Approaching {
-            normal: base * -Vector3::z(),
-            speed: 2e-4 * LENGTH,
-        };
-        let normal = wall.normal;
-        let support = Contact {
-            obstacle: wall,
-            radius: 0.0,
-            friction: 0.05,
-        };
-        let mut shoot = shoot(base, 16, support);
+        let mut shoot = under_wall(base, 16, 2e-4, 0.05);
         let solver = NewtonSolver::with_tolerance(1e-11);
         let statistics = MethodOfSteps::with_solver(step, solver)
             .advance(&mut shoot, 1.0)
             .unwrap();
         assert_eq!(statistics.snaps, 0, "{step} s, {base}");
         let force: Vector3<f64> = shoot.reactions().iter().map(|at| at.force).sum();
-        let force = force.dot(&normal) * LENGTH * LENGTH / bending_stiffness();
+        let force = -force.dot(&(base * Vector3::z())) * LENGTH * LENGTH / bending_stiffness();
         assert_close(&format!("force for {step} s"), force, 20.190_728_6, 1e-4);
     }
 }
@@ -212,25 +227,8 @@ fn column_under_a_smooth_wall_buckles_in_its_plane_in_every_orientation() {
     // Half of the elastica between pins, whose force at a shortening of 0.1 is 10.392564 B/L². All
     // planes through the axis are equal, and a rotation of the plane from step to step would be
     // taken for an error in time.
-    let mut draw = Draw::new(6);
-    let bases = [
-        UnitQuaternion::identity(),
-        frame(&mut draw),
-        frame(&mut draw),
-    ];
-    for (base, elements) in bases.iter().flat_map(|base| [8, 16].map(|n| (*base, n))) {
-        let column = || {
-            let wall = Approaching {
-                normal: base * -Vector3::z(),
-                speed: 0.1 * LENGTH,
-            };
-            let support = Contact {
-                obstacle: wall,
-                radius: 0.0,
-                friction: 0.0,
-            };
-            shoot(base, elements, support)
-        };
+    for (base, elements) in bases(6).iter().flat_map(|base| [8, 16].map(|n| (*base, n))) {
+        let column = || under_wall(base, elements, 0.1, 0.0);
         // In its first step, shorter by 6e-6 of its length, the rod takes the mode in which it
         // buckles. Sixteen iterations are those of the upright column.
         let mut first = column();

@@ -90,7 +90,7 @@ impl HeldSearch<'_> {
             let balanced = !self.parent.reactions().is_empty();
             return self.move_holds(rod, bound, balanced);
         };
-        // An extrapolation may add turns of twist.
+        // An extrapolation may add turns of twist. It is used if its merit is smaller.
         if self.obstacles.contacts.is_empty() {
             let [guess, last] = [self.merit_in_place(rod)?, self.merit_in_place(&start)?];
             if !(guess < last - self.rounding_of(last)) {

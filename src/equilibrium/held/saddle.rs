@@ -65,13 +65,8 @@ impl HeldSearch<'_> {
     /// The distance (m) by which a hold is violated in a direction in which the rod cannot move to
     /// first order: a straight rod between two holds.
     fn rigid_violation(&self, linear: &Linear) -> Option<f64> {
-        // A free base does not count as flexible if it is held.
-        let anchor = self.body.system().joints.free_base.and_then(|_| {
-            self.sites
-                .iter()
-                .find(|site| site.node == 0 && !site.fixed.is_empty())
-        });
-        let moves = anchor.map_or_else(Vector3::zeros, |site| site.position - site.target);
+        let base = self.held_free_base();
+        let moves = base.map_or_else(Vector3::zeros, |site| site.position - site.target);
         let missing = |i: usize| match linear.roles[i] {
             Role::Hold(_, direction) => (linear.residuals[i] - direction.dot(&moves)).abs(),
             _ => 0.0,
@@ -84,11 +79,18 @@ impl HeldSearch<'_> {
         rigid.filter(violated).map(missing).reduce(f64::max)
     }
 
-    /// The conditions of holds along which the rod cannot move to first order.
+    /// The hold of a base that is free otherwise.
+    fn held_free_base(&self) -> Option<&HeldSite> {
+        self.body.system().joints.free_base?;
+        let holds = |site: &&HeldSite| site.node == 0 && !site.fixed.is_empty();
+        self.sites.iter().find(holds)
+    }
+
+    /// The conditions of holds along which the rod cannot move to first order. A free base does not
+    /// count as flexible if it is held.
     fn rigid_conditions(&self, linear: &Linear) -> Vec<usize> {
         let free = self.body.system().joints.free_base;
-        let held_base = |site: &HeldSite| site.node == 0 && !site.fixed.is_empty();
-        if free.is_some() && !self.sites.iter().any(held_base) {
+        if free.is_some() && self.held_free_base().is_none() {
             return Vec::new();
         }
         let translates = free.map_or(0.0, |base| 1.0 / base.stiffness);

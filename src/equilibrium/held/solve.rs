@@ -67,24 +67,24 @@ impl Reduced<'_> {
             let own = self
                 .compliance
                 .fixed_view::<3, 3>(contact.first, contact.first);
-            let trace = own.trace();
             // For a single contact without friction only motions along the normal count. Where a
             // rod is almost unstable and slides, those across it are much larger. Several contacts
             // have scales of the same kind.
-            let own = if contact.friction == 0.0 && contacts.len() == 1 {
+            let whole = if contact.friction == 0.0 && contacts.len() == 1 {
                 let place = self.start.fixed_rows::<3>(contact.first).into_owned();
                 let normal = self.surfaces.gap(contact.obstacle, &place).normal;
-                (3.0 * normal.dot(&(own * normal))).abs().max(ALONG * trace)
+                let along = 3.0 * normal.dot(&(own * normal));
+                along.abs().max(ALONG * own.trace())
             } else {
-                trace
+                own.trace()
             };
-            let trace = if with_rigid {
-                own
+            let compliance = if with_rigid {
+                whole
             } else {
-                own - 3.0 * contact.rigid
+                whole - 3.0 * contact.rigid
             };
             LinearContact {
-                k: STIFFER * 3.0 / trace.abs().max(STIFFER * f64::MIN_POSITIVE),
+                k: STIFFER * 3.0 / compliance.abs().max(STIFFER * f64::MIN_POSITIVE),
                 ..*contact
             }
         };
